@@ -1,0 +1,50 @@
+/// Messages: what is wrong, where, by which rule, and how to mend it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bgsim/document.hpp"
+
+namespace bgsim {
+
+enum class Severity { warning, error };
+
+/// A further place that takes part in a diagnostic.
+struct Note {
+  std::optional<Place> place;
+  std::string text;
+};
+
+/// One problem. Texts use names, units and times, never indices.
+struct Diagnostic {
+  Severity severity = Severity::error;
+  std::string code;       ///< "BG301"; has a section in docs/errors.md
+  std::string situation;  ///< one sentence, no full stop
+  std::optional<Place> place;
+  std::vector<Note> notes;
+  std::string rule;  ///< the rule that is broken, one line; may be empty
+  std::string help;  ///< the mend, one line; may be empty
+};
+
+/// Thrown by the stages up to compile when the model is at fault; holds every problem found, at most one per cause.
+class ModelError : public std::runtime_error {
+ public:
+  ModelError(std::vector<Diagnostic> problems, std::shared_ptr<const Sources> files);
+
+  std::vector<Diagnostic> diagnostics;
+  std::shared_ptr<const Sources> sources;
+};
+
+/// Renders as `file:line:col: severity CODE: situation`, excerpt with caret and JSON Pointer, notes, rule, help, link.
+/// Lines and columns count from 1; columns count characters, not bytes.
+std::string render(const Diagnostic& diagnostic, const Sources& sources);
+std::string render(const ModelError& error);
+
+/// The candidate nearest to @p name by edit distance, if near enough to be a slip of the pen; else empty.
+std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates);
+
+}  // namespace bgsim

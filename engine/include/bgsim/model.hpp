@@ -1,0 +1,251 @@
+/// Model: what the JSON files say, with submodels unfolded and every expression parsed. No ids of bonds' ends beyond
+/// names resolved, no strokes, no invented defaults.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bgsim/diagnostic.hpp"
+#include "bgsim/expression.hpp"
+#include "bgsim/id.hpp"
+
+namespace bgsim {
+
+/// Kinds of elements. The modulated kinds (MSe, MR, ...) are the same kinds with Element::modulated set.
+enum class ElementKind : std::uint8_t {
+  effort_source,
+  flow_source,
+  resistor,
+  capacitor,
+  inertia,
+  transformer,
+  gyrator,
+  c_field,
+  i_field,
+  r_field,
+  zero_junction,
+  one_junction,
+};
+
+/// The kind as it is written in a model: "MSe", "CC", "0".
+std::string kind_text(ElementKind kind, bool modulated);
+[[nodiscard]] constexpr bool is_junction(ElementKind kind) {
+  return kind == ElementKind::zero_junction || kind == ElementKind::one_junction;
+}
+[[nodiscard]] constexpr bool is_store(ElementKind kind) {
+  return kind == ElementKind::capacitor || kind == ElementKind::inertia || kind == ElementKind::c_field ||
+         kind == ElementKind::i_field;
+}
+/// Stores of displacement (C and CC); the other stores hold momentum.
+[[nodiscard]] constexpr bool stores_displacement(ElementKind kind) {
+  return kind == ElementKind::capacitor || kind == ElementKind::c_field;
+}
+
+/// The variables at a port: effort, flow, displacement (C), momentum (I).
+enum class Variable : std::uint8_t { effort, flow, displacement, momentum };
+char letter(Variable variable);  ///< 'e', 'f', 'q', 'p'
+
+/// What a symbol in a model's expressions stands for.
+struct ModelSymbol {
+  enum class Kind : std::uint8_t {
+    time,
+    parameter,      ///< parameter
+    signal,         ///< signal
+    port_variable,  ///< element, port, variable; for junctions port is 0 and variable what the junction's bonds share
+    bond_variable,  ///< bond, variable (effort or flow)
+  };
+  Kind kind = Kind::time;
+  ParameterId parameter;
+  SignalId signal;
+  ElementId element;
+  std::uint32_t port = 0;
+  BondId bond;
+  Variable variable = Variable::effort;
+};
+
+struct Parameter {
+  std::string name;  ///< full name, e.g. "left.m"
+  ExprId value;      ///< over parameters only
+  SymbolId symbol;
+  std::string unit, about;
+  Place place;        ///< the value's place
+  std::string scope;  ///< "" or "left.": names in --set and in scenes are full names
+};
+
+struct Signal {
+  std::string name;
+  ExprId value;
+  SymbolId symbol;
+  std::string unit, about;
+  Place place;
+};
+
+/// One constitutive equation: `variable of port = right`.
+struct Law {
+  std::uint32_t port = 0;  ///< of the variable alone on the left
+  Variable variable = Variable::effort;
+  ExprId right;
+  Place place;  ///< of the whole text
+};
+
+struct InitialValue {
+  std::uint32_t port = 0;
+  ExprId value;  ///< over parameters only
+  Place place;
+};
+
+/// An element as written. Which of the optional members are set follows from the kind:
+/// sources `coefficient` (effort or flow); R, C, I `coefficient` (resistance, capacitance, inertance) or one `law`;
+/// TF, GY `coefficient` (modulus); CC, II `energy` or `laws`; RR `laws`; junctions nothing.
+struct Element {
+  std::string name;  ///< full name, e.g. "left.orifice"
+  ElementKind kind = ElementKind::resistor;
+  bool modulated = false;
+  ExprId coefficient;  ///< none unless given
+  ExprId energy;       ///< none unless given
+  std::vector<Law> laws;
+  std::vector<std::string> ports;  ///< fields as named; TF and GY "1", "2"; one-ports one empty name; junctions none
+  SymbolId first_symbol;           ///< see port_variable()
+  std::vector<InitialValue> initial;
+  double priority = 0.0;  ///< stores: larger gets integral causality first; ties by the model's order
+  std::string about;
+  Place place;              ///< of the element's key
+  Place coefficient_place;  ///< of coefficient, energy or modulus
+};
+
+/// Number of ports of a non-junction element.
+std::size_t port_count(const Element& element);
+/// The symbol of a variable at a port. Every element's symbols exist from the start: a port's effort, flow and, for
+/// stores, displacement or momentum stand one after the other, port after port; a junction has one symbol, for what its
+/// bonds share.
+SymbolId port_variable(const Element& element, std::size_t port, Variable variable);
+/// "packet.wall" or "mass": the element and, where it has several, its port.
+std::string port_name(const Element& element, std::size_t port);
+
+/// One end of a bond as written.
+struct BondEndText {
+  ElementId element;
+  std::optional<std::uint32_t> port;  ///< none where the text names no port (junctions, one-ports, TF and GY by arrow)
+  Place place;
+};
+
+struct ModelBond {
+  std::string name;  ///< "b1" by position, "left.b1" in a submodel, or as given
+  BondEndText from, to;
+  Place place;
+};
+
+/// A column of the trace.
+struct Output {
+  std::string name;
+  ExprId value;
+  std::string unit;
+  Place place;
+};
+
+/// The reference that a scene is held against (bgsim verify).
+struct Reference {
+  std::string file;  ///< resolved relative to the model's folder
+  double relative = 1e-6;
+  double absolute = 0.0;  ///< relative and absolute are of the column's largest magnitude and its unit
+  double tube = 0.0;      ///< half width of the time tube, in units of t
+  std::map<std::string, std::string> columns;  ///< output -> column of the CSV where the names differ
+  Place place;
+};
+
+/// Integration methods. `automatic` lets the engine choose.
+enum class Method : std::uint8_t { automatic, bdf, adams, ida };
+std::optional<Method> method_from(const std::string& name);
+std::string method_name(Method method);
+
+struct Scene {
+  std::string name;
+  std::string about;
+  ExprId start, stop;                  ///< over parameters; start may be none (0)
+  std::optional<std::size_t> samples;  ///< number of equidistant output times, both ends included
+  ExprId interval;                     ///< distance of output times, or none
+  Place start_place, stop_place;       ///< of the values, where given
+  Place interval_place;                ///< of "interval" or "samples"
+  std::map<std::string, std::pair<ExprId, Place>> parameters;  ///< overrides by full name
+  std::map<std::string, std::pair<ExprId, Place>> initial;     ///< by state name, e.g. "packet.air.q"
+  std::vector<std::string> outputs;                            ///< empty: all
+  std::optional<double> relative;
+  std::optional<double> absolute;
+  std::map<std::string, double> absolute_by_state;
+  Method method = Method::automatic;
+  std::optional<Reference> reference;
+  Place place;
+};
+
+/// A whole model. Element, bond, parameter and signal ids are positions in the vectors (file order; a submodel's items
+/// stand where its element stands).
+struct Model {
+  std::shared_ptr<const Sources> sources;
+  std::string name, about, source;
+  ExprPool pool;
+  std::vector<ModelSymbol> symbols;  ///< by SymbolId of the pool
+  SymbolId time;
+  std::vector<Parameter> parameters;
+  std::vector<Signal> signals;
+  std::vector<Element> elements;
+  std::vector<ModelBond> bonds;
+  std::vector<Output> outputs;
+  std::vector<Scene> scenes;
+  std::vector<Diagnostic> warnings;
+};
+
+/// The full name of a symbol: "x_ref", "left.packet.wall.q", "b3.e".
+std::string symbol_name(const Model& model, SymbolId symbol);
+
+/// Reads a model file and the submodels and data files it names.
+/// @throws ModelError BG100..BG119 (file, JSON, keys, types, names), BG12x (expressions, data files), BG13x (bonds,
+///         submodels, initial values), BG14x (scenes): all problems found, in file order, at most one per cause; after
+///         100 of them BG105 tells how many there are.
+/// @note Time and memory are linear in the unfolded model. Submodels may nest to any depth; a cycle is an error that
+///       names it. A model of 1e6 elements and 1e6 bonds takes a few seconds.
+Model read_model(const std::string& path);
+/// The same from a text; @p path is used in messages and to find submodels and tables.
+Model read_model_text(const std::string& path, std::string text);
+
+/// Numbers for one run: a scene with its overrides worked out.
+struct RunInputs {
+  std::string scene;
+  std::vector<double> parameters;  ///< by ParameterId
+  struct Initial {
+    ElementId element;
+    std::uint32_t port = 0;
+    double value = 0.0;
+    std::optional<Place> place;  ///< none when it comes from the command line
+  };
+  std::vector<Initial> initial;  ///< only those given, by increasing element and port; the rest default to 0
+  double start = 0.0, stop = 0.0;
+  std::vector<double> output_times;  ///< increasing, from start to stop
+  std::vector<std::size_t> outputs;  ///< indices into Model::outputs, in order
+  double relative = 1e-6;
+  std::optional<double> absolute;
+  std::map<std::string, double> absolute_by_state;
+  Method method = Method::automatic;
+  std::optional<Reference> reference;
+  std::vector<Diagnostic> warnings;  ///< active elements and the like, which depend on the numbers
+};
+
+/// Overrides from the command line.
+struct SceneOverrides {
+  std::vector<std::string> set;  ///< "NAME=EXPR": a parameter, or a state's initial value ("mass.p=0.1")
+  std::optional<double> relative, absolute;
+  std::optional<Method> method;
+};
+
+/// Works out a scene: parameters in order of dependence (the scene's overrides, then those of the command line), times,
+/// initial values.
+/// @param scene  name; empty for the first scene.
+/// @throws ModelError BG140 no such scene, BG141 --set not understood, BG12x in its expression, BG132 parameter cycle,
+///         BG142 no finite number, BG143 stop before start, BG144 output times, BG145 capacitance or inertance not
+///         positive, BG146 tolerances.
+/// @note Time linear in the model.
+RunInputs prepare_scene(const Model& model, const std::string& scene, const SceneOverrides& overrides = {});
+
+}  // namespace bgsim

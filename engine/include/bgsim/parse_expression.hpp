@@ -1,0 +1,49 @@
+/// The expression language of model format 1.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "bgsim/expression.hpp"
+
+namespace bgsim {
+
+/// A fault in an expression text: bytes [begin, end) of it.
+class ExpressionError : public std::runtime_error {
+ public:
+  ExpressionError(std::string code_, const std::string& message, std::size_t begin_, std::size_t end_,
+                  std::string help_ = {});
+  std::string code;  ///< BG12x
+  std::size_t begin, end;
+  std::string help;
+};
+
+/// What the surrounding model knows of names. Both functions throw ExpressionError-free: they return none for "unknown"
+/// and the parser words the message with the suggestions.
+struct ExpressionScope {
+  /// Meaning of a dotted name such as "x_ref", "packet.wall.q", "b3.e"; "t" and "pi" are the parser's own.
+  std::function<std::optional<ExprId>(std::string_view name)> name;
+  /// Names to suggest from.
+  std::function<std::vector<std::string>()> known_names;
+  /// Loads a column of data: table("file.csv", "column", x) or table("file.csv", "column", x, spline).
+  std::function<TableId(std::string_view file, std::string_view column, Interpolation)> table;
+  SymbolId time;
+};
+
+/// Parses one expression into @p pool.
+/// @throws ExpressionError BG120 syntax, BG121 unknown name, BG122 wrong arguments, BG123 number out of range, BG124
+/// type
+///         (a condition where a number is meant or the reverse), BG125 nesting deeper than 1000.
+ExprId parse_expression(std::string_view text, ExprPool& pool, const ExpressionScope& scope);
+
+/// Splits "lhs = rhs" at its one equals sign; offsets are bytes of @p text.
+/// @throws ExpressionError BG126 if there is not exactly one.
+struct LawText {
+  std::string_view left, right;
+  std::size_t left_begin, right_begin;
+};
+LawText split_law(std::string_view text);
+
+}  // namespace bgsim

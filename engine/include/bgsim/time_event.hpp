@@ -1,0 +1,33 @@
+/// Known times: where a function of time alone changes sign or jumps, found with certainty by interval arithmetic.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "bgsim/expression.hpp"
+
+namespace bgsim {
+
+/// The first time in (after, until] at which @p relation (an expression of time and parameters whose values are
+/// piecewise constant: a comparison, sign, step, floor, or a table, which stands for its cell's index) takes another
+/// value than just after @p after, to the last bit: the value holds on [t*, ...).
+///
+/// Interval arithmetic (Boost.Interval) on the very operations of evaluate() excludes stretches without a change, so
+/// that no pulse is missed however narrow. A value counts where it holds on a stretch: the isolated 0 of sign(t - 1) at
+/// t = 1, or the contact of sin(t) >= 1, is no change. Contacts cannot be decided: where more than 4096 neighbouring
+/// stretches stay undecided, or the search advances 16384 times slower than before, undecided stretches are passed over
+/// (the shortest ones first), so that the work stays bounded; a change is then still seen by the values on either side.
+///
+/// @p symbol_values gives the parameters (time's entry is ignored).
+/// @return none if there is none.
+/// @note About 150 interval evaluations of the relation for each change.
+std::optional<double> next_change(const ExprPool& pool, ExprId relation, SymbolId time,
+                                  std::span<const double> symbol_values, double after, double until);
+
+/// The value that @p relation has just after @p after: that of the first stretch beyond it on which it is decided. For
+/// sign(t) after 0 this is 1, for t > 0 too. Where it has no value there,
+/// as behind the end of measured data, the value at @p after.
+double value_just_after(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values,
+                        double after);
+
+}  // namespace bgsim

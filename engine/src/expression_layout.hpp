@@ -1,0 +1,49 @@
+/// What the two ways of writing an expression, text and LaTeX, have in common: which operand is written first, and
+/// where parentheses are needed so that reading gives the same expression again.
+#pragma once
+
+#include "bgsim/expression.hpp"
+
+namespace bgsim {
+
+/// How strongly an operator binds what stands beside it, weakest first. The parser and the writers share it.
+enum class Binding : std::uint8_t {
+  none,
+  either,      ///< or
+  both,        ///< and
+  negation,    ///< not
+  comparison,  ///< < <= > >= == !=
+  sum,         ///< + -
+  product,     ///< * /
+  minus,       ///< unary -
+  power,       ///< ^
+  atom,        ///< number, name, function, parentheses
+};
+[[nodiscard]] constexpr Binding stronger(Binding binding) {
+  return static_cast<Binding>(static_cast<std::uint8_t>(binding) + 1);
+}
+/// The binding of an operator; functions are atoms.
+Binding binding_of(Op op);
+
+/// The arguments of an operator with two in the order in which they are written: of x + (y + z) and (y + z) + x, which
+/// are one expression, the second needs no parentheses.
+struct Written {
+  ExprId left, right;
+};
+Written written_order(const ExprPool& pool, ExprId id);
+
+/// True if the operand of unary minus may be written without parentheses: -a*b reads as (-a)*b, which is built as
+/// -(a*b) unless a itself absorbs the sign.
+bool bare_after_minus(const ExprPool& pool, ExprId operand);
+
+/// True if c*(a*b) may be written c*a*b: products gather their constant factor outside, unless a is a quotient.
+bool bare_after_factor(const ExprPool& pool, ExprId product);
+
+/// Counts the nodes of the expression written out as a tree.
+/// @throws std::length_error if there are more than 100,000: a graph that shares much has no text of bearable length.
+void check_written_size(const ExprPool& pool, ExprId root);
+
+/// Shortest decimal form that reads back as the same number.
+std::string number_text(double value);
+
+}  // namespace bgsim

@@ -1,0 +1,102 @@
+#include "bgsim/model.hpp"
+
+#include <array>
+
+namespace bgsim {
+
+std::string kind_text(ElementKind kind, bool modulated) {
+  switch (kind) {
+    case ElementKind::effort_source:
+      return modulated ? "MSe" : "Se";
+    case ElementKind::flow_source:
+      return modulated ? "MSf" : "Sf";
+    case ElementKind::resistor:
+      return modulated ? "MR" : "R";
+    case ElementKind::capacitor:
+      return modulated ? "MC" : "C";
+    case ElementKind::inertia:
+      return modulated ? "MI" : "I";
+    case ElementKind::transformer:
+      return modulated ? "MTF" : "TF";
+    case ElementKind::gyrator:
+      return modulated ? "MGY" : "GY";
+    case ElementKind::c_field:
+      return "CC";
+    case ElementKind::i_field:
+      return "II";
+    case ElementKind::r_field:
+      return "RR";
+    case ElementKind::zero_junction:
+      return "0";
+    case ElementKind::one_junction:
+      return "1";
+  }
+  return {};
+}
+
+char letter(Variable variable) {
+  switch (variable) {
+    case Variable::effort:
+      return 'e';
+    case Variable::flow:
+      return 'f';
+    case Variable::displacement:
+      return 'q';
+    case Variable::momentum:
+      return 'p';
+  }
+  return '?';
+}
+
+std::size_t port_count(const Element& element) { return element.ports.size(); }
+
+std::string port_name(const Element& element, std::size_t port) {
+  if (element.ports.size() < 2) return element.name;
+  return element.name + "." + element.ports[port];
+}
+
+SymbolId port_variable(const Element& element, std::size_t port, Variable variable) {
+  if (is_junction(element.kind)) return element.first_symbol;
+  const std::size_t stride = is_store(element.kind) ? 3 : 2;
+  const std::size_t offset = variable == Variable::effort ? 0 : variable == Variable::flow ? 1 : 2;
+  return SymbolId(element.first_symbol.index() + port * stride + offset);
+}
+
+std::string symbol_name(const Model& model, SymbolId symbol) {
+  const ModelSymbol& s = model.symbols[symbol.index()];
+  switch (s.kind) {
+    case ModelSymbol::Kind::time:
+      return "t";
+    case ModelSymbol::Kind::parameter:
+      return model.parameters[s.parameter.index()].name;
+    case ModelSymbol::Kind::signal:
+      return model.signals[s.signal.index()].name;
+    case ModelSymbol::Kind::port_variable: {
+      const Element& element = model.elements[s.element.index()];
+      const std::string name = is_junction(element.kind) ? element.name : port_name(element, s.port);
+      return name + "." + letter(s.variable);
+    }
+    case ModelSymbol::Kind::bond_variable:
+      return model.bonds[s.bond.index()].name + "." + letter(s.variable);
+  }
+  return {};
+}
+
+namespace {
+constexpr std::array<std::pair<Method, const char*>, 4> kMethods{
+    {{Method::automatic, "auto"}, {Method::bdf, "bdf"}, {Method::adams, "adams"}, {Method::ida, "ida"}}};
+}  // namespace
+
+std::optional<Method> method_from(const std::string& name) {
+  for (const auto& [method, text] : kMethods)
+    if (name == text) return method;
+  return std::nullopt;
+}
+
+std::string method_name(Method method) {
+  for (const auto& [candidate, text] : kMethods)
+    if (candidate == method) return text;
+  return {};
+}
+
+}  // namespace bgsim

@@ -1,0 +1,345 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <unordered_map>
+
+#include "bgsim/model.hpp"
+#include "bgsim/parse_expression.hpp"
+#include "dependence.hpp"
+#include "output_times.hpp"
+#include "parameter_values.hpp"
+
+namespace bgsim {
+namespace {
+
+std::string in_quotes(std::string_view name) { return "\"" + std::string(name) + "\""; }
+
+std::string trimmed(const std::string& text) {
+  const auto begin = text.find_first_not_of(' '), end = text.find_last_not_of(' ');
+  return begin == std::string::npos ? std::string() : text.substr(begin, end + 1 - begin);
+}
+
+/// A value that is set from outside the model's own text: by the scene or the command line (then without a place).
+struct Given {
+  ExprId value;
+  std::optional<Place> place;
+};
+
+class ScenePreparation {
+ public:
+  ScenePreparation(const Model& model, const SceneOverrides& overrides)
+      : model_(model), pool_(model.pool), overrides_(overrides) {
+    for (std::size_t i = 0; i < model_.parameters.size(); ++i) parameters_.emplace(model_.parameters[i].name, i);
+  }
+
+  RunInputs run(const std::string& name) {
+    const Scene& scene = find(name);
+    inputs_.scene = scene.name;
+    for (const Parameter& parameter : model_.parameters) values_.push_back({parameter.value, parameter.place});
+    for (const auto& [parameter, value] : scene.parameters)
+      values_[parameters_.at(parameter)] = {value.first, value.second};
+    collect_initial(scene);
+    for (const std::string& text : overrides_.set) apply(text);
+    stop_if_wrong();
+    evaluate_parameters();
+    stop_if_wrong();
+    evaluate_initial();
+    prepare_times(scene);
+    choose_outputs(scene);
+    prepare_tolerances(scene);
+    inputs_.method = overrides_.method.value_or(scene.method);
+    inputs_.reference = scene.reference;
+    check_coefficients();
+    stop_if_wrong();
+    return std::move(inputs_);
+  }
+
+ private:
+  void problem(const char* code, std::string situation, std::optional<Place> place, std::string help = {},
+               std::string rule = {}) {
+    problems_.push_back({Severity::error, code, std::move(situation), place, {}, std::move(rule), std::move(help)});
+  }
+  void stop_if_wrong() {
+    if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
+  }
+
+  const Scene& find(const std::string& name) {
+    std::vector<std::string> names;
+    for (const Scene& scene : model_.scenes) {
+      if (name.empty() || scene.name == name) return scene;
+      names.push_back(scene.name);
+    }
+    if (names.empty()) {
+      problem("BG140", "the model " + in_quotes(model_.name) + " has no scenes, so there is nothing to run", {},
+              "add \"scenes\": { \"run\": { \"stop\": 1 } }");
+    } else {
+      std::string help = nearest_name(name, names);
+      help = help.empty() ? "scenes are" : "did you mean " + in_quotes(help) + "? Scenes are";
+      for (const std::string& known : names) help += (&known == &names.front() ? " " : ", ") + known;
+      problem("BG140", "there is no scene " + in_quotes(name), {}, help);
+    }
+    throw ModelError(std::move(problems_), model_.sources);
+  }
+
+  // --- what is given
+
+  static std::uint64_t key(ElementId element, std::uint32_t port) {
+    return (std::uint64_t{element.value} << 32U) | port;
+  }
+  [[nodiscard]] static char stored_letter(const Element& element) {
+    return stores_displacement(element.kind) ? 'q' : 'p';
+  }
+
+  void collect_initial(const Scene& scene) {
+    for (std::size_t i = 0; i < model_.elements.size(); ++i)
+      for (const InitialValue& initial : model_.elements[i].initial)
+        initial_[key(ElementId(i), initial.port)] = {initial.value, initial.place};
+    for (const auto& [state, value] : scene.initial)
+      if (const auto store = find_state(state)) initial_[*store] = {value.first, value.second};
+  }
+
+  /// The store of a state by its full name. The names are put together once, when the first is asked for.
+  std::optional<std::uint64_t> find_state(const std::string& name) {
+    if (states_.empty())
+      for (std::size_t i = 0; i < model_.elements.size(); ++i) {
+        const Element& element = model_.elements[i];
+        for (std::uint32_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
+          states_.emplace(port_name(element, port) + "." + stored_letter(element), key(ElementId(i), port));
+      }
+    const auto found = states_.find(name);
+    return found == states_.end() ? std::nullopt : std::optional(found->second);
+  }
+
+  /// "NAME=EXPR" from the command line.
+  void apply(const std::string& text) {
+    const auto equals = text.find('=');
+    const std::string name = trimmed(text.substr(0, equals));
+    if (equals == std::string::npos || name.empty())
+      return problem("BG141", "--set " + in_quotes(text) + " is not of the form NAME=EXPR", {},
+                     "write --set m=0.02, say");
+    const auto parameter = parameters_.find(name);
+    const auto state = parameter == parameters_.end() ? find_state(name) : std::nullopt;
+    if (parameter == parameters_.end() && !state) return unknown_target(text, name);
+    ExpressionScope scope;
+    scope.time = model_.time;
+    scope.name = [this](std::string_view wanted) -> std::optional<ExprId> {
+      const auto known = parameters_.find(wanted);
+      if (known == parameters_.end()) return std::nullopt;
+      return pool_.symbol(model_.parameters[known->second].symbol);
+    };
+    scope.known_names = [this] { return parameter_names(); };
+    try {
+      const ExprId value = parse_expression(std::string_view(text).substr(equals + 1), pool_, scope);
+      for (const ExprId id : reachable(pool_, std::vector{value}))
+        if (pool_[id].op == Op::der || (pool_.is_symbol(id) && pool_.symbol_of(id) == model_.time))
+          return problem("BG141", "--set " + in_quotes(text) + ": neither t nor der can be used here", {}, {},
+                         "parameters and initial values are computed from numbers and parameters only");
+      if (state)
+        initial_[*state] = {value, std::nullopt};
+      else
+        values_[parameter->second] = {value, std::nullopt};
+    } catch (const ExpressionError& error) {
+      problem(error.code.c_str(), "--set " + in_quotes(text) + ": " + error.what(), {}, error.help);
+    }
+  }
+
+  void unknown_target(const std::string& text, const std::string& name) {
+    std::vector<std::string> names = parameter_names();
+    for (const auto& [state, unused] : states_) names.push_back(state);
+    std::sort(names.begin(), names.end());
+    const std::string near = nearest_name(name, names);
+    problem("BG141", "--set " + in_quotes(text) + ": there is no parameter or state " + in_quotes(name), {},
+            near.empty() ? "parameters and states are called as in the model: m, mass.p, left.m, packet.air.q"
+                         : "did you mean " + in_quotes(near) + "?");
+  }
+
+  [[nodiscard]] std::vector<std::string> parameter_names() const {
+    std::vector<std::string> names;
+    for (const Parameter& parameter : model_.parameters) names.push_back(parameter.name);
+    return names;
+  }
+
+  // --- values
+
+  void evaluate_parameters() {
+    const auto refers_to = [this](std::size_t i) {
+      std::vector<std::size_t> others;
+      for (const SymbolId symbol : symbols_in(pool_, std::vector{values_[i].value}))
+        others.push_back(model_.symbols[symbol.index()].parameter.index());
+      return others;
+    };
+    const Dependence dependence = order_by_dependence(values_.size(), refers_to);
+    for (const std::vector<std::size_t>& cycle : dependence.cycles) {
+      std::string chain;
+      std::vector<Note> notes;
+      for (const std::size_t i : cycle) {
+        chain += model_.parameters[i].name + " -> ";
+        if (notes.size() < 3)
+          notes.push_back({values_[i].place, in_quotes(model_.parameters[i].name) +
+                                                 (values_[i].place ? " is computed here" : " is set by --set")});
+      }
+      problem("BG132", "parameters depend on each other: " + chain + model_.parameters[cycle.front()].name, {},
+              "give one of them a value that does not refer to the others",
+              "an override takes the place of the value that it overrides");
+      problems_.back().notes = std::move(notes);
+    }
+    stop_if_wrong();
+    symbol_values_.assign(model_.symbols.size(), std::numeric_limits<double>::quiet_NaN());
+    std::vector<bool> known(values_.size(), true);
+    inputs_.parameters.resize(values_.size());
+    for (const std::size_t i : dependence.order) {
+      const Parameter& parameter = model_.parameters[i];
+      for (const std::size_t other : refers_to(i)) known[i] = known[i] && known[other];
+      if (!known[i]) continue;  // for want of another parameter, which is reported
+      const auto value = number(values_[i].value, "the parameter " + in_quotes(parameter.name), values_[i].place);
+      known[i] = value.has_value();
+      inputs_.parameters[i] = symbol_values_[parameter.symbol.index()] = value.value_or(0.0);
+    }
+  }
+
+  /// The value of an expression over parameters, or a message with its operands.
+  std::optional<double> number(ExprId expression, const std::string& what, const std::optional<Place>& place) {
+    const double value = evaluate(pool_, expression, symbol_values_);
+    if (std::isfinite(value)) return value;
+    problem("BG142", what + " is not a finite number: " + with_operands(model_, pool_, expression, symbol_values_),
+            place, "look for a division by 0, an overflow, or a function outside its domain");
+    return std::nullopt;
+  }
+
+  void evaluate_initial() {
+    std::vector<std::uint64_t> stores;
+    for (const auto& [store, unused] : initial_) stores.push_back(store);
+    std::sort(stores.begin(), stores.end());
+    for (const std::uint64_t store : stores) {
+      const Given& given = initial_[store];
+      const ElementId element(store >> 32U);
+      const auto port = static_cast<std::uint32_t>(store);
+      const Element& owner = model_.elements[element.index()];
+      const double* constant = pool_.is_constant(given.value) ? &pool_[given.value].constant : nullptr;
+      std::optional<double> value;
+      if (constant != nullptr && std::isfinite(*constant))
+        value = *constant;
+      else
+        value = number(given.value,
+                       "the initial value of " + in_quotes(port_name(owner, port) + "." + stored_letter(owner)),
+                       given.place);
+      if (value) inputs_.initial.push_back({element, port, *value, given.place});
+    }
+  }
+
+  void prepare_times(const Scene& scene) {
+    std::optional<double> start = 0.0, interval = 0.0;
+    if (scene.start.valid()) start = number(scene.start, "\"start\"", scene.start_place);
+    const auto stop = number(scene.stop, "\"stop\"", scene.stop_place);
+    if (scene.interval.valid()) interval = number(scene.interval, "\"interval\"", scene.interval_place);
+    if (!start || !stop || !interval) return;
+    inputs_.start = *start;
+    inputs_.stop = *stop;
+    OutputTimes times = scene.interval.valid() ? times_at_interval(*start, *stop, *interval)
+                                               : times_by_number(*start, *stop, scene.samples);
+    const std::size_t columns = scene.outputs.empty() ? model_.outputs.size() : scene.outputs.size();
+    constexpr double kMostNumbers = 1e9;  // 8 GB of trace
+    if (times.fault.empty() && static_cast<double>(times.count) * (1.0 + static_cast<double>(columns)) > kMostNumbers) {
+      times.fault = "the trace would hold more than 1e9 numbers";
+      times.help = "ask for fewer samples or outputs";
+    }
+    if (times.fault.empty()) {
+      inputs_.output_times = times.values();
+      return;
+    }
+    const bool order = !(*stop >= *start);
+    problem(order ? "BG143" : "BG144", "the scene " + in_quotes(scene.name) + ": " + times.fault,
+            order || !scene.interval_place.node.valid() ? scene.stop_place : scene.interval_place, times.help);
+  }
+
+  void choose_outputs(const Scene& scene) {
+    if (scene.outputs.empty()) {
+      for (std::size_t i = 0; i < model_.outputs.size(); ++i) inputs_.outputs.push_back(i);
+      if (model_.outputs.empty())
+        warn("BG149", "the model " + in_quotes(model_.name) + " has no outputs: its trace holds the times only", {},
+             "add \"outputs\": { \"x\": \"spring.q\" }, say");
+      return;
+    }
+    std::unordered_map<std::string_view, std::size_t> positions;
+    for (std::size_t i = 0; i < model_.outputs.size(); ++i) positions.emplace(model_.outputs[i].name, i);
+    for (const std::string& name : scene.outputs) inputs_.outputs.push_back(positions.at(name));
+  }
+
+  void prepare_tolerances(const Scene& scene) {
+    inputs_.relative = overrides_.relative.value_or(scene.relative.value_or(1e-6));
+    inputs_.absolute = overrides_.absolute ? overrides_.absolute : scene.absolute;
+    if (!overrides_.absolute) inputs_.absolute_by_state = scene.absolute_by_state;
+    if (!(inputs_.relative > 0.0 && inputs_.relative < 1.0))
+      problem("BG146", "the relative tolerance must lie between 0 and 1", {}, "write 1e-6, say");
+    if (inputs_.absolute && !(*inputs_.absolute > 0.0 && std::isfinite(*inputs_.absolute)))
+      problem("BG146", "the absolute tolerance must be a finite number greater than 0", {},
+              "leave it out: it then follows each state's own size");
+  }
+
+  // --- physics
+
+  void warn(const char* code, std::string situation, std::optional<Place> place, std::string help = {},
+            std::string rule = {}) {
+    inputs_.warnings.push_back(
+        {Severity::warning, code, std::move(situation), place, {}, std::move(rule), std::move(help)});
+  }
+
+  /// Coefficients that depend on parameters alone are looked at before anything is computed from them.
+  void check_coefficients() {
+    const ParameterValues values(model_, pool_, symbol_values_);
+    for (const Element& element : model_.elements) {
+      if (!element.coefficient.valid()) continue;
+      const auto value = values.of(element.coefficient);
+      if (!value) continue;
+      const std::string what = "the " + std::string(coefficient_name(element.kind)) + " of " + in_quotes(element.name);
+      if (!std::isfinite(*value)) {
+        number(element.coefficient, what, element.coefficient_place);
+      } else if ((element.kind == ElementKind::capacitor || element.kind == ElementKind::inertia) && !(*value > 0.0)) {
+        problem("BG145", what + " is " + text_of_number(*value), element.coefficient_place,
+                *value == 0.0 ? "leave the element out, or give it a small positive value"
+                              : "a spring that pushes away from rest can be written as a \"law\"",
+                "a store takes energy in as it fills: its capacitance or inertance is greater than 0");
+      } else if (element.kind == ElementKind::resistor && *value < 0.0) {
+        warn("BG148", what + " is " + text_of_number(*value) + ": the element is active", element.coefficient_place,
+             "check the sign, if it is not meant to supply power", "a resistance of less than 0 supplies power");
+      }
+    }
+  }
+
+  static const char* coefficient_name(ElementKind kind) {
+    switch (kind) {
+      case ElementKind::effort_source:
+        return "effort";
+      case ElementKind::flow_source:
+        return "flow";
+      case ElementKind::resistor:
+        return "resistance";
+      case ElementKind::capacitor:
+        return "capacitance";
+      case ElementKind::inertia:
+        return "inertance";
+      default:
+        return "modulus";
+    }
+  }
+
+  const Model& model_;
+  ExprPool pool_;  ///< the model's, with what the command line adds
+  const SceneOverrides& overrides_;
+  RunInputs inputs_;
+  std::unordered_map<std::string_view, std::size_t> parameters_;  ///< by name
+  std::unordered_map<std::string, std::uint64_t> states_;         ///< by name; empty until the first is asked for
+  std::vector<Given> values_;                                     ///< by ParameterId
+  std::unordered_map<std::uint64_t, Given> initial_;              ///< by key()
+  std::vector<double> symbol_values_;                             ///< of parameters; NaN for the others
+  std::vector<Diagnostic> problems_;
+};
+
+}  // namespace
+
+RunInputs prepare_scene(const Model& model, const std::string& scene, const SceneOverrides& overrides) {
+  return ScenePreparation(model, overrides).run(scene);
+}
+
+}  // namespace bgsim

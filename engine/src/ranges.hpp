@@ -1,0 +1,45 @@
+/// The values an expression of time takes over a stretch of time.
+#pragma once
+
+#include <boost/numeric/interval.hpp>
+#include <span>
+#include <vector>
+
+#include "bgsim/expression.hpp"
+
+namespace bgsim {
+
+/// An interval that holds every value that the rounded operations of evaluate() give, empty for NaN. Rounding is
+/// monotone: x <= y gives x + z <= y + z after rounding as before it. So the ends need no outward rounding but for the
+/// functions of the mathematical library, which may be off by a unit in the last place.
+using Range = boost::numeric::interval<
+    double, boost::numeric::interval_lib::policies<boost::numeric::interval_lib::save_state_nothing<
+                                                       boost::numeric::interval_lib::rounded_arith_exact<double>>,
+                                                   boost::numeric::interval_lib::checking_base<double>>>;
+
+/// Evaluates one relation over stretches of time, with the parameters fixed.
+class TimeRelation {
+ public:
+  TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values);
+
+  /// The relation's value if it is the same at all times in [begin, end], NaN being a value like others.
+  std::optional<double> value_on(double begin, double end);
+
+ private:
+  struct Step {
+    Op op;
+    std::uint32_t a, b, c, out;
+    const Table* table;
+  };
+  void run(const Step& step);
+
+  std::vector<Step> steps_;  ///< of what depends on time
+  std::vector<Range> values_;
+  std::vector<std::uint32_t> time_;  ///< where time stands, if it occurs
+  const Table* cells_ = nullptr;     ///< the relation is this table's cell
+};
+
+/// The cell of @p table that holds @p x; the first or last one outside the data.
+std::size_t nearest_cell(const Table& table, double x);
+
+}  // namespace bgsim

@@ -1,0 +1,152 @@
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "reader.hpp"
+
+namespace bgsim {
+namespace {
+
+/// The bytes of a file, or what is wrong with it. A model may come from a pipe; what it names must be regular files.
+struct FileText {
+  std::string text, fault;
+};
+FileText read_file(const std::string& path, bool regular) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return {{}, "it is a folder"};
+  if (regular && std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
+    return {{}, "it is no regular file"};
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return {{}, std::filesystem::exists(path, ignored) ? "it cannot be opened" : "there is no such file"};
+  FileText file;
+  std::array<char, 1 << 16> block{};
+  while (in.read(block.data(), block.size()), in.gcount() > 0) {
+    file.text.append(block.data(), static_cast<std::size_t>(in.gcount()));
+    if (file.text.size() > std::numeric_limits<std::uint32_t>::max()) break;  // Document refuses it
+  }
+  if (in.bad()) return {{}, "it cannot be read"};
+  return file;
+}
+
+}  // namespace
+
+Model read_model(const std::string& path) {
+  FileText file = read_file(path, false);
+  if (!file.fault.empty())
+    throw ModelError({{Severity::error,
+                       "BG100",
+                       "cannot read " + in_quotes(path) + ": " + file.fault,
+                       {},
+                       {},
+                       {},
+                       "give the path of a model file, such as models/bellow.json"}},
+                     std::make_shared<Sources>());
+  return read_model_text(path, std::move(file.text));
+}
+
+Model read_model_text(const std::string& path, std::string text) { return Reader(path).read(std::move(text)); }
+
+Reader::Reader(std::string path) : path_(std::move(path)), sources_(std::make_shared<Sources>()) {}
+
+Model Reader::read(std::string text) {
+  model_.sources = sources_;
+  model_.time = add_symbol({});
+  const DocumentId root = load(path_, std::move(text), std::nullopt);
+  if (!root.valid() || !expect(document(root), Document::root(), JsonKind::object, "a model")) give_up();
+  scopes_.push_back({"", root, 0, {}});
+  read_head();
+  survey(root);
+  declare_all();
+  parse_quantities();
+  for (std::size_t i = 0; i < model_.elements.size(); ++i) parse_element(i);
+  parse_outputs();
+  parse_scenes();
+  check_dependence();
+  if (!problems_.empty()) give_up();
+  return std::move(model_);
+}
+
+/// Problems in the order in which they stand in the files.
+void Reader::give_up() {
+  std::stable_sort(problems_.begin(), problems_.end(), [](const Diagnostic& a, const Diagnostic& b) {
+    if (!a.place || !b.place) return a.place.has_value() && !b.place.has_value();
+    return std::pair(a.place->document, a.place->begin) < std::pair(b.place->document, b.place->begin);
+  });
+  if (further_problems_ > 0)
+    problems_.push_back({Severity::error,
+                         "BG105",
+                         std::to_string(further_problems_) + " further problems are not shown",
+                         {},
+                         {},
+                         {},
+                         "mend the first ones and try again"});
+  throw ModelError(std::move(problems_), sources_);
+}
+
+void Reader::read_head() {
+  const Document& file = document(scopes_[0]);
+  const NodeId name = file.find(Document::root(), "name");
+  if (!name.valid())
+    model_.name = std::filesystem::path(path_).stem().string();
+  else if (expect(file, name, JsonKind::string, "\"name\"") &&
+           valid_title(file[name].text, file.place(name), "a model"))
+    model_.name = file[name].text;
+  model_.about = text_of(file, Document::root(), "about");
+  model_.source = text_of(file, Document::root(), "source");
+}
+
+DocumentId Reader::load(const std::string& path, std::optional<std::string> text, const std::optional<Place>& from) {
+  std::error_code ignored;
+  std::string key = std::filesystem::weakly_canonical(path, ignored).string();
+  if (key.empty()) key = std::filesystem::path(path).lexically_normal().string();
+  if (const auto known = loaded_.find(key); known != loaded_.end()) return known->second;
+  DocumentId& result = loaded_[key];
+  if (!text) {
+    FileText file = read_file(path, true);
+    if (!file.fault.empty()) {
+      problem("BG133", "cannot read the submodel " + in_quotes(path) + ": " + file.fault, from,
+              "paths are relative to the folder of the file that names them");
+      return {};
+    }
+    text = std::move(file.text);
+  }
+  const DocumentId id(sources_->size());
+  try {
+    sources_->push_back(Document::parse(id, path, std::move(*text)));
+  } catch (const ModelError& error) {
+    // The place is in the file that failed: keep its text for the message.
+    if (error.sources && id.index() < error.sources->size()) sources_->push_back((*error.sources)[id.index()]);
+    problems_.insert(problems_.end(), error.diagnostics.begin(), error.diagnostics.end());
+    return {};
+  }
+  return result = id;
+}
+
+std::string Reader::beside(DocumentId id, std::string_view file) const {
+  const std::filesystem::path given(file);
+  if (given.is_absolute()) return given.string();
+  return (std::filesystem::path(document(id).path()).parent_path() / given).string();
+}
+
+/// The head of a file that is known to be an object.
+void Reader::check_root(const Scope& scope) {
+  static constexpr std::array<std::string_view, 13> kKeys{"bgsim",   "name",   "about",    "source", "parameters",
+                                                          "signals", "types",  "elements", "bonds",  "ports",
+                                                          "outputs", "scenes", "$schema"};
+  const Document& file = document(scope);
+  const NodeId root = Document::root();
+  check_keys(file, root, kKeys, "a model");
+  const Place brace{scope.document, root, file[root].begin, file[root].begin + 1};
+  const NodeId format = file.find(root, "bgsim");
+  if (!format.valid())
+    problem("BG110", "the file does not say which model format it is written in", brace, "add \"bgsim\": 1",
+            "a model begins with { \"bgsim\": 1");
+  else if (file[format].kind != JsonKind::number || file[format].number != 1.0)
+    problem("BG110", "the file is not written in model format 1", file.place(format), "write \"bgsim\": 1",
+            "this version of bgsim reads model format 1");
+  if (!file.find(root, "elements").valid())
+    missing(file, root, "the model has no \"elements\"", brace, "add \"elements\": { ... }");
+}
+
+}  // namespace bgsim

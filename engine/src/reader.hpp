@@ -1,0 +1,214 @@
+/// Reading a model: first every name is declared, submodels unfolded where their elements stand; then every expression
+/// is parsed in the scope it is written in, so that order in the file means nothing.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "bgsim/model.hpp"
+#include "bgsim/parse_expression.hpp"
+#include "bgsim/trace_csv.hpp"
+#include "element_kinds.hpp"
+
+namespace bgsim {
+
+/// One use of a file: the model itself, or a submodel where its element stands.
+struct Scope {
+  std::string prefix;  ///< "" or "left."
+  DocumentId document;
+  std::size_t parent = 0;  ///< scope in which the instance stands
+  NodeId instance;         ///< the instance's element in the parent's file; none for the model itself
+};
+
+/// What a full name stands for.
+struct Entity {
+  enum class Kind : std::uint8_t { parameter, signal, element, bond, instance } kind;
+  std::uint32_t index;  ///< into the model's table; the scope for instances
+  Place place;
+};
+
+/// Where the text of something declared stands.
+struct Written {
+  std::uint32_t names = 0;  ///< scope whose names the text uses (for overrides by an instance: the parent)
+  NodeId value;             ///< JSON value in that scope's document
+};
+
+/// What an expression is for, which tells the names it may use.
+struct Context {
+  std::size_t scope = 0;
+  const Element* own = nullptr;    ///< whose law or energy it is: its variables come first
+  const char* constant = nullptr;  ///< set where only parameters may be used: what is computed, "an initial value"
+};
+
+class Reader {
+ public:
+  explicit Reader(std::string path);
+  Model read(std::string text);
+
+ private:
+  static constexpr std::size_t kMostProblems = 100;
+  static constexpr std::size_t kMostSearched = 20'000;  ///< names for a suggestion, which is not worth more time
+
+  // files (read_model.cpp)
+  [[noreturn]] void give_up();
+  DocumentId load(const std::string& path, std::optional<std::string> text, const std::optional<Place>& from);
+  [[nodiscard]] const Document& document(DocumentId id) const { return (*sources_)[id.index()]; }
+  [[nodiscard]] const Document& document(const Scope& scope) const { return document(scope.document); }
+  [[nodiscard]] std::string beside(DocumentId document, std::string_view file) const;
+  void check_root(const Scope& scope);
+  void read_head();
+
+  // problems and JSON helpers (reader_keys.cpp)
+  void problem(const char* code, std::string situation, std::optional<Place> place, std::string help = {},
+               std::string rule = {}, std::vector<Note> notes = {});
+  /// Whether so many problems are known that the costly search for suggestions is not worth its time any more.
+  [[nodiscard]] bool enough_problems() const { return problems_.size() >= kMostProblems; }
+  void check_keys(const Document& file, NodeId object, std::span<const std::string_view> allowed,
+                  const std::string& what);
+  /// A required key is not there; not told of an object with an unknown key, which is likely to be meant for it.
+  void missing(const Document& file, NodeId object, std::string situation, const Place& place, std::string help,
+               std::string rule = {});
+  bool expect(const Document& file, NodeId value, JsonKind kind, const std::string& what);
+  std::string text_of(const Document& file, NodeId object, std::string_view key);
+  NodeId section(const Scope& scope, std::string_view key, JsonKind kind);
+  bool valid_name(std::string_view name, const Place& place, const std::string& what);
+  bool valid_title(std::string_view name, const Place& place, const std::string& what);
+
+  // names of quantities, elements and submodels (reader_names.cpp)
+  void declare_all();
+  void begin_scope(std::size_t scope);
+  void end_scope(std::size_t scope);
+  bool claim(const std::string& full_name, const Entity& entity);
+  void declare_quantities(std::size_t scope, bool signals);
+  void declare_element(std::size_t scope, NodeId node);
+  bool read_ports(std::size_t scope, NodeId node, Element& element);
+  void add_element(std::size_t scope, NodeId node, Element element);
+  SymbolId add_symbol(ModelSymbol symbol);
+
+  // submodels (reader_submodels.cpp)
+  struct Type {
+    NodeId node;  ///< the file's name, in "types"
+    DocumentId file;
+    bool refused = false;  ///< there is something wrong with it, which is reported
+  };
+  struct Use {
+    Type* type;
+    std::size_t times;  ///< elements of that kind in the file
+  };
+  std::unordered_map<std::string_view, Type>& types_of(DocumentId id);
+  std::vector<Use> uses_of(DocumentId id);
+  void survey(DocumentId root);
+  void declare_instance(std::size_t scope, NodeId node, std::string_view type);
+  void apply_overrides(std::size_t scope);
+  void declare_exports(std::size_t scope);
+
+  // bonds (reader_bonds.cpp)
+  void declare_bonds(std::size_t scope);
+  void declare_bond(std::size_t scope, NodeId node, std::size_t position);
+  std::optional<BondEndText> bond_end(std::size_t scope, NodeId bond, std::string_view key);
+  std::optional<BondEndText> bond_end_at(std::size_t scope, NodeId value);
+  std::optional<BondEndText> inner_bond_end(std::size_t scope, NodeId value, std::string_view base,
+                                            std::string_view port);
+  std::optional<BondEndText> no_element(std::size_t scope, NodeId value);
+
+  // expressions (reader_expressions.cpp)
+  ExprId expression(const Context& context, NodeId value, const std::string& what);
+  ExprId parse(const Context& context, NodeId value, std::string_view text, std::size_t offset);
+  bool only_parameters(const Context& context, NodeId value, ExprId expression);
+  std::optional<ExprId> meaning(const Context& context, std::string_view name);
+  std::optional<ExprId> quantity(const Context& context, const Entity& entity, std::string_view name);
+  std::optional<ExprId> own_variable(const Context& context, std::string_view name);
+  std::optional<SymbolId> variable_of(std::size_t scope, std::string_view base, char letter);
+  std::optional<SymbolId> state_named(std::string_view name);
+  std::nullopt_t refuse(const char* code, std::string situation, std::string help);
+  [[nodiscard]] std::vector<std::string> known_names(const Context& context) const;
+  SymbolId bond_symbol(BondId bond, Variable variable);
+  [[nodiscard]] bool is_broken(std::size_t scope, std::string_view name) const;
+
+  // measured data (reader_tables.cpp)
+  const CsvTable& data_file(const std::string& path, const std::function<void(std::string, std::string)>& fail);
+  TableId load_table(const Scope& scope, std::string_view text, std::string_view file, std::string_view column,
+                     Interpolation interpolation);
+
+  // elements (reader_elements.cpp)
+  void parse_quantities();
+  void parse_element(std::size_t index);
+  std::optional<NodeId> chosen_way(std::size_t index);
+  void parse_energy(std::size_t index, NodeId value);
+  void parse_laws(std::size_t index, NodeId value);
+  void parse_law(std::size_t index, NodeId value);
+  bool check_law_variables(std::size_t index, const Law& law, NodeId value);
+  void parse_initial(std::size_t index, NodeId value);
+  void parse_priority(std::size_t index, NodeId value);
+  void parse_outputs();
+
+  // rules about whole expressions (reader_rules.cpp)
+  enum class Varies : std::uint8_t { never, with_time, with_state };
+  void check_dependence();
+  template <class Quantity>
+  void check_cycles(const std::vector<Quantity>& quantities, ModelSymbol::Kind kind, const char* what);
+  void check_plain_kinds();
+  void check_equalities();
+  [[nodiscard]] Varies variation(SymbolId symbol) const;
+  [[nodiscard]] Varies variation(ExprId expression) const;
+
+  // scenes (reader_scenes.cpp)
+  void parse_scenes();
+  void parse_scene(NodeId node);
+  void parse_times(NodeId node, Scene& scene);
+  void parse_scene_parameters(NodeId node, Scene& scene);
+  void parse_scene_initial(NodeId node, Scene& scene);
+  void parse_scene_outputs(NodeId node, Scene& scene);
+  void parse_tolerances(NodeId node, Scene& scene);
+  void parse_reference(NodeId node, Scene& scene);
+  std::optional<double> positive(NodeId value, const std::string& what);
+  [[nodiscard]] std::vector<std::string> state_names() const;
+  bool check_state(const std::string& name, const Place& place);
+  bool check_output(const std::string& name, const Place& place);
+
+  std::string path_;
+  std::shared_ptr<Sources> sources_;
+  Model model_;
+  std::vector<Scope> scopes_;
+
+  std::unordered_map<std::string, DocumentId> loaded_;  ///< by canonical path; an invalid id for files with faults
+  std::unordered_map<std::uint32_t, std::unordered_map<std::string_view, Type>> types_;  ///< by document
+  std::vector<std::size_t> unfolding_;  ///< scopes whose elements are being declared, outermost first
+
+  std::unordered_map<std::string, Entity> names_;         ///< by full name
+  std::unordered_map<std::string, ElementId> exports_;    ///< junctions by "left.body"
+  std::unordered_set<std::uint64_t> with_unknown_keys_;   ///< objects, by document and value
+  std::unordered_set<std::string> broken_;                ///< full names of what is at fault and reported
+  std::unordered_map<std::string, CsvTable> data_;        ///< by path
+  std::unordered_map<std::string, TableId> tables_;       ///< by file, column and interpolation
+  std::unordered_map<std::string, std::size_t> outputs_;  ///< by name
+  std::vector<Written> parameter_text_, signal_text_, element_text_;
+  std::unordered_map<std::uint64_t, SymbolId> bond_symbols_;
+  std::vector<Varies> signal_varies_;  ///< by SignalId
+
+  /// Why the last name has no meaning where it stands, if more is known than that.
+  struct Refusal {
+    std::string code, situation, help;
+  };
+  std::optional<Refusal> refusal_;
+
+  std::vector<Diagnostic> problems_;
+  std::unordered_set<std::string> reported_;  ///< a submodel used twice has each of its faults once
+  std::size_t further_problems_ = 0;
+};
+
+/// "a number", "an array", ...
+const char* json_kind_name(JsonKind kind);
+/// "did you mean ...?", or nothing.
+std::string suggestion(std::string_view name, const std::vector<std::string>& candidates);
+/// "a", "b" or "c"; in quotes.
+std::string list_of(const std::vector<std::string>& names, const char* last_separator = " or ");
+[[nodiscard]] inline std::string in_quotes(std::string_view name) { return "\"" + std::string(name) + "\""; }
+
+}  // namespace bgsim

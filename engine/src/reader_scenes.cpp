@@ -1,0 +1,234 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "reader.hpp"
+
+namespace bgsim {
+
+/// Scenes of submodels are not taken over, as their outputs are not.
+void Reader::parse_scenes() {
+  const NodeId object = section(scopes_[0], "scenes", JsonKind::object);
+  if (!object.valid()) return;
+  const Document& file = document(scopes_[0]);
+  for (NodeId node = file[object].first_child; node.valid(); node = file[node].next_sibling) parse_scene(node);
+}
+
+void Reader::parse_scene(NodeId node) {
+  static constexpr std::array<std::string_view, 12> kKeys{"about",    "start",      "stop",    "samples",
+                                                          "interval", "parameters", "initial", "outputs",
+                                                          "relative", "absolute",   "method",  "reference"};
+  const Document& file = document(scopes_[0]);
+  Scene scene;
+  scene.name = file[node].key;
+  scene.place = file.key_place(node);
+  if (!valid_title(scene.name, scene.place, "a scene")) return;
+  if (!expect(file, node, JsonKind::object, "a scene")) return;
+  check_keys(file, node, kKeys, "a scene");
+  scene.about = text_of(file, node, "about");
+  parse_times(node, scene);
+  parse_scene_parameters(node, scene);
+  parse_scene_initial(node, scene);
+  parse_scene_outputs(node, scene);
+  parse_tolerances(node, scene);
+  if (const NodeId value = file.find(node, "method");
+      value.valid() && expect(file, value, JsonKind::string, "\"method\"")) {
+    if (const auto method = method_from(std::string(file[value].text)))
+      scene.method = *method;
+    else
+      problem("BG146", "there is no method " + in_quotes(file[value].text), file.place(value),
+              "methods are \"auto\", \"bdf\", \"adams\" and \"ida\"");
+  }
+  parse_reference(node, scene);
+  model_.scenes.push_back(std::move(scene));
+}
+
+void Reader::parse_times(NodeId node, Scene& scene) {
+  const Document& file = document(scopes_[0]);
+  const auto time = [&](const char* key, ExprId& expr, Place& place) {
+    const NodeId value = file.find(node, key);
+    if (!value.valid()) return false;
+    const std::string what = in_quotes(key);
+    place = file.place(value);
+    expr = expression({0, nullptr, what.c_str()}, value, what);
+    return true;
+  };
+  time("start", scene.start, scene.start_place);
+  const bool interval = time("interval", scene.interval, scene.interval_place);
+  if (!time("stop", scene.stop, scene.stop_place))
+    missing(file, node, "the scene " + in_quotes(scene.name) + " has no \"stop\"", scene.place,
+            "add \"stop\": the time at which it ends");
+  const NodeId samples = file.find(node, "samples");
+  if (!samples.valid() || !expect(file, samples, JsonKind::number, "\"samples\"")) return;
+  const double n = file[samples].number;
+  constexpr double kMostSamples = 1e9;
+  scene.interval_place = file.place(samples);
+  if (n != std::floor(n) || n < 1.0 || n > kMostSamples)
+    problem("BG144", "\"samples\" must be a whole number from 1 to 1e9", file.place(samples));
+  else
+    scene.samples = static_cast<std::size_t>(n);
+  if (interval)
+    problem("BG144", "the scene " + in_quotes(scene.name) + " has both \"samples\" and \"interval\"",
+            file.key_place(samples), "keep one of them");
+}
+
+void Reader::parse_scene_parameters(NodeId node, Scene& scene) {
+  const Document& file = document(scopes_[0]);
+  const NodeId value = file.find(node, "parameters");
+  if (!value.valid() || !expect(file, value, JsonKind::object, "\"parameters\"")) return;
+  for (NodeId child = file[value].first_child; child.valid(); child = file[child].next_sibling) {
+    const std::string name(file[child].key);
+    const auto found = names_.find(name);
+    if (found == names_.end() || found->second.kind != Entity::Kind::parameter) {
+      if (is_broken(0, name)) continue;
+      const bool signal = found != names_.end() && found->second.kind == Entity::Kind::signal;
+      problem("BG147",
+              signal ? in_quotes(name) + " is a signal: a scene can only set parameters"
+                     : "there is no parameter " + in_quotes(name) + " for the scene to set",
+              file.key_place(child),
+              signal ? "write the signal with a parameter that the scene can set"
+                     : suggestion(name, known_names({0, nullptr, "a parameter"})));
+      continue;
+    }
+    const ExprId set = expression({0, nullptr, "a parameter"}, child, "a parameter");
+    if (set.valid()) scene.parameters[name] = {set, file.place(child)};
+  }
+}
+
+void Reader::parse_scene_initial(NodeId node, Scene& scene) {
+  const Document& file = document(scopes_[0]);
+  const NodeId value = file.find(node, "initial");
+  if (!value.valid() || !expect(file, value, JsonKind::object, "\"initial\"")) return;
+  for (NodeId child = file[value].first_child; child.valid(); child = file[child].next_sibling) {
+    const std::string name(file[child].key);
+    if (check_state(name, file.key_place(child))) {
+      const ExprId start = expression({0, nullptr, "an initial value"}, child, "an initial value");
+      if (start.valid()) scene.initial[name] = {start, file.place(child)};
+    }
+  }
+}
+
+/// Whether there is a state of that full name.
+bool Reader::check_state(const std::string& name, const Place& place) {
+  refusal_.reset();
+  if (state_named(name)) return true;
+  if (is_broken(0, name)) return false;
+  std::string help = refusal_ ? refusal_->help : suggestion(name, state_names());
+  if (help.empty()) help = "states have names like \"mass.p\", \"spring.q\" or \"packet.air.q\"";
+  problem("BG147", refusal_ ? refusal_->situation : "there is no state " + in_quotes(name), place, help,
+          "states are what the stores hold: q of C and CC, p of I and II");
+  return false;
+}
+
+std::vector<std::string> Reader::state_names() const {
+  std::vector<std::string> names;
+  for (const Element& element : model_.elements) {
+    if (names.size() >= kMostSearched || enough_problems()) break;
+    for (std::size_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
+      names.push_back(port_name(element, port) + "." + letter(stored_variable(element.kind)));
+  }
+  return names;
+}
+
+void Reader::parse_scene_outputs(NodeId node, Scene& scene) {
+  const Document& file = document(scopes_[0]);
+  const NodeId value = file.find(node, "outputs");
+  if (!value.valid() || !expect(file, value, JsonKind::array, "\"outputs\"")) return;
+  if (file[value].child_count == 0)
+    problem("BG113", "the list of outputs is empty", file.place(value), "leave \"outputs\" out to record all of them");
+  std::unordered_set<std::string> seen;
+  for (NodeId child = file[value].first_child; child.valid(); child = file[child].next_sibling) {
+    if (!expect(file, child, JsonKind::string, "an output's name")) continue;
+    const std::string name(file[child].text);
+    if (!check_output(name, file.place(child))) continue;
+    if (seen.insert(name).second)
+      scene.outputs.push_back(name);
+    else
+      problem("BG116", "the output " + in_quotes(name) + " is listed twice", file.place(child), "leave one out");
+  }
+}
+
+bool Reader::check_output(const std::string& name, const Place& place) {
+  if (outputs_.contains(name)) return true;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < model_.outputs.size() && !enough_problems(); ++i) names.push_back(model_.outputs[i].name);
+  problem("BG147", "there is no output " + in_quotes(name), place, suggestion(name, names),
+          "the outputs are those of the model's \"outputs\"");
+  return false;
+}
+
+/// A number above 0.
+std::optional<double> Reader::positive(NodeId value, const std::string& what) {
+  const Document& file = document(scopes_[0]);
+  if (!expect(file, value, JsonKind::number, what)) return std::nullopt;
+  if (file[value].number > 0.0) return file[value].number;
+  problem("BG146", what + " must be greater than 0", file.place(value));
+  return std::nullopt;
+}
+
+void Reader::parse_tolerances(NodeId node, Scene& scene) {
+  const Document& file = document(scopes_[0]);
+  if (const NodeId value = file.find(node, "relative"); value.valid()) {
+    scene.relative = positive(value, "\"relative\"");
+    if (scene.relative.value_or(0.0) >= 1.0)
+      problem("BG146", "a relative tolerance of 1 or more asks for no accuracy at all", file.place(value),
+              "write 1e-6, say");
+  }
+  const NodeId absolute = file.find(node, "absolute");
+  if (!absolute.valid()) return;
+  if (file[absolute].kind == JsonKind::number) {
+    scene.absolute = positive(absolute, "\"absolute\"");
+    return;
+  }
+  if (file[absolute].kind != JsonKind::object)
+    return problem(
+        "BG113", "\"absolute\" must be a number or an object, not " + std::string(json_kind_name(file[absolute].kind)),
+        file.place(absolute), "write one number for all states, or { \"mass.p\": 1e-9, ... }");
+  for (NodeId child = file[absolute].first_child; child.valid(); child = file[child].next_sibling) {
+    const std::string name(file[child].key);
+    const bool known = check_state(name, file.key_place(child));
+    const auto value = positive(child, "an absolute tolerance");
+    if (known && value) scene.absolute_by_state[name] = *value;
+  }
+}
+
+/// A CSV file, or { file, relative, absolute, tube, columns }.
+void Reader::parse_reference(NodeId node, Scene& scene) {
+  static constexpr std::array<std::string_view, 6> kKeys{"file", "relative", "absolute", "tube", "columns", "about"};
+  const Document& file = document(scopes_[0]);
+  const NodeId value = file.find(node, "reference");
+  if (!value.valid()) return;
+  Reference reference;
+  reference.place = file.place(value);
+  if (file[value].kind == JsonKind::string) {
+    reference.file = beside(scopes_[0].document, file[value].text);
+    scene.reference = std::move(reference);
+    return;
+  }
+  if (file[value].kind != JsonKind::object)
+    return problem("BG113",
+                   "\"reference\" must be a text or an object, not " + std::string(json_kind_name(file[value].kind)),
+                   file.place(value), "write the name of a CSV file, or { \"file\": ..., \"relative\": ... }");
+  check_keys(file, value, kKeys, "a reference");
+  text_of(file, value, "about");
+  if (!file.find(value, "file").valid())
+    return missing(file, value, "the reference has no \"file\"", file.key_place(value), "name a CSV file");
+  reference.file = beside(scopes_[0].document, text_of(file, value, "file"));
+  for (const auto& [key, target] :
+       {std::pair{"relative", &reference.relative}, {"absolute", &reference.absolute}, {"tube", &reference.tube}}) {
+    const NodeId child = file.find(value, key);
+    if (!child.valid() || !expect(file, child, JsonKind::number, in_quotes(key))) continue;
+    *target = file[child].number;
+    if (*target < 0.0) problem("BG146", in_quotes(key) + " must not be negative", file.place(child));
+  }
+  if (const NodeId columns = file.find(value, "columns");
+      columns.valid() && expect(file, columns, JsonKind::object, "\"columns\""))
+    for (NodeId child = file[columns].first_child; child.valid(); child = file[child].next_sibling) {
+      const std::string name(file[child].key);
+      if (check_output(name, file.key_place(child)) && expect(file, child, JsonKind::string, "a column's name"))
+        reference.columns[name] = file[child].text;
+    }
+  scene.reference = std::move(reference);
+}
+
+}  // namespace bgsim

@@ -1,0 +1,37 @@
+/// The interpolation formulas within one cell, for numbers and for intervals.
+#pragma once
+
+#include "bgsim/expression.hpp"
+
+namespace bgsim {
+
+/// Value in the cell [x[i], x[i+1]].
+template <class Number>
+Number cell_value(const Table& table, std::size_t i, const Number& x) {
+  const double h = table.x[i + 1] - table.x[i];
+  const Number left = x - table.x[i];
+  const Number linear = table.y[i] + (table.y[i + 1] - table.y[i]) / h * left;  // exact at the knots
+  if (table.interpolation == Interpolation::linear) return linear;
+  const Number right = table.x[i + 1] - x;
+  const double m0 = table.slope2[i], m1 = table.slope2[i + 1];
+  return linear - left * right / (6.0 * h) * (m0 * (h + right) + m1 * (h + left));
+}
+
+template <class Number>
+Number cell_slope(const Table& table, std::size_t i, const Number& x) {
+  const double h = table.x[i + 1] - table.x[i];
+  const double linear = (table.y[i + 1] - table.y[i]) / h;
+  if (table.interpolation == Interpolation::linear) return Number(linear);
+  const Number left = x - table.x[i], right = table.x[i + 1] - x;
+  const double m0 = table.slope2[i], m1 = table.slope2[i + 1];
+  return linear + (m1 * (3.0 * left * left - h * h) - m0 * (3.0 * right * right - h * h)) / (6.0 * h);
+}
+
+template <class Number>
+Number cell_curvature(const Table& table, std::size_t i, const Number& x) {
+  if (table.interpolation == Interpolation::linear) return Number(0.0);
+  const double h = table.x[i + 1] - table.x[i];
+  return ((table.x[i + 1] - x) * table.slope2[i] + (x - table.x[i]) * table.slope2[i + 1]) / h;
+}
+
+}  // namespace bgsim
