@@ -1,0 +1,93 @@
+/// EquationSystem: the model's equations, one for each unknown, as expressions. No order, no Jacobians, no solver.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bgsim/causality.hpp"
+
+namespace bgsim {
+
+/// What a symbol in an EquationSystem's pool stands for.
+struct SystemSymbol {
+  enum class Kind : std::uint8_t { time, parameter, state, unknown };
+  Kind kind = Kind::unknown;
+  std::uint32_t index = 0;  ///< ParameterId, index into states, or index into equations
+  std::string name;         ///< "packet.wall.q", "orifice.f", "b3.e", "der(b3.e)"
+};
+
+/// Defines one unknown: explicitly, `unknown = expression`; or implicitly, `0 = expression` to be solved for `unknown`.
+struct Equation {
+  SymbolId unknown;
+  ExprId expression;
+  bool implicit = false;
+  ElementId element;  ///< whose law or junction rule it is; none for signals
+  Place place;
+};
+
+/// An independent store: x' = rate.
+struct State {
+  std::string name;  ///< "packet.wall.q"
+  SymbolId symbol;
+  ExprId rate;
+  ElementId element;
+  std::uint32_t port = 0;
+  std::string unit;
+};
+
+/// A store in derivative causality: its q or p is an unknown that the states determine.
+struct DependentStore {
+  std::string name;
+  SymbolId symbol;
+  ElementId element;
+  std::uint32_t port = 0;
+};
+
+/// A one-port, field or source as the energy audit sees it.
+struct EnergyPart {
+  enum class Role : std::uint8_t { source, dissipator, store };
+  Role role = Role::source;
+  ElementId element;
+  ExprId power;  ///< supplied (sources: out of the element) or taken in (others), over unknowns
+  // stores only:
+  ExprId energy;                        ///< energy as a function of `displacements`, or none if only laws are given
+  std::vector<SymbolId> displacements;  ///< q or p of each port (states or unknowns)
+  std::vector<ExprId> conjugates;       ///< e (or f) of each port as a function of `displacements`, time and parameters
+  bool modulated = false;  ///< energy depends on more than displacements and parameters: audited by its power alone
+};
+
+struct OutputEquation {
+  std::string name;
+  ExprId value;
+  std::string unit;
+};
+
+/// Whose law or signal an expression comes from; both none for what belongs to no single place.
+struct Origin {
+  ElementId element;
+  SignalId signal;
+};
+
+struct EquationSystem {
+  ExprPool pool;
+  std::vector<Origin> origins;        ///< by ExprId: what it was first made for, for messages
+  std::vector<SystemSymbol> symbols;  ///< by SymbolId of the pool
+  SymbolId time;
+  std::vector<SymbolId> parameters;  ///< by ParameterId
+  std::vector<State> states;         ///< in model order
+  std::vector<DependentStore> dependent;
+  std::vector<Equation> equations;      ///< one per symbol of kind unknown
+  std::vector<OutputEquation> outputs;  ///< by position in Model::outputs
+  std::vector<EnergyPart> energy;
+  std::vector<Diagnostic> warnings;
+};
+
+/// Writes each element's law in the causality it was given: as it stands, inverted, or implicit; junctions, TF and GY
+/// as their rules; dependent stores through symbolic differentiation (d/dt of moduli included).
+///
+/// @throws ModelError BG402 derivative of a jump (a store tied to a stepping source), BG403 more than eight
+///         differentiations in a row (higher index).
+/// @note Time linear in bonds and laws, except for what is differentiated.
+EquationSystem derive_equations(const Model& model, const BondGraph& graph, const CausalGraph& causal);
+
+}  // namespace bgsim

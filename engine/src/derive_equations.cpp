@@ -1,0 +1,514 @@
+#include <algorithm>
+#include <stdexcept>
+#include <unordered_map>
+#include <utility>
+
+#include "bgsim/equations.hpp"
+
+namespace bgsim {
+namespace {
+
+/// Higher derivatives than this in a row come from a structure of higher index, not from a model of finite depth.
+constexpr std::uint32_t kMostDerivatives = 8;
+
+/// Builds the system: one table for each thing that a bond, a port or a signal turns into.
+class Derivation {
+ public:
+  Derivation(const Model& model, const BondGraph& graph, const CausalGraph& causal)
+      : model_(model), graph_(graph), causal_(causal), law_pool_(model.pool) {}
+
+  EquationSystem run() {
+    collect_laws();
+    make_symbols();
+    Translator translate(
+        law_pool_, system_.pool, [this](SymbolId symbol) { return meaning(symbol); },
+        [this](ExprId argument) { return derivative_of(argument); });
+    translate_ = &translate;
+    write_signals();
+    for (std::size_t i = 0; i < model_.elements.size(); ++i) {
+      write_element(ElementId(i));
+      claim({ElementId(i), {}});
+    }
+    for (const Output& output : model_.outputs)
+      system_.outputs.push_back({output.name, translate(output.value), output.unit});
+    claim({});
+    write_derivatives();
+    claim({});
+    if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
+    return std::move(system_);
+  }
+
+ private:
+  // --- symbols
+  // ---------------------------------------------------------------------------------------------------------
+
+  SymbolId add_symbol(SystemSymbol::Kind kind, std::size_t index, std::string name) {
+    system_.symbols.push_back({kind, static_cast<std::uint32_t>(index), std::move(name)});
+    return SymbolId(system_.symbols.size() - 1);
+  }
+
+  /// A new unknown; its equation is written later.
+  SymbolId add_unknown(std::string name) {
+    const SymbolId symbol = add_symbol(SystemSymbol::Kind::unknown, system_.equations.size(), std::move(name));
+    system_.equations.push_back({symbol, {}, false, {}, {}});
+    return symbol;
+  }
+
+  void collect_laws() {
+    laws_.resize(model_.elements.size());
+    for (std::size_t i = 0; i < model_.elements.size(); ++i) {
+      const ElementKind kind = model_.elements[i].kind;
+      if (kind == ElementKind::resistor || kind == ElementKind::r_field || is_store(kind))
+        laws_[i] = port_laws(model_, law_pool_, ElementId(i));
+    }
+  }
+
+  void make_symbols() {
+    system_.time = add_symbol(SystemSymbol::Kind::time, 0, "t");
+    for (std::size_t i = 0; i < model_.parameters.size(); ++i)
+      system_.parameters.push_back(add_symbol(SystemSymbol::Kind::parameter, i, model_.parameters[i].name));
+    for (std::size_t b = 0; b < graph_.bonds.size(); ++b) {
+      efforts_.push_back(add_unknown(bond_variable_name(BondId(b), Variable::effort)));
+      flows_.push_back(add_unknown(bond_variable_name(BondId(b), Variable::flow)));
+    }
+    for (const Signal& signal : model_.signals) signals_.push_back(add_unknown(signal.name));
+    stored_.resize(graph_.ports.size());
+    for (std::size_t i = 0; i < model_.elements.size(); ++i) {
+      const Element& element = model_.elements[i];
+      if (!is_store(element.kind)) continue;
+      for (std::size_t k = 0; k < port_count(element); ++k) make_stored(ElementId(i), k);
+    }
+  }
+
+  void make_stored(ElementId id, std::size_t number) {
+    const Element& element = model_.elements[id.index()];
+    const bool displacement = stores_displacement(element.kind);
+    const PortId port = graph_.port(id, number);
+    const bool integral = causal_.gives(graph_, port) == (displacement ? Gives::effort : Gives::flow);
+    const std::string name = port_name(element, number) + (displacement ? ".q" : ".p");
+    if (integral) {
+      stored_[port.index()] = add_symbol(SystemSymbol::Kind::state, system_.states.size(), name);
+      const ExprId rate = displacement ? into(port) : effort(port);
+      system_.states.push_back(
+          {name, stored_[port.index()], rate, id, static_cast<std::uint32_t>(number), std::string{}});
+    } else {
+      stored_[port.index()] = add_unknown(name);
+      system_.dependent.push_back({name, stored_[port.index()], id, static_cast<std::uint32_t>(number)});
+    }
+  }
+
+  /// The name in the model's own language: that of a one-port or field at the bond's end if it counts the same way.
+  [[nodiscard]] std::string bond_variable_name(BondId bond, Variable variable) const {
+    for (const PortId end : {graph_[bond].head, graph_[bond].tail}) {
+      const Port& port = graph_[end];
+      const ElementKind kind = graph_.kinds[port.element.index()];
+      if (is_junction(kind) || kind == ElementKind::transformer || kind == ElementKind::gyrator) continue;
+      const bool source = kind == ElementKind::effort_source || kind == ElementKind::flow_source;
+      if (variable == Variable::flow && !source && !port.head) continue;
+      return port_name(model_.elements[port.element.index()], port.number) + "." + letter(variable);
+    }
+    return model_.bonds[bond.index()].name + "." + letter(variable);
+  }
+
+  [[nodiscard]] ExprId as_expression(SymbolId symbol) { return system_.pool.symbol(symbol); }
+  [[nodiscard]] ExprId effort(PortId port) { return as_expression(efforts_[graph_[port].bond.index()]); }
+  [[nodiscard]] ExprId flow(PortId port) { return as_expression(flows_[graph_[port].bond.index()]); }
+  [[nodiscard]] ExprId signed_by(bool positive, ExprId value) { return positive ? value : system_.pool.neg(value); }
+  /// The bond's flow counted into the element.
+  [[nodiscard]] ExprId into(PortId port) { return signed_by(graph_[port].head, flow(port)); }
+
+  /// What a model's symbol means in the system.
+  ExprId meaning(SymbolId symbol) {
+    const ModelSymbol& s = model_.symbols[symbol.index()];
+    switch (s.kind) {
+      case ModelSymbol::Kind::time:
+        return as_expression(system_.time);
+      case ModelSymbol::Kind::parameter:
+        return as_expression(system_.parameters[s.parameter.index()]);
+      case ModelSymbol::Kind::signal:
+        return as_expression(signals_[s.signal.index()]);
+      case ModelSymbol::Kind::bond_variable:
+        return as_expression((s.variable == Variable::effort ? efforts_ : flows_)[s.bond.index()]);
+      case ModelSymbol::Kind::port_variable:
+        break;
+    }
+    const Element& element = model_.elements[s.element.index()];
+    const PortId port = graph_.port(s.element, is_junction(element.kind) ? 0 : s.port);
+    switch (s.variable) {
+      case Variable::effort:
+        return effort(port);
+      case Variable::flow:
+        return counts_into(element.kind) ? into(port) : flow(port);
+      case Variable::displacement:
+      case Variable::momentum:
+        return as_expression(stored_[port.index()]);
+    }
+    return {};
+  }
+
+  [[nodiscard]] static bool counts_into(ElementKind kind) {
+    return kind == ElementKind::resistor || kind == ElementKind::r_field || is_store(kind);
+  }
+
+  // --- equations
+  // -------------------------------------------------------------------------------------------------------
+
+  /// Expressions made since the last call are this element's or signal's.
+  void claim(Origin origin) { system_.origins.resize(system_.pool.size(), origin); }
+
+  void define(SymbolId unknown, ExprId expression, ElementId element, Place place, bool implicit = false) {
+    system_.equations[system_.symbols[unknown.index()].index] = {unknown, expression, implicit, element, place};
+  }
+
+  void write_signals() {
+    for (std::size_t i = 0; i < model_.signals.size(); ++i) {
+      define(signals_[i], (*translate_)(model_.signals[i].value), {}, model_.signals[i].place);
+      claim({{}, SignalId(i)});
+    }
+  }
+
+  void write_element(ElementId id) {
+    const Element& element = model_.elements[id.index()];
+    switch (element.kind) {
+      case ElementKind::effort_source:
+      case ElementKind::flow_source:
+        return write_source(id);
+      case ElementKind::resistor:
+      case ElementKind::r_field:
+        return write_resistor(id);
+      case ElementKind::capacitor:
+      case ElementKind::inertia:
+      case ElementKind::c_field:
+      case ElementKind::i_field:
+        return write_store(id);
+      case ElementKind::transformer:
+        return write_transformer(id);
+      case ElementKind::gyrator:
+        return write_gyrator(id);
+      case ElementKind::zero_junction:
+        return write_junction(id, efforts_, flows_, Gives::flow);
+      case ElementKind::one_junction:
+        return write_junction(id, flows_, efforts_, Gives::effort);
+    }
+  }
+
+  void write_source(ElementId id) {
+    const Element& element = model_.elements[id.index()];
+    const PortId port = graph_.port(id, 0);
+    const auto& variables = element.kind == ElementKind::effort_source ? efforts_ : flows_;
+    define(variables[graph_[port].bond.index()], (*translate_)(element.coefficient), id, element.place);
+    const ExprId power = system_.pool.mul(effort(port), flow(port));
+    add_energy({EnergyPart::Role::source, id, signed_by(!graph_[port].head, power), {}, {}, {}, false});
+  }
+
+  void write_resistor(ElementId id) {
+    ExprId power = system_.pool.constant(0.0);
+    for (std::size_t k = 0; k < graph_.port_count(id); ++k) {
+      const PortId port = graph_.port(id, k);
+      const bool gives_effort = causal_.gives(graph_, port) == Gives::effort;
+      apply_law(id, k, (gives_effort ? efforts_ : flows_)[graph_[port].bond.index()],
+                gives_effort ? Variable::effort : Variable::flow);
+      power = system_.pool.add(power, system_.pool.mul(effort(port), into(port)));
+    }
+    add_energy({EnergyPart::Role::dissipator, id, power, {}, {}, {}, false});
+  }
+
+  void write_store(ElementId id) {
+    const Element& element = model_.elements[id.index()];
+    const bool displacement = stores_displacement(element.kind);
+    for (std::size_t k = 0; k < graph_.port_count(id); ++k) {
+      const PortId port = graph_.port(id, k);
+      const std::size_t bond = graph_[port].bond.index();
+      const SymbolId stored = stored_[port.index()];
+      if (system_.symbols[stored.index()].kind == SystemSymbol::Kind::state) {
+        apply_law(id, k, displacement ? efforts_[bond] : flows_[bond],
+                  displacement ? Variable::effort : Variable::flow);
+        continue;
+      }
+      apply_law(id, k, stored, displacement ? Variable::displacement : Variable::momentum);
+      const ExprId rate = derivative_of(as_expression(stored));
+      if (displacement)
+        define(flows_[bond], signed_by(graph_[port].head, rate), id, element.place);
+      else
+        define(efforts_[bond], rate, id, element.place);
+    }
+    add_store_energy(id);
+  }
+
+  /// Defines @p unknown, the variable @p wanted of a port, by that port's law: as written, inverted, or implicitly.
+  void apply_law(ElementId id, std::size_t number, SymbolId unknown, Variable wanted) {
+    const Law& law = laws_[id.index()][number];
+    const Element& element = model_.elements[id.index()];
+    const ExprId left = (*translate_)(law_pool_.symbol(port_variable(element, law.port, law.variable)));
+    const ExprId right = (*translate_)(law.right);
+    ExprPool& pool = system_.pool;
+    if (law.variable == wanted) {
+      // A flow counted into an element from which the half-arrow leaves is minus the bond's.
+      const bool negated = left != as_expression(unknown);
+      return define(unknown, signed_by(!negated, right), id, law.place);
+    }
+    if (const auto inverse = invert(pool, right, unknown, left)) return define(unknown, *inverse, id, law.place);
+    const std::vector<ExprId> roots{right};
+    const std::vector<SymbolId> symbols = symbols_in(pool, roots);
+    if (std::find(symbols.begin(), symbols.end(), unknown) == symbols.end()) {
+      // Causality assignment asks for nothing that a law cannot give.
+      throw std::logic_error("the law of \"" + port_name(element, number) + "\" cannot give its " + word(wanted));
+    }
+    define(unknown, pool.sub(left, right), id, law.place, true);
+  }
+
+  [[nodiscard]] static const char* word(Variable variable) {
+    switch (variable) {
+      case Variable::effort:
+        return "effort";
+      case Variable::flow:
+        return "flow";
+      case Variable::displacement:
+        return "displacement";
+      case Variable::momentum:
+        return "momentum";
+    }
+    return "";
+  }
+
+  void write_transformer(ElementId id) {
+    const Element& element = model_.elements[id.index()];
+    ExprPool& pool = system_.pool;
+    const PortId one = graph_.port(id, 0), two = graph_.port(id, 1);
+    const ExprId n = (*translate_)(element.coefficient);
+    const bool same = graph_[one].head == !graph_[two].head;  // both flows count the way of the law, or both against it
+    const std::size_t b1 = graph_[one].bond.index(), b2 = graph_[two].bond.index();
+    if (causal_.gives(graph_, one) == Gives::effort) {
+      define(efforts_[b1], pool.mul(n, effort(two)), id, element.place);
+      define(flows_[b2], signed_by(same, pool.mul(n, flow(one))), id, element.place);
+    } else {
+      define(efforts_[b2], pool.div(effort(one), n), id, element.place);
+      define(flows_[b1], signed_by(same, pool.div(flow(two), n)), id, element.place);
+    }
+  }
+
+  void write_gyrator(ElementId id) {
+    const Element& element = model_.elements[id.index()];
+    ExprPool& pool = system_.pool;
+    const PortId one = graph_.port(id, 0), two = graph_.port(id, 1);
+    const ExprId r = (*translate_)(element.coefficient);
+    const bool one_in = graph_[one].head, two_out = !graph_[two].head;
+    const std::size_t b1 = graph_[one].bond.index(), b2 = graph_[two].bond.index();
+    if (causal_.gives(graph_, one) == Gives::effort) {
+      define(efforts_[b1], signed_by(two_out, pool.mul(r, flow(two))), id, element.place);
+      define(efforts_[b2], signed_by(one_in, pool.mul(r, flow(one))), id, element.place);
+    } else {
+      define(flows_[b2], signed_by(two_out, pool.div(effort(one), r)), id, element.place);
+      define(flows_[b1], signed_by(one_in, pool.div(effort(two), r)), id, element.place);
+    }
+  }
+
+  /// A junction shares one variable and balances the other; the bond at which it gives @p setter's opposite sets the
+  /// shared one and takes the balance.
+  void write_junction(ElementId id, const std::vector<SymbolId>& shared, const std::vector<SymbolId>& balanced,
+                      Gives at_setter) {
+    const Element& element = model_.elements[id.index()];
+    ExprPool& pool = system_.pool;
+    PortId setter;
+    for (std::size_t k = 0; k < graph_.port_count(id); ++k)
+      if (causal_.gives(graph_, graph_.port(id, k)) == at_setter) setter = graph_.port(id, k);
+    ExprId sum = pool.constant(0.0);
+    for (std::size_t k = 0; k < graph_.port_count(id); ++k) {
+      const PortId port = graph_.port(id, k);
+      if (port == setter) continue;
+      const std::size_t bond = graph_[port].bond.index();
+      define(shared[bond], as_expression(shared[graph_[setter].bond.index()]), id, element.place);
+      const ExprId term = as_expression(balanced[bond]);
+      sum = graph_[port].head == graph_[setter].head ? pool.sub(sum, term) : pool.add(sum, term);
+    }
+    define(balanced[graph_[setter].bond.index()], sum, id, element.place);
+  }
+
+  // --- energy
+  // ----------------------------------------------------------------------------------------------------------
+
+  void add_energy(EnergyPart part) { system_.energy.push_back(std::move(part)); }
+
+  void add_store_energy(ElementId id) {
+    const Element& element = model_.elements[id.index()];
+    ExprPool& pool = system_.pool;
+    EnergyPart part{EnergyPart::Role::store, id, pool.constant(0.0), {}, {}, {}, false};
+    for (std::size_t k = 0; k < graph_.port_count(id); ++k) {
+      const PortId port = graph_.port(id, k);
+      part.power = pool.add(part.power, pool.mul(effort(port), into(port)));
+      part.displacements.push_back(stored_[port.index()]);
+      part.conjugates.push_back(conjugate_of_stored(id, k));
+    }
+    if (element.energy.valid()) {
+      part.energy = (*translate_)(element.energy);
+    } else if (element.coefficient.valid()) {
+      const ExprId x = as_expression(part.displacements[0]);
+      const ExprId twice = pool.mul(pool.constant(2.0), (*translate_)(element.coefficient));
+      part.energy = pool.div(pool.mul(x, x), twice);
+    }
+    std::vector<ExprId> roots = part.conjugates;
+    if (part.energy.valid()) roots.push_back(part.energy);
+    part.modulated = std::any_of(part.conjugates.begin(), part.conjugates.end(), [](ExprId e) { return !e.valid(); });
+    if (!part.modulated)
+      for (const SymbolId symbol : symbols_in(pool, roots)) {
+        const bool own =
+            std::find(part.displacements.begin(), part.displacements.end(), symbol) != part.displacements.end();
+        if (!own && system_.symbols[symbol.index()].kind != SystemSymbol::Kind::parameter) part.modulated = true;
+      }
+    add_energy(std::move(part));
+  }
+
+  /// Effort of a C port (flow of an I port) as a function of what is stored; none if the law has no such form.
+  ExprId conjugate_of_stored(ElementId id, std::size_t number) {
+    const Law& law = laws_[id.index()][number];
+    const Element& element = model_.elements[id.index()];
+    const bool displacement = stores_displacement(element.kind);
+    const ExprId right = (*translate_)(law.right);
+    if (law.variable == (displacement ? Variable::effort : Variable::flow)) return right;
+    const SymbolId x = stored_[graph_.port(id, number).index()];
+    const PortId port = graph_.port(id, number);
+    const std::size_t bond = graph_[port].bond.index();
+    const auto inverse = invert(system_.pool, right, displacement ? efforts_[bond] : flows_[bond], as_expression(x));
+    if (!inverse) return {};
+    return signed_by(displacement || graph_[port].head, *inverse);
+  }
+
+  // --- derivatives
+  // -----------------------------------------------------------------------------------------------------
+
+  /// The total time derivative of an expression: an unknown whose equation is written once everything else is known.
+  ExprId derivative_of(ExprId argument) {
+    const std::vector<ExprId> roots{argument};
+    bool varies = false;
+    for (const SymbolId symbol : symbols_in(system_.pool, roots))
+      varies = varies || system_.symbols[symbol.index()].kind != SystemSymbol::Kind::parameter;
+    if (!varies) return system_.pool.constant(0.0);
+    if (argument == as_expression(system_.time)) return system_.pool.constant(1.0);
+    const auto [entry, is_new] = derivatives_.try_emplace(argument, SymbolId{});
+    if (is_new) {
+      entry->second = add_unknown(derivative_name(argument));
+      pending_.emplace_back(argument, entry->second);
+    }
+    return as_expression(entry->second);
+  }
+
+  [[nodiscard]] std::string derivative_name(ExprId argument) const {
+    if (system_.pool.is_symbol(argument))
+      return "der(" + system_.symbols[system_.pool.symbol_of(argument).index()].name + ")";
+    return "der#" + std::to_string(pending_.size() + 1);
+  }
+
+  void write_derivatives() {
+    for (std::size_t next = 0; next < pending_.size(); ++next) {
+      const auto [argument, unknown] = pending_[next];
+      if (system_.pool.is_symbol(argument))
+        write_symbol_derivative(system_.pool.symbol_of(argument), unknown);
+      else
+        define(unknown, total_derivative(argument, {}), {}, {});
+    }
+  }
+
+  void write_symbol_derivative(SymbolId of, SymbolId unknown) {
+    const SystemSymbol symbol = system_.symbols[of.index()];
+    if (symbol.kind == SystemSymbol::Kind::state) {
+      const State& state = system_.states[symbol.index];
+      return define(unknown, state.rate, state.element, {});
+    }
+    const Equation equation = system_.equations[symbol.index];
+    if (!equation.expression.valid()) return;  // its own problem has been reported
+    const std::uint32_t level = depth(of) + 1;
+    set_depth(unknown, level);
+    if (level > kMostDerivatives) return report_index(equation, symbol.name);
+    if (!equation.implicit)
+      return define(unknown, total_derivative(equation.expression, equation.element), equation.element, equation.place);
+    // 0 = F(u, ...) gives F_u u' + sum F_o o' = 0
+    ExprPool& pool = system_.pool;
+    ExprId own = pool.constant(0.0), others = pool.constant(0.0);
+    for (const auto& [s, partial] : partials(equation.expression)) {
+      if (s == of)
+        own = partial;
+      else
+        others = pool.add(others, pool.mul(partial, derivative_of(as_expression(s))));
+    }
+    define(unknown, pool.neg(pool.div(others, own)), equation.element, equation.place);
+  }
+
+  std::vector<std::pair<SymbolId, ExprId>> partials(ExprId expression) {
+    return gradient(system_.pool, expression,
+                    [this](SymbolId s) { return system_.symbols[s.index()].kind != SystemSymbol::Kind::parameter; });
+  }
+
+  ExprId total_derivative(ExprId expression, ElementId element) {
+    ExprPool& pool = system_.pool;
+    if (jumps_with(pool, expression,
+                   [this](SymbolId s) { return system_.symbols[s.index()].kind != SystemSymbol::Kind::parameter; }))
+      report_jump(expression, element);
+    ExprId sum = pool.constant(0.0);
+    for (const auto& [symbol, partial] : partials(expression))
+      sum = pool.add(sum, pool.mul(partial, derivative_of(as_expression(symbol))));
+    return sum;
+  }
+
+  [[nodiscard]] std::uint32_t depth(SymbolId symbol) const {
+    const auto found = depth_.find(symbol);
+    return found == depth_.end() ? 0 : found->second;
+  }
+  /// How many differentiations lie between an unknown and the model's own equations.
+  void set_depth(SymbolId symbol, std::uint32_t level) { depth_[symbol] = level; }
+
+  void report_index(const Equation& equation, const std::string& name) {
+    if (index_reported_) return;
+    index_reported_ = true;
+    problems_.push_back({Severity::error,
+                         "BG403",
+                         "the derivative of \"" + name + "\" is needed more than " + std::to_string(kMostDerivatives) +
+                             " times over: the equations are of higher index",
+                         equation.place,
+                         {},
+                         "only systems of index 1 after symbolic differentiation are integrated",
+                         "give one of the dependent stores a small compliance or resistance of its own"});
+  }
+
+  void report_jump(ExprId expression, ElementId element) {
+    Diagnostic problem{
+        Severity::error,
+        "BG402",
+        {},
+        {},
+        {},
+        "a jump has no derivative (it is an impulse)",
+        "let the quantity rise over a short time with min and max, or separate the store from it by an R"};
+    const auto name = [this](SymbolId s) { return system_.symbols[s.index()].name; };
+    problem.situation =
+        "the time derivative of " + to_text(system_.pool, expression, name) + " is needed, but it jumps";
+    if (element.valid()) problem.place = model_.elements[element.index()].place;
+    for (const DependentStore& store : system_.dependent)
+      problem.notes.push_back(
+          {model_.elements[store.element.index()].place,
+           "store \"" + store.name + "\" is in derivative causality: its rate is such a derivative"});
+    problems_.push_back(std::move(problem));
+  }
+
+  const Model& model_;
+  const BondGraph& graph_;
+  const CausalGraph& causal_;
+  ExprPool law_pool_;  ///< the model's expressions and the laws derived from energies and linear keys
+  Translator* translate_ = nullptr;
+  EquationSystem system_;
+  std::vector<std::vector<Law>> laws_;      ///< by ElementId
+  std::vector<SymbolId> efforts_, flows_;   ///< by BondId
+  std::vector<SymbolId> signals_, stored_;  ///< by SignalId; by PortId (stores only)
+  std::unordered_map<ExprId, SymbolId> derivatives_;
+  std::vector<std::pair<ExprId, SymbolId>> pending_;
+  std::unordered_map<SymbolId, std::uint32_t> depth_;
+  std::vector<Diagnostic> problems_;
+  bool index_reported_ = false;
+};
+
+}  // namespace
+
+EquationSystem derive_equations(const Model& model, const BondGraph& graph, const CausalGraph& causal) {
+  return Derivation(model, graph, causal).run();
+}
+
+}  // namespace bgsim
