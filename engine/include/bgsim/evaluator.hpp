@@ -1,0 +1,119 @@
+/// Evaluator: runs a Program for one set of parameters.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bgsim/program.hpp"
+
+namespace bgsim {
+
+/// Where in an evaluation things went wrong.
+struct Fault {
+  enum class Kind : std::uint8_t { none, not_finite, outside_table, loop_singular, loop_no_convergence };
+  Kind kind = Kind::none;
+  double time = 0.0;
+  std::string what;    ///< "sqrt(h) with h = -0.012": the expression and its arguments' values
+  std::string target;  ///< what was computed: "the rate of tank.q", "output Q", "the loop through R1, R2"
+  std::vector<std::string> elements;  ///< names of elements or signals
+  std::optional<Place> place;
+};
+
+/// Holds scratch memory: one per thread. After construction the evaluations allocate nothing unless they fail.
+class Evaluator {
+ public:
+  /// @param program     must outlive the evaluator.
+  /// @param parameters  by ParameterId.
+  Evaluator(const Program& program, std::span<const double> parameters);
+  ~Evaluator();
+  Evaluator(Evaluator&&) noexcept;
+
+  [[nodiscard]] const Program& program() const;
+  [[nodiscard]] std::size_t states() const;
+  [[nodiscard]] std::size_t tears() const;
+
+  // All evaluations return false at a fault (a result that is not finite, a loop without solution); fault() then tells.
+  // Each leaves the loops' solutions as the start of the next solve.
+  bool rates(double t, const double* x, double* dxdt);
+  /// Values by Program::jacobian_pattern.
+  bool jacobian(double t, const double* x, double* values);
+  bool outputs(double t, const double* x, double* values);
+
+  // Implicit form: y holds states, then tears; yp their derivatives.
+  bool residual(double t, const double* y, const double* yp, double* r);
+  /// dr/dy + cj dr/dyp by Program::implicit_pattern.
+  bool residual_jacobian(double t, double cj, const double* y, double* values);
+
+  [[nodiscard]] std::span<const double> tear_values() const;
+  void set_tears(std::span<const double> z);
+  /// With given tears, outputs, guards and powers take them as they are (implicit form) instead of solving the loops.
+  void use_given_tears(bool given);
+  /// Solves the loops from several starts and tells what was found: one line for each nonlinear loop. Call once at the
+  /// initial point. False if a loop has no solution from any start.
+  bool explore_loops(double t, const double* x, std::vector<std::string>& found);
+
+  // Modes
+  /// Number of root functions: one for each condition, sign and step, two for each floor and cell (time_only ones
+  /// excluded).
+  [[nodiscard]] std::size_t guard_count() const;
+  /// Root functions at the present modes. Conditions, sign, step: the guard itself; floor and cell: distance to the
+  /// lower, then to the upper border, positive inside.
+  bool guards(double t, const double* x, double* values);
+  [[nodiscard]] std::size_t guard_relation(std::size_t guard) const;  ///< index into Program::relations
+  /// Sets all modes from scratch at (t, x). False at a fault, or if the modes contradict each other.
+  bool initialize_modes(double t, const double* x);
+  /// After root functions crossed zero: direction +1 rising, -1 falling, 0 not crossed, by guard.
+  void cross(std::span<const int> direction);
+  /// Sets the time-only modes to their values at @p t (right-continuous). True if any changed.
+  bool set_time_modes(double t);
+  [[nodiscard]] double mode(std::size_t relation) const;
+  void set_mode(std::size_t relation, double value);
+  /// The first time in (after, until] at which a time-only relation changes.
+  [[nodiscard]] std::optional<double> next_time_event(double after, double until);
+
+  // Energy audit
+  [[nodiscard]] std::size_t energy_parts() const;
+  /// By energy part: power supplied by sources, taken in by the others.
+  bool powers(double t, const double* x, double* values);
+  /// Energy of each store that has it in closed form, NaN for the other parts.
+  bool stored(double t, const double* x, double* energy);
+  /// q or p of every store port: part i's are [first_displacement[i], first_displacement[i+1]).
+  bool displacements(double t, const double* x, double* values);
+  /// Energy of a store that is given by laws: line integral of its efforts (flows) from one displacement to another.
+  double energy_by_laws(std::size_t part, std::span<const double> from, std::span<const double> to) const;
+
+  /// Values of the dependent stores, by EquationSystem::dependent.
+  bool dependents(double t, const double* x, double* values);
+
+  [[nodiscard]] const Fault& fault() const;
+  struct Counts {
+    std::uint64_t rates = 0, jacobians = 0, loop_solves = 0, loop_iterations = 0;
+  };
+  [[nodiscard]] const Counts& counts() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Initial states of a run: independent stores as given (0 by default); given values of dependent stores are checked
+/// against what the states determine.
+/// @throws ModelError BG405 a dependent store's initial value contradicts the states that determine it (both named).
+std::vector<double> initial_states(const Model& model, const EquationSystem& system, Evaluator& evaluator,
+                                   const RunInputs& inputs);
+
+/// The system linearized at a point: x' = A x + B u, y = C x + D u, u being parameters; row-major.
+struct Linearization {
+  std::vector<double> a, b, c, d;
+  std::size_t states = 0, inputs = 0, outputs = 0;
+};
+/// Exact partial derivatives of the expressions, loops eliminated. Dense: for systems up to some thousand states.
+/// @throws ModelError BG406 unknown input parameter; BG407 the linearization is singular or not finite at this point.
+Linearization linearize(const Model& model, const EquationSystem& system, const BlockOrder& order,
+                        const RunInputs& inputs, double t, std::span<const double> x,
+                        const std::vector<std::string>& input_parameters);
+
+}  // namespace bgsim

@@ -1,0 +1,137 @@
+/// Program: the ordered equations as flat instructions.
+///
+/// Relations (comparisons, sign, step, floor, linear tables) are frozen between events: each is a mode, an input of the
+/// instructions, so that what the integrator sees within a step is smooth. The integrator watches the guards and
+/// changes modes only at events.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bgsim/ordering.hpp"
+
+namespace bgsim {
+
+/// out = op(a, b, c) on slots. For tables b is the TableId and c the slot of the cell (kNoSlot: look it up).
+struct Instruction {
+  Op op = Op::constant;
+  std::uint32_t out = 0, a = 0, b = 0, c = 0;
+};
+constexpr std::uint32_t kNoSlot = 0xffffffffU;
+
+/// Instructions and solves of loops in turn: code[i] runs, then block solves[i]; the last code has no solve after it.
+struct Routine {
+  std::vector<std::vector<Instruction>> code;
+  std::vector<std::uint32_t> solves;   ///< indices into Program::blocks
+  std::vector<std::uint32_t> results;  ///< slots, in the order asked for
+};
+
+/// What a mode is frozen from.
+struct Relation {
+  enum class Kind : std::uint8_t { condition, sign, step, floor, cell };
+  Kind kind = Kind::condition;
+  ExprId origin;           ///< the comparison, sign, step, floor or table expression, not frozen, in Program::pool
+  ExprId guard;            ///< condition, sign, step: changes sign where the mode changes; floor, cell: the argument
+  Op comparison = Op::lt;  ///< condition: lt, le, gt, ge of the guard against 0
+  TableId table;           ///< cell: whose knots
+  bool time_only = false;  ///< depends on time and parameters only: a scheduled event, no root function
+  std::string text;        ///< in the model's own names, for messages
+  Origin where;            ///< whose expression it is
+};
+
+/// A loop, ready to be solved: linear ones by elimination, the others by damped Newton iteration.
+struct ProgramBlock {
+  std::uint32_t first_tear = 0;  ///< its tears are this one and the following
+  std::uint32_t size = 0;
+  Routine residual;                                              ///< results: residuals
+  Routine jacobian;                                              ///< results: partials in the order of `entries`
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> entries;  ///< (residual, tear) within the block
+  std::vector<bool> explicit_row;  ///< residual is `tear - expression`: of magnitude 1 in the tear's own unit
+  bool linear = false;
+  std::vector<std::string> tears;     ///< names
+  std::vector<std::string> elements;  ///< names, junctions left out
+  Place place;                        ///< of the first element
+};
+
+/// Sparsity by columns (CSC), rows increasing; the diagonal is always present.
+struct Sparsity {
+  std::size_t size = 0;
+  std::vector<std::int64_t> column_start;
+  std::vector<std::int64_t> row;
+};
+
+/// How df/dx is put together from partial derivatives when loops are eliminated; and the implicit form's partials.
+struct JacobianPlan {
+  struct Entry {
+    std::uint32_t row, column;  ///< column: state or tear
+    std::uint32_t slot;
+  };
+  std::vector<Entry> rates_by_states, rates_by_tears;
+  struct BlockPart {
+    std::vector<Entry> by_states, by_earlier_tears, by_own_tears;  ///< rows and own columns within the block
+    std::vector<std::uint32_t> columns;  ///< states that the block's tears depend on, increasing
+  };
+  std::vector<BlockPart> blocks;
+  std::vector<std::uint32_t> block_of_tear;
+  Routine routine;            ///< solves the loops and computes all slots above
+  Routine implicit_routine;   ///< computes all slots above with the tears as given
+  bool explicit_form = true;  ///< false where elimination would fill too much: only the implicit form can be integrated
+};
+
+/// The laws of a store without a closed-form energy: efforts (flows) of its ports over what they store.
+struct LawsOfStore {
+  std::vector<SymbolId> displacements;
+  std::vector<ExprId> conjugates;  ///< in Program::pool, not frozen; empty if the audit does not need them
+};
+
+struct Program {
+  std::shared_ptr<const Model> model;
+  ExprPool pool;                          ///< frozen expressions, and the relations' origins
+  std::vector<Origin> origins;            ///< by ExprId of `pool`
+  std::vector<std::string> symbol_names;  ///< by SymbolId; modes follow the system's symbols
+  SymbolId time;
+  std::vector<SymbolId> parameters;  ///< by ParameterId
+  std::vector<std::string> state_names, tear_names;
+  std::vector<std::string> output_names, output_units;  ///< of the outputs compiled
+  std::vector<std::string> energy_names;                ///< by energy part: element
+  std::vector<EnergyPart::Role> energy_roles;
+  std::vector<bool> energy_modulated;
+  std::vector<LawsOfStore> store_laws;  ///< by energy part
+
+  // Slots: time, states, tears, modes, parameters, then constants and computed values.
+  std::size_t slots = 0;
+  std::vector<double> initial_slots;    ///< constants in place, 0 elsewhere
+  std::vector<ExprId> slot_expression;  ///< by slot
+  std::uint32_t time_slot = 0, first_state = 0, first_tear = 0, first_mode = 0, first_parameter = 0;
+
+  Routine once;  ///< everything that depends on parameters only
+  Routine rates, outputs, guards, powers;
+  Routine stored;                                 ///< by energy part; NaN slot where there is no closed form
+  Routine displacements;                          ///< q or p of every store port, by energy part
+  std::vector<std::uint32_t> first_displacement;  ///< by energy part, plus one at the end
+  Routine dependents;                             ///< q or p of EquationSystem::dependent
+  Routine implicit_residual;                      ///< rates, then residuals of all blocks, with the tears as given
+  std::vector<ProgramBlock> blocks;
+  std::vector<Relation> relations;
+  std::vector<std::uint32_t>
+      guarded;  ///< relations that are not time_only: result i of `guards` is of relation guarded[i]
+  JacobianPlan plan;
+  Sparsity jacobian_pattern;  ///< df/dx with loops eliminated
+  Sparsity implicit_pattern;  ///< of y = (states, tears), residual (x' - f(x, z), F(x, z))
+  SystemClass system_class = SystemClass::explicit_ode;
+};
+
+/// What is compiled.
+struct CompileOptions {
+  std::vector<std::size_t> outputs;  ///< positions in Model::outputs, in the order of the trace's columns
+  bool energies = true;              ///< the energy audit's powers and stored energies
+};
+
+/// Compiles. Cost linear in the expressions, plus the Jacobian's symbolic partials.
+Program compile(std::shared_ptr<const Model> model, const EquationSystem& system, const BlockOrder& order,
+                const CompileOptions& options);
+
+}  // namespace bgsim

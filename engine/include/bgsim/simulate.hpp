@@ -1,0 +1,87 @@
+/// simulate: integrates a Program with SUNDIALS CVODE or IDA and reports what it took.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+
+namespace bgsim {
+
+/// Time series of a run: the columns at each output time, row-major.
+struct Trace {
+  std::vector<std::string> names;  ///< without "t"
+  std::vector<std::string> units;
+  std::vector<double> times;
+  std::vector<double> values;  ///< times.size() * names.size()
+};
+
+/// The energy balance of a run: supplied = change of stored + dissipated + residual. Every term is an integral over the
+/// run (docs/theory.md). In joules if the model is in SI units.
+struct EnergyAudit {
+  bool done = false;  ///< false if switched off or not possible; `why_not` says why
+  std::string why_not;
+  double supplied = 0.0;    ///< by sources
+  double stored = 0.0;      ///< change of stored energy
+  double dissipated = 0.0;  ///< by R and RR
+  double exchanged = 0.0;   ///< through modulated stores, whose energy is no function of their state alone
+  double residual = 0.0;    ///< supplied - stored - dissipated - exchanged
+  double relative = 0.0;    ///< |residual| / largest of the terms' magnitudes and of the gross energy turned over
+  double least_dissipation = 0.0;  ///< smallest power of a single R or RR met; negative: an active element
+  std::string least_dissipation_element;
+};
+
+/// What a run took. Machine-readable form: report_json.
+struct RunReport {
+  std::string model, scene;
+  std::string method;         ///< "CVODE BDF, dense", "CVODE Adams", "IDA, KLU", "none (no states)"
+  std::string method_reason;  ///< why the engine chose it
+  std::size_t states = 0, algebraic = 0, loops = 0;
+  double relative = 0.0;
+  std::vector<std::pair<std::string, double>> absolute;  ///< by state; as used at the end of the run
+  double start = 0.0, stop = 0.0, reached = 0.0;
+  std::uint64_t steps = 0, rate_evaluations = 0, jacobian_evaluations = 0, factorizations = 0, nonlinear_iterations = 0,
+                error_test_failures = 0, convergence_failures = 0, loop_iterations = 0;
+  std::uint64_t time_events = 0, state_events = 0;
+  std::vector<std::pair<std::string, double>> stage_seconds;  ///< wall time by stage, in order
+  EnergyAudit energy;
+  std::vector<std::string> notes;  ///< loops' starts and solutions, states never above their tolerance, ...
+};
+
+enum class StopReason { completed, interrupted, failed };
+
+struct RunResult {
+  Trace trace;
+  RunReport report;
+  StopReason stop = StopReason::completed;
+  std::optional<Diagnostic> failure;  ///< BG6xx, set if stop is not completed
+};
+
+/// Called now and then with the simulated time; returns false to interrupt the run.
+using Progress = std::function<bool(double time)>;
+
+struct SimulateOptions {
+  bool energy_audit = true;
+  std::uint64_t max_steps = 0;  ///< 0: no limit
+  Progress progress;
+};
+
+/// Integrates one scene. BDF with an analytic Jacobian (dense up to 50 states, sparse with KLU beyond) unless the scene
+/// says otherwise; IDA where a loop is too large to be solved inside the right-hand side. Known times end the step;
+/// conditions on states are located by root finding and the integration restarts there. Dense output on the given
+/// times.
+///
+/// Never throws for numerical failure: the trace up to there is in the result, with a BG6xx failure that names element,
+/// expression and time.
+/// @throws ModelError BG405 (see initial_states).
+RunResult simulate(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
+                   const SimulateOptions& options = {});
+
+/// The report as JSON (stable keys; docs/reports.md) and as the lines printed after a run.
+std::string report_json(const RunResult& result);
+std::string report_text(const RunResult& result);
+
+}  // namespace bgsim

@@ -1,0 +1,229 @@
+#include "bgsim/describe.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "causal_explanation.hpp"
+
+namespace bgsim {
+
+namespace {
+
+// Lists longer than this are cut with a count; `show --stage causality` lists everything.
+constexpr std::size_t kMostLines = 60;
+constexpr std::size_t kMostNames = 12;
+constexpr std::size_t kWidestColumn = 44;
+
+std::string plural(std::size_t count, const std::string& one, const std::string& many) {
+  return count == 0 ? "no " + many : std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+using Row = std::pair<std::string, std::string>;
+
+/// Rows of two columns under a heading.
+void add_table(std::string& text, const std::string& heading, const std::vector<Row>& rows) {
+  if (rows.empty()) return;
+  text += heading + "\n";
+  const std::size_t shown = std::min(rows.size(), kMostLines);
+  std::size_t width = 0;
+  for (std::size_t i = 0; i < shown; ++i)
+    if (rows[i].first.size() <= kWidestColumn) width = std::max(width, rows[i].first.size());
+  for (std::size_t i = 0; i < shown; ++i) {
+    const auto& [left, right] = rows[i];
+    text += "  " + left;
+    if (!right.empty()) text += std::string(left.size() < width ? width - left.size() : 0, ' ') + "  " + right;
+    text += "\n";
+  }
+  if (rows.size() > shown) text += "  ... and " + std::to_string(rows.size() - shown) + " more\n";
+}
+
+std::string join(const std::vector<std::string>& names, bool more = false) {
+  std::string text;
+  const std::size_t shown = std::min(names.size(), kMostNames);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const bool last = i + 1 == names.size() && !more;
+    text += (i == 0 ? "" : last ? " and " : ", ") + names[i];
+  }
+  if (names.size() > shown) return text + " and " + std::to_string(names.size() - shown) + " more";
+  return more ? text + " and others" : text;
+}
+
+struct View {
+  const Model& model;
+  const BondGraph& graph;
+  const CausalGraph& causal;
+
+  const Element& element(ElementId id) const { return model.elements[id.index()]; }
+  const Stroke& stroke(BondId id) const { return causal.strokes[id.index()]; }
+  const std::string& bond(BondId id) const { return model.bonds[id.index()].name; }
+  std::string port(PortId id) const {
+    const Element& owner = element(graph[id].element);
+    return is_junction(owner.kind) ? owner.name : port_name(owner, graph[id].number);
+  }
+  /// `b3: inlet --->| packet.air`: the half-arrow from tail to head, the bar at the end where effort acts.
+  std::string arrow(BondId id) const {
+    const bool at_head = stroke(id).end == BondEnd::head;
+    return bond(id) + ": " + port(graph[id].tail) + (at_head ? " --->| " : " |---> ") + port(graph[id].head);
+  }
+  std::string stored(ElementId id, std::size_t number) const {
+    const Element& store = element(id);
+    return port_name(store, number) + (stores_displacement(store.kind) ? ".q" : ".p");
+  }
+};
+
+void describe_counts(std::string& text, const View& view) {
+  const auto junctions = static_cast<std::size_t>(std::count_if(view.graph.kinds.begin(), view.graph.kinds.end(),
+                                                                [](ElementKind kind) { return is_junction(kind); }));
+  text += "model \"" + view.model.name + "\": " + plural(view.graph.kinds.size() - junctions, "element", "elements") +
+          " and " + plural(junctions, "junction", "junctions") + ", " +
+          plural(view.graph.bonds.size(), "bond", "bonds") + "\n" +
+          plural(view.causal.integral.size(), "state", "states") + ", " +
+          plural(view.causal.dependent.size(), "dependent store", "dependent stores") + ", " +
+          plural(view.causal.free_choices.size(), "free choice of a stroke", "free choices of a stroke") + "\n";
+}
+
+void describe_strokes(std::string& text, const View& view) {
+  constexpr std::array<std::pair<StrokeReason, const char*>, 7> kGroups{
+      {{StrokeReason::source, "strokes fixed by sources"},
+       {StrokeReason::one_way_law, "strokes fixed by laws that can be used in one direction only"},
+       {StrokeReason::integral, "strokes chosen: stores in integral causality"},
+       {StrokeReason::law_as_written, "strokes chosen: laws used as written"},
+       {StrokeReason::free_choice, "strokes chosen freely"},
+       {StrokeReason::by_elimination, "strokes left over: the other end leads to a conflict"},
+       {StrokeReason::propagated, "strokes that follow"}}};
+  std::vector<BondId> order(view.causal.strokes.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[view.causal.strokes[i].order] = BondId(i);
+  text += "\nthe bar | stands where effort acts on the element, > is the half-arrow\n";
+  for (const auto& [reason, heading] : kGroups) {
+    std::vector<Row> rows;
+    for (const BondId bond : order)
+      if (view.stroke(bond).reason == reason)
+        rows.emplace_back(view.arrow(bond), rows.size() < kMostLines && reason != StrokeReason::free_choice
+                                                ? stroke_reason_text(view.model, view.graph, view.causal.strokes, bond)
+                                                : std::string());
+    add_table(text, heading, rows);
+  }
+}
+
+void describe_states(std::string& text, const View& view) {
+  text += "\n";
+  std::vector<Row> states;
+  for (const PortId port : view.causal.integral)
+    states.emplace_back(view.stored(view.graph[port].element, view.graph[port].number),
+                        kind_text(view.element(view.graph[port].element).kind, false));
+  if (states.empty())
+    text += "states: none\n";
+  else
+    add_table(text, "states", states);
+  std::vector<Row> dependent;
+  for (const DependentPort& port : view.causal.dependent) {
+    std::vector<std::string> because;
+    for (const ElementId id : port.because) because.push_back('"' + view.element(id).name + '"');
+    dependent.emplace_back(view.stored(port.element, port.port), because.empty()
+                                                                     ? std::string("the structure leaves it no choice")
+                                                                     : "is determined by " + join(because, port.more));
+  }
+  add_table(text, "dependent stores (derivative causality): no states of their own", dependent);
+}
+
+void describe_free_choices(std::string& text, const View& view) {
+  std::vector<Row> rows;
+  for (const FreeChoice& choice : view.causal.free_choices) {
+    std::vector<std::string> through;
+    for (const ElementId id : choice.path) through.push_back('"' + view.element(id).name + '"');
+    rows.emplace_back(view.bond(choice.bond), "decides the strokes at " + join(through));
+  }
+  add_table(text, "algebraic loops run through the bonds whose strokes were free", rows);
+}
+
+/// Nonlinear laws that are not used as they stand.
+void describe_laws(std::string& text, const View& view) {
+  ExprPool scratch = view.model.pool;
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < view.model.elements.size(); ++i) {
+    const Element& element = view.model.elements[i];
+    if (element.laws.empty() && !element.energy.valid()) continue;
+    const std::vector<Law> laws = port_laws(view.model, scratch, ElementId(i));
+    for (std::size_t number = 0; number < laws.size(); ++number) {
+      const Gives gives = view.causal.gives(view.graph, view.graph.port(ElementId(i), number));
+      const LawUse use = law_use(scratch, element, laws[number], gives);
+      const std::string given = gives == Gives::effort ? "effort" : "flow";
+      if (use == LawUse::inverted) rows.emplace_back(port_name(element, number), "inverted, to give its " + given);
+      if (use == LawUse::implicit)
+        rows.emplace_back(port_name(element, number), "solved numerically during the run, to give its " + given);
+    }
+  }
+  add_table(text, "\nlaws not used as written", rows);
+}
+
+std::string verdict_text(const Reciprocity& test) {
+  switch (test.verdict) {
+    case Reciprocity::Verdict::by_energy:
+      return "reciprocal by construction: its laws are derived from its energy";
+    case Reciprocity::Verdict::proved:
+      return "reciprocal: its cross derivatives are equal";
+    case Reciprocity::Verdict::sampled:
+      return "reciprocal as far as tested: its cross derivatives agree at random points";
+    case Reciprocity::Verdict::violated:
+      return "NOT reciprocal: " + test.text;
+    case Reciprocity::Verdict::untested:
+      return "reciprocity not tested: " + test.text;
+  }
+  return {};
+}
+
+void describe_fields(std::string& text, const View& view) {
+  ExprPool scratch = view.model.pool;
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < view.model.elements.size(); ++i) {
+    const Element& element = view.model.elements[i];
+    if (element.kind == ElementKind::c_field || element.kind == ElementKind::i_field)
+      rows.emplace_back(element.name, verdict_text(test_reciprocity(view.model, scratch, ElementId(i))));
+  }
+  add_table(text, "\nfields", rows);
+}
+
+void describe_parts(std::string& text, const View& view) {
+  const auto parts = connected_parts(view.graph);
+  if (parts.size() < 2) return;
+  std::vector<Row> rows;
+  for (const auto& part : parts) {
+    std::vector<std::string> names;
+    for (const ElementId id : part) names.push_back(view.element(id).name);
+    rows.emplace_back(join(names), "");
+  }
+  add_table(text, "\nthe graph falls into " + std::to_string(parts.size()) + " parts that no bond connects", rows);
+}
+
+/// Half-arrows against the custom, where a bond's variables and an element's have opposite signs.
+void describe_half_arrows(std::string& text, const View& view) {
+  std::vector<Row> rows;
+  for (const Port& port : view.graph.ports) {
+    const Element& element = view.element(port.element);
+    const bool passive =
+        is_store(element.kind) || element.kind == ElementKind::resistor || element.kind == ElementKind::r_field;
+    if (!passive || port.head) continue;
+    const std::string name = port_name(element, port.number);
+    rows.emplace_back(view.bond(port.bond) + " leaves " + name,
+                      name + ".f is counted into the element: " + name + ".f = -" + view.bond(port.bond) + ".f");
+  }
+  add_table(text, "\nhalf-arrows that leave a passive element", rows);
+}
+
+}  // namespace
+
+std::string describe_causality(const Model& model, const BondGraph& graph, const CausalGraph& causal) {
+  const View view{model, graph, causal};
+  std::string text;
+  describe_counts(text, view);
+  describe_strokes(text, view);
+  describe_states(text, view);
+  describe_free_choices(text, view);
+  describe_laws(text, view);
+  describe_fields(text, view);
+  describe_parts(text, view);
+  describe_half_arrows(text, view);
+  return text;
+}
+
+}  // namespace bgsim

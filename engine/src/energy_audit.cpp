@@ -1,0 +1,161 @@
+#include "energy_audit.hpp"
+
+#include <algorithm>
+#include <boost/math/quadrature/gauss.hpp>
+#include <cmath>
+
+namespace bgsim {
+
+namespace {
+
+/// Gauss-Legendre on [0, 1].
+template <unsigned kPoints, class Rule>
+Rule gauss_rule() {
+  using Gauss = boost::math::quadrature::gauss<double, kPoints>;
+  Rule rule;
+  const auto& abscissa = Gauss::abscissa();
+  const auto& weights = Gauss::weights();
+  for (std::size_t i = abscissa.size(); i-- > 0;)
+    if (abscissa[i] != 0.0) {
+      rule.position.push_back(0.5 - abscissa[i] / 2);
+      rule.weight.push_back(weights[i] / 2);
+    }
+  for (std::size_t i = 0; i < abscissa.size(); ++i) {
+    rule.position.push_back(0.5 + abscissa[i] / 2);
+    rule.weight.push_back(weights[i] / 2);
+  }
+  return rule;
+}
+
+}  // namespace
+
+void CompensatedSum::add(double value) {
+  const double next = sum + value;
+  lost += std::abs(sum) >= std::abs(value) ? (sum - next) + value : (value - next) + sum;
+  sum = next;
+}
+
+EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, bool wanted)
+    : program_(program),
+      evaluator_(evaluator),
+      measuring_(wanted && !program.energy_roles.empty()),
+      rules_{gauss_rule<1, Rule>(), gauss_rule<2, Rule>(), gauss_rule<3, Rule>(), gauss_rule<4, Rule>(),
+             gauss_rule<5, Rule>(), gauss_rule<6, Rule>(), gauss_rule<7, Rule>()},
+      y_(evaluator.states() + evaluator.tears()),
+      power_(program.energy_roles.size()),
+      stretch_(program.energy_roles.size()),
+      total_(program.energy_roles.size()),
+      energy_before_(program.energy_roles.size()),
+      energy_after_(program.energy_roles.size()) {
+  if (!wanted) why_not_ = "switched off";
+  if (wanted && program.energy_roles.empty()) why_not_ = "the model has no elements that turn over energy";
+  const std::size_t ports = program.first_displacement.empty() ? 0 : program.first_displacement.back();
+  displaced_before_.resize(ports);
+  displaced_after_.resize(ports);
+}
+
+/// n points have an error of the order h^(2n + 1) per step, the solution one of the order h^(order + 1). Half the order
+/// and one point more keep the quadrature's below: its order is higher by one at least.
+std::size_t EnergyAuditor::rule_for(int order) const {
+  const int points = std::clamp(order / 2 + 1, 1, 7);
+  return static_cast<std::size_t>(points - 1);
+}
+
+void EnergyAuditor::begin(double t, const double* x, double stop) {
+  constexpr double kPieces = 64.0;
+  longest_ = (stop - t) / kPieces;
+  if (!measuring_) return;
+  if (!evaluator_.stored(t, x, energy_before_.data()) ||
+      (!displaced_before_.empty() && !evaluator_.displacements(t, x, displaced_before_.data())))
+    give_up("the stored energy at the start could not be evaluated: " + evaluator_.fault().what);
+}
+
+void EnergyAuditor::start_stretch() { std::fill(stretch_.begin(), stretch_.end(), 0.0); }
+
+void EnergyAuditor::add_point(double t, double weight) {
+  if (!evaluator_.powers(t, y_.data(), power_.data())) {
+    const Fault& fault = evaluator_.fault();
+    give_up("a power could not be evaluated: " + fault.what + " (" + fault.target + ")");
+    return;
+  }
+  for (std::size_t i = 0; i < power_.size(); ++i) {
+    stretch_[i] += weight * power_[i];
+    if (program_.energy_roles[i] == EnergyPart::Role::source) {
+      gross_source_ += weight * std::abs(power_[i]);
+    } else if (program_.energy_roles[i] == EnergyPart::Role::dissipator) {
+      gross_dissipation_ += weight * std::abs(power_[i]);
+      largest_power_ = std::max(largest_power_, std::abs(power_[i]));
+      if (!least_part_ || power_[i] < least_power_) {
+        least_part_ = i;
+        least_power_ = power_[i];
+      }
+    }
+  }
+}
+
+void EnergyAuditor::finish_stretch() {
+  double gained = 0.0, lost = 0.0;
+  for (std::size_t i = 0; i < stretch_.size(); ++i) {
+    total_[i].add(stretch_[i]);
+    if (program_.energy_roles[i] != EnergyPart::Role::store) continue;
+    const double change = total_[i].value();
+    (change > 0.0 ? gained : lost) += std::abs(change);
+  }
+  swing_ = std::max({swing_, gained, lost});
+}
+
+void EnergyAuditor::give_up(const std::string& why) {
+  measuring_ = false;
+  why_not_ = why;
+}
+
+/// What the store says it took in; none if its energy is no function of its state alone.
+std::optional<double> EnergyAuditor::change_of_store(std::size_t part) const {
+  if (program_.energy_modulated[part]) return std::nullopt;
+  if (!std::isnan(energy_before_[part])) return energy_after_[part] - energy_before_[part];
+  const std::size_t first = program_.first_displacement[part];
+  const std::size_t count = program_.first_displacement[part + 1] - first;
+  const double change = evaluator_.energy_by_laws(part, std::span(displaced_before_).subspan(first, count),
+                                                  std::span(displaced_after_).subspan(first, count));
+  return std::isnan(change) ? std::nullopt : std::optional(change);
+}
+
+EnergyAudit EnergyAuditor::finish(double t, const double* x) {
+  EnergyAudit audit;
+  if (measuring_ && (!evaluator_.stored(t, x, energy_after_.data()) ||
+                     (!displaced_after_.empty() && !evaluator_.displacements(t, x, displaced_after_.data()))))
+    give_up("the stored energy at the end could not be evaluated: " + evaluator_.fault().what);
+  audit.why_not = why_not_;
+  if (!measuring_) return audit;
+
+  CompensatedSum supplied, stored, dissipated, exchanged, residual;
+  for (std::size_t i = 0; i < total_.size(); ++i) {
+    const double taken = total_[i].value();
+    if (program_.energy_roles[i] == EnergyPart::Role::source) {
+      supplied.add(taken);
+      residual.add(taken);
+      continue;
+    }
+    const bool store = program_.energy_roles[i] == EnergyPart::Role::store;
+    const std::optional<double> change = store ? change_of_store(i) : std::nullopt;
+    (change ? stored : store ? exchanged : dissipated).add(change.value_or(taken));
+    residual.add(-change.value_or(taken));
+  }
+  audit.done = true;
+  audit.supplied = supplied.value();
+  audit.stored = stored.value();
+  audit.dissipated = dissipated.value();
+  audit.exchanged = exchanged.value();
+  audit.residual = residual.value();
+  const double largest = std::max({gross_source_, gross_dissipation_, swing_, std::abs(audit.stored)});
+  audit.relative = largest > 0.0 ? std::abs(audit.residual) / largest : 0.0;
+  if (least_part_) {
+    // what rounding makes of a resistor at rest is no activity
+    constexpr double kRounding = 1e-12;
+    audit.least_dissipation = least_power_ < -kRounding * largest_power_ ? least_power_ : std::max(least_power_, 0.0);
+    audit.least_dissipation_element = program_.energy_names[*least_part_];
+  }
+  return audit;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,74 @@
+/// The energy balance of a run, measured on the dense output.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+#include "bgsim/simulate.hpp"
+
+namespace bgsim {
+
+/// A sum that keeps what rounding would drop (Neumaier, ZAMM 54, 1974).
+struct CompensatedSum {
+  double sum = 0.0, lost = 0.0;
+  void add(double value);
+  [[nodiscard]] double value() const { return sum + lost; }
+};
+
+/// Integrates the powers of all sources, resistors and stores over the run, and holds them against what the stores say
+/// they hold. Junctions, TF and GY conserve power exactly, so the residual measures the solution's error (and a field
+/// whose laws are not reciprocal).
+class EnergyAuditor {
+ public:
+  EnergyAuditor(const Program& program, Evaluator& evaluator, bool wanted);
+
+  /// @param stop  the run's end.
+  void begin(double t, const double* x, double stop);
+  /// A stretch on which the solution is smooth; @p solution(t, y) gives it, @p order is that of its polynomial.
+  template <class Solution>
+  void add(double from, double to, int order, Solution&& solution) {
+    if (!measuring_ || !(to > from)) return;
+    // Where the solution is a straight line a step may be most of the run, but powers need not be polynomials of it.
+    const double pieces = std::max(1.0, std::ceil((to - from) / longest_));
+    const Rule& rule = pieces > 1.0 ? rules_.back() : rules_[rule_for(order)];
+    const double length = (to - from) / pieces;
+    start_stretch();
+    for (double piece = 0.0; piece < pieces; ++piece)
+      for (std::size_t i = 0; i < rule.position.size() && measuring_; ++i) {
+        const double t = from + length * (piece + rule.position[i]);
+        solution(t, y_.data());
+        add_point(t, length * rule.weight[i]);
+      }
+    finish_stretch();
+  }
+  EnergyAudit finish(double t, const double* x);
+
+ private:
+  struct Rule {
+    std::vector<double> position, weight;  ///< on [0, 1]
+  };
+  [[nodiscard]] std::size_t rule_for(int order) const;
+  void start_stretch();
+  void add_point(double t, double weight);
+  void finish_stretch();
+  void give_up(const std::string& why);
+  [[nodiscard]] std::optional<double> change_of_store(std::size_t part) const;
+
+  const Program& program_;
+  Evaluator& evaluator_;
+  bool measuring_;
+  double longest_ = 0.0;  ///< stretch that the rule is applied to in one piece
+  std::string why_not_;
+  std::vector<Rule> rules_;
+  std::vector<double> y_, power_, stretch_;
+  std::vector<CompensatedSum> total_;  ///< by energy part
+  double gross_source_ = 0.0, gross_dissipation_ = 0.0, swing_ = 0.0;
+  double least_power_ = 0.0, largest_power_ = 0.0;
+  std::optional<std::size_t> least_part_;
+  std::vector<double> energy_before_, energy_after_, displaced_before_, displaced_after_;
+};
+
+}  // namespace bgsim

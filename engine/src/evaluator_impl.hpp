@@ -1,0 +1,77 @@
+/// The evaluator's memory and the solving of loops; shared by evaluator.cpp, loops.cpp and modes.cpp.
+#pragma once
+
+#include <Eigen/LU>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+
+namespace bgsim {
+
+enum class LoopOutcome : std::uint8_t { solved, not_finite, singular, no_convergence };
+
+/// Scratch memory of one loop.
+struct LoopScratch {
+  explicit LoopScratch(std::size_t size);
+  Eigen::MatrixXd matrix;
+  Eigen::PartialPivLU<Eigen::MatrixXd> factors;
+  Eigen::VectorXd residual, scaled, step, next_step, row_scale, column_scale, base, scale;
+  Eigen::VectorXd largest;    ///< largest magnitude of each tear in an accepted solution: its scale
+  Eigen::MatrixXd by_states;  ///< d tears / d states, columns as in JacobianPlan::BlockPart::columns
+};
+
+struct Evaluator::Impl {
+  Impl(const Program& p, std::span<const double> parameters);
+
+  const Program& program;
+  std::vector<double> slots;
+  std::vector<double> symbol_values;  ///< by SymbolId: parameters and time, for relations of time alone
+  std::vector<LoopScratch> loops;     ///< by block
+  bool given_tears = false;
+  Fault fault;
+  Counts counts;
+  std::vector<double> next_change;  ///< by relation of time alone: its next known change; NaN if not looked for yet
+  std::vector<double> looked_until, looked_from;
+  // Where the plan's entries go in jacobian_pattern and implicit_pattern, and where tears' columns go
+  std::vector<std::int64_t> explicit_rates, implicit_entries;
+  std::vector<std::vector<std::int64_t>>
+      explicit_tears;  ///< by entry of rates_by_tears: positions of the block's columns
+  std::vector<std::vector<std::vector<std::uint32_t>>>
+      earlier_columns;                                  ///< by block and entry: positions in own columns
+  std::vector<std::vector<std::uint32_t>> own_columns;  ///< by block and entry of by_states: position in own columns
+  std::vector<std::int64_t> implicit_diagonal;          ///< by state
+  std::vector<double> guard_values;                     ///< by guarded relation
+
+  void run(const std::vector<Instruction>& code);
+  /// Runs a routine at (t, x), loops included; false at a fault in a loop.
+  bool run(const Routine& routine, double t, const double* x, bool solve_loops = true);
+  void set_point(double t, const double* x);
+  /// Copies results; false (and a fault worded with @p what) if one is not finite.
+  bool take(const Routine& routine, double* values, const char* what, const std::vector<std::string>& names);
+
+  LoopOutcome solve(std::size_t block);
+  LoopOutcome solve_linear(std::size_t block);
+  LoopOutcome solve_newton(std::size_t block);
+  LoopOutcome factorize(std::size_t block);
+  [[nodiscard]] std::span<double> tears_of(std::size_t block) {
+    const ProgramBlock& b = program.blocks[block];
+    return {slots.data() + program.first_tear + b.first_tear, b.size};
+  }
+  /// Scaled size of a step of a loop's tears.
+  static double scaled_norm(const Eigen::VectorXd& step, const Eigen::VectorXd& scale);
+  bool load_residual(std::size_t block);
+
+  void fail_at(std::uint32_t slot, const std::string& target);
+  void fail_loop(std::size_t block, LoopOutcome outcome);
+  [[nodiscard]] std::string text(ExprId expression) const;
+  [[nodiscard]] std::uint32_t slot_of(ExprId expression) const;
+  void describe_origin(ExprId expression);
+
+  [[nodiscard]] double mode_for(const Relation& relation, double guard) const;
+  void prepare_positions();
+  bool eliminate(double* values);
+};
+
+}  // namespace bgsim

@@ -1,0 +1,62 @@
+/// Failures of a run in words (BG6xx): what happened, to whom, when, and what to do about it.
+#pragma once
+
+#include <cstdio>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+#include "bgsim/model.hpp"
+
+namespace bgsim {
+
+/// A number as people read it: "0.25", "3.64132e+02" never with more digits than help.
+inline std::string number_text(double value, int digits = 10) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+/// A law or a loop had no value: BG601 not finite, BG602 loop without solution, BG603 singular loop, BG608 table read
+/// outside its data.
+Diagnostic fault_failure(const Fault& fault);
+
+/// A relation that came to be in doubt.
+struct RelationFacts {
+  std::string text;
+  std::optional<Place> place;
+  std::string where;  ///< element or signal
+};
+RelationFacts relation_facts(const Program& program, std::size_t relation);
+
+/// BG604: events without end, or modes that contradict each other.
+Diagnostic chattering_failure(const Program& program, std::span<const std::size_t> relations, double t,
+                              std::size_t events, double gap, bool accumulating);
+Diagnostic contradiction_failure(const Program& program, std::span<const std::size_t> relations, double t);
+
+/// What is known about each unknown where the integrator gave up.
+struct StuckPoint {
+  double t = 0.0, start = 0.0;
+  std::string words;                         ///< the integrator's
+  std::vector<std::string> names;            ///< of the unknowns
+  std::vector<std::optional<Place>> places;  ///< of their elements or loops
+  std::vector<double> y, rate;               ///< rate empty if unknown
+  std::vector<double> largest_early;         ///< magnitudes in the first half of the run so far
+  std::vector<double> weighted_error;
+};
+/// BG605: the step size went to nothing; growth without bound is recognised and dated.
+Diagnostic stuck_failure(const StuckPoint& point);
+/// The state that grows without bound: when it would be infinite, or that it has left the range of numbers already.
+struct BlowUp {
+  std::size_t state = 0;
+  double time = 0.0;
+  bool overflow = false;
+};
+std::optional<BlowUp> recognise_blow_up(const StuckPoint& point);
+
+Diagnostic interrupted_failure(double t);                                   // BG606
+Diagnostic step_limit_failure(double t, double stop, std::uint64_t steps);  // BG607
+Diagnostic accuracy_failure(double t, double relative);                     // BG609
+
+}  // namespace bgsim
