@@ -1,0 +1,26 @@
+// bgsim check: what the engine makes of a model, without running it.
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "command.hpp"
+#include "stages.hpp"
+
+namespace bgsim::cli {
+
+Exit check_command(const Arguments& arguments) {
+  std::string file;
+  CLI::App app("Reports strokes and why they stand where they stand, states, dependent stores and loops.",
+               "bgsim check");
+  app.add_option("model.json", file, "the model")->required();
+  parse_arguments(app, arguments);
+
+  const Stages stages = run_stages(file, Stage::order);
+  const Model& model = *stages.model;
+  std::cout << describe_causality(model, *stages.graph, *stages.causal) << "\n"
+            << describe_loops(model, *stages.system, *stages.order);
+  // A scene that cannot be prepared is as much a fault of the model as a stroke that cannot be placed.
+  for (const Scene& scene : model.scenes) print_warnings(prepare_scene(model, scene.name).warnings, model);
+  return Exit::done;
+}
+
+}  // namespace bgsim::cli

@@ -1,0 +1,24 @@
+// bgsim equations: the state equations in the model's own names.
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "command.hpp"
+#include "stages.hpp"
+
+namespace bgsim::cli {
+
+Exit equations_command(const Arguments& arguments) {
+  std::string file;
+  bool latex = false;
+  CLI::App app("Prints the state equations that the causality yields.", "bgsim equations");
+  app.add_option("model.json", file, "the model")->required();
+  app.add_flag("--latex", latex, "as LaTeX");
+  parse_arguments(app, arguments);
+
+  const Stages stages = run_stages(file, Stage::order);
+  const auto text = latex ? equations_latex : equations_text;
+  std::cout << text(*stages.model, *stages.system, *stages.order);
+  return Exit::done;
+}
+
+}  // namespace bgsim::cli

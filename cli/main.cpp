@@ -1,0 +1,113 @@
+// The command line: which subcommand, and what becomes of its faults. No physics here.
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <iostream>
+
+#include "bgsim/diagnostic.hpp"
+#include "command.hpp"
+
+namespace bgsim::cli {
+
+namespace {
+
+struct Command {
+  const char* name;
+  const char* about;
+  Exit (*act)(const Arguments&);
+};
+
+constexpr Command kCommands[] = {
+    {"run", "simulate a scene and write its trace (the default)", run_command},
+    {"check", "report strokes and why, states, dependent stores, loops", check_command},
+    {"equations", "print the state equations, --latex for LaTeX", equations_command},
+    {"show", "print what a stage of the pipeline holds", show_command},
+    {"verify", "hold scenes against their reference traces", verify_command},
+};
+
+void print_help() {
+  std::cout << "bgsim: bond graphs from JSON to a trace.\n\n"
+               "Usage: bgsim model.json [--scene NAME] [--set NAME=EXPR]... [--relative X] [--absolute X]\n"
+               "             [--method NAME] [-o FILE]\n"
+               "       bgsim COMMAND ...\n\n"
+               "Commands (bgsim COMMAND --help tells more; a file of such a name is reached as ./NAME):\n";
+  for (const Command& command : kCommands) {
+    std::cout << "  " << command.name << std::string(12 - std::string(command.name).size(), ' ') << command.about
+              << '\n';
+  }
+  std::cout << "\nExamples:\n"
+               "  bgsim models/bellow.json                 simulate the first scene; trace in bellow.tracking.csv\n"
+               "  bgsim models/bellow.json -o - --quiet    the trace on standard output\n"
+               "  bgsim check models/actuator.json         causality, states and loops in words\n"
+               "  bgsim verify                             every model under models/ against its references\n\n"
+               "Exit codes: 0 done, 1 the model is at fault, 2 wrong usage, 3 the numerics failed,\n"
+               "4 a defect of bgsim.\n";
+}
+
+Exit act(const Arguments& arguments) {
+  if (arguments.empty()) throw UsageError("which model? bgsim model.json; bgsim --help tells more");
+  const std::string& first = arguments.front();
+  if (arguments.size() == 1 && (first == "--help" || first == "-h")) {
+    print_help();
+    return Exit::done;
+  }
+  if (arguments.size() == 1 && first == "--version") {
+    std::cout << "bgsim " << BGSIM_VERSION << '\n';
+    return Exit::done;
+  }
+  for (const Command& command : kCommands) {
+    if (first == command.name) return command.act({arguments.begin() + 1, arguments.end()});
+  }
+  return run_command(arguments);
+}
+
+Exit act_and_flush(const Arguments& arguments) {
+  const Exit outcome = act(arguments);
+  if (!std::cout.flush()) throw UsageError("cannot write to standard output");
+  return outcome;
+}
+
+int guarded(const Arguments& arguments) {
+  const auto end = [](Exit code) { return static_cast<int>(code); };
+  try {
+    return end(act_and_flush(arguments));
+  } catch (const HelpAsked&) {
+    return end(Exit::done);
+  } catch (const ModelError& error) {
+    std::cerr << render(error);
+    return end(Exit::model_at_fault);
+  } catch (const UsageError& error) {
+    const std::string text = error.what();
+    std::cerr << "bgsim: " << text << (text.ends_with('\n') ? "" : "\n");
+    return end(Exit::wrong_usage);
+  } catch (const std::bad_alloc&) {
+    std::cerr << "bgsim: out of memory\n";
+    return end(Exit::numerics_failed);
+  } catch (const std::exception& error) {
+    std::cerr << "bgsim: a defect of bgsim, not of the model: " << error.what()
+              << "\nPlease report it with the model that shows it.\n";
+    return end(Exit::defect);
+  }
+}
+
+}  // namespace
+
+void parse_arguments(CLI::App& app, Arguments arguments) {
+  // CLI11 takes a vector of arguments in reverse.
+  std::reverse(arguments.begin(), arguments.end());
+  try {
+    app.parse(std::move(arguments));
+  } catch (const CLI::CallForHelp&) {
+    std::cout << app.help();
+    throw HelpAsked();
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(std::string(error.what()) + "\nusage: " + app.get_name() + " --help tells what can be given");
+  }
+}
+
+}  // namespace bgsim::cli
+
+int main(int argc, char** argv) {
+  // A closed pipe is then a failed write, reported like any other.
+  std::signal(SIGPIPE, SIG_IGN);
+  return bgsim::cli::guarded({argv + 1, argv + argc});
+}

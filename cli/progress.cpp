@@ -1,0 +1,84 @@
+#include "progress.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+
+namespace bgsim::cli {
+
+namespace {
+
+using std::chrono::duration;
+
+// A signal handler can reach nothing else.
+volatile std::sig_atomic_t interrupted = 0;
+
+extern "C" void note_interruption(int signal) {
+  interrupted = 1;
+  std::signal(signal, SIG_DFL);
+}
+
+/// Puts the handler in place, unless the signal is ignored: a run in the background is not to be ended by a Ctrl-C that
+/// is meant for another command.
+RunWatch::Handler take_over(int signal) {
+  const RunWatch::Handler old = std::signal(signal, note_interruption);
+  if (old == SIG_IGN) std::signal(signal, SIG_IGN);
+  return old;
+}
+
+/// "40 s", "12 min", "3.5 h"
+std::string duration_text(double seconds) {
+  std::array<char, 32> text{};
+  if (seconds < 100.0) {
+    std::snprintf(text.data(), text.size(), "%.0f s", seconds);
+  } else if (seconds < 6000.0) {
+    std::snprintf(text.data(), text.size(), "%.0f min", seconds / 60.0);
+  } else {
+    std::snprintf(text.data(), text.size(), "%.1f h", seconds / 3600.0);
+  }
+  return text.data();
+}
+
+}  // namespace
+
+RunWatch::RunWatch(double start, double stop, bool quiet)
+    : start_(start),
+      stop_(stop),
+      visible_(!quiet && isatty(STDERR_FILENO) != 0),
+      begin_(Clock::now()),
+      last_(begin_),
+      old_interrupt_(take_over(SIGINT)),
+      old_terminate_(take_over(SIGTERM)) {}
+
+RunWatch::~RunWatch() {
+  std::signal(SIGINT, old_interrupt_);
+  std::signal(SIGTERM, old_terminate_);
+  interrupted = 0;
+  if (shown_) std::cerr << "\r\x1b[K" << std::flush;  // carriage return, erase to the end of the line
+}
+
+Progress RunWatch::progress() {
+  return [this](double time) {
+    if (visible_) show(time);
+    return interrupted == 0;
+  };
+}
+
+void RunWatch::show(double time) {
+  const auto now = Clock::now();
+  const double elapsed = duration<double>(now - begin_).count();
+  if (elapsed < 2.0 || duration<double>(now - last_).count() < 0.2) return;
+  last_ = now;
+  shown_ = true;
+  const double done = stop_ > start_ ? (time - start_) / (stop_ - start_) : 1.0;
+  std::array<char, 160> line{};
+  std::snprintf(line.data(), line.size(), "\r\x1b[Kt = %.6g of %.6g  %.1f %%  ", time, stop_, 100.0 * done);
+  std::cerr << line.data();
+  if (done > 0.0) std::cerr << "about " << duration_text(elapsed * (1.0 - done) / done) << " left";
+  std::cerr << std::flush;
+}
+
+}  // namespace bgsim::cli

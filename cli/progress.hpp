@@ -1,0 +1,37 @@
+/// How far a run is, on a terminal; and Ctrl-C, which ends it in good order.
+#pragma once
+
+#include <chrono>
+#include <csignal>
+
+#include "bgsim/simulate.hpp"
+
+namespace bgsim::cli {
+
+/// While it lives, SIGINT and SIGTERM end the run instead of the process, the second one the process after all; and
+/// runs longer than two seconds show on standard error, if that is a terminal, how far they are.
+class RunWatch {
+ public:
+  using Handler = void (*)(int);
+
+  RunWatch(double start, double stop, bool quiet);
+  ~RunWatch();
+  RunWatch(const RunWatch&) = delete;
+  RunWatch& operator=(const RunWatch&) = delete;
+
+  /// To be given to simulate().
+  Progress progress();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void show(double time);
+
+  double start_, stop_;
+  bool visible_;        ///< standard error is a terminal
+  bool shown_ = false;  ///< a line is on the screen
+  Clock::time_point begin_, last_;
+  Handler old_interrupt_, old_terminate_;
+};
+
+}  // namespace bgsim::cli

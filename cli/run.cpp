@@ -1,0 +1,171 @@
+// bgsim run: a scene of a model, from the file to the trace.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+
+#include "bgsim/trace_csv.hpp"
+#include "command.hpp"
+#include "files.hpp"
+#include "progress.hpp"
+#include "stages.hpp"
+
+namespace bgsim::cli {
+
+namespace {
+
+struct RunOptions {
+  std::string file;
+  std::string scene;
+  SceneOverrides overrides;
+  std::string output;
+  std::string report_json;
+  bool quiet = false;
+  bool no_audit = false;
+  bool units = false;
+  bool all_scenes = false;
+};
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  bgsim bellow.json                            first scene, trace in bellow.tracking.csv\n"
+    "  bgsim bellow.json --scene literal -o x.csv   another scene, trace in x.csv\n"
+    "  bgsim bellow.json --set m=0.02 --set 'C2=2*A*X/(rho*R_gas*T)'\n"
+    "  bgsim bellow.json -o - --quiet | head        trace on standard output\n"
+    "\n"
+    "Exit codes: 0 done, 1 the model is at fault, 2 wrong usage, 3 the numerics failed (or the run was\n"
+    "interrupted; the trace up to there is kept), 4 a defect of bgsim.\n"
+    "\n"
+    "Further commands: bgsim --help";
+
+std::string positive_number(const std::string& text) {
+  double value = 0.0;
+  const bool number = CLI::detail::lexical_cast(text, value);
+  return number && value > 0.0 && std::isfinite(value) ? "" : text + " is no number above zero";
+}
+
+RunOptions parse(const Arguments& arguments) {
+  RunOptions options;
+  CLI::App app("Simulates a scene of a model and writes its trace as CSV.", "bgsim");
+  app.footer(kExamples);
+  app.add_option("model.json", options.file, "the model")->required();
+  app.add_option("--scene", options.scene, "scene to run (default: the model's first)")->type_name("NAME");
+  app.add_option("--set", options.overrides.set, "a parameter or an initial value; may be given again")
+      ->type_name("NAME=EXPR")
+      ->allow_extra_args(false);
+  const CLI::Validator positive(positive_number, "");
+  app.add_option("--relative", options.overrides.relative, "relative tolerance")->type_name("X")->check(positive);
+  app.add_option("--absolute", options.overrides.absolute, "absolute tolerance of every state")
+      ->type_name("X")
+      ->check(positive);
+  app.add_option_function<std::string>(
+         "--method",
+         [&options](const std::string& name) {
+           options.overrides.method = method_from(name);
+           if (!options.overrides.method) {
+             throw CLI::ValidationError("--method",
+                                        "there is no method \"" + name + "\"; there are automatic, bdf, adams and ida");
+           }
+         },
+         "automatic, bdf, adams or ida")
+      ->type_name("NAME");
+  app.add_option("-o,--output", options.output, "file for the trace, - for standard output (default: NAME.SCENE.csv)")
+      ->type_name("FILE");
+  app.add_option("--report-json", options.report_json, "also write the report as JSON, - for standard output")
+      ->type_name("FILE");
+  app.add_flag("--units", options.units, "also write the columns' units, to NAME.SCENE.units.json");
+  app.add_flag("--all-scenes", options.all_scenes, "run every scene, each to its own NAME.SCENE.csv");
+  app.add_flag("--no-audit", options.no_audit, "leave out the energy audit");
+  app.add_flag("--quiet", options.quiet, "print warnings and errors only");
+  parse_arguments(app, arguments);
+
+  if (options.all_scenes && (!options.scene.empty() || !options.output.empty() || !options.report_json.empty())) {
+    throw UsageError("--all-scenes goes with none of --scene, --output and --report-json");
+  }
+  if (options.output == "-" && options.report_json == "-") {
+    throw UsageError("the trace and the report cannot both go to standard output");
+  }
+  return options;
+}
+
+/// "bellow.tracking": what a run's files are named after.
+std::string run_name(const Model& model, const RunOptions& options, const std::string& scene) {
+  const std::string name = model.name.empty() ? std::filesystem::path(options.file).stem().string() : model.name;
+  return file_name(name + '.' + scene);
+}
+
+void write_results(const RunResult& result, const std::string& name, const std::string& output,
+                   const RunOptions& options) {
+  write_file(output, [&](std::ostream& out) { write_trace_csv(out, result.trace); });
+  if (!options.report_json.empty()) {
+    write_file(options.report_json, [&](std::ostream& out) { out << report_json(result); });
+  }
+  if (options.units) {
+    write_file(name + ".units.json", [&](std::ostream& out) { out << trace_units_json(result.trace); });
+  }
+}
+
+std::string counted(std::size_t count, const char* what) {
+  return std::to_string(count) + ' ' + what + (count == 1 ? "" : "s");
+}
+
+void tell(const RunResult& result, const std::string& output) {
+  std::cerr << report_text(result);
+  std::cerr << (result.stop == StopReason::completed ? "trace: " : "trace up to there: ")
+            << (output == "-" ? "standard output" : output) << " (" << counted(result.trace.times.size(), "time")
+            << ", " << counted(result.trace.names.size(), "column") << ")\n";
+}
+
+/// The scene's numbers. A name or a value that came from the command line and is wrong is wrong usage, not the model's
+/// fault: such a problem has no place in a file.
+RunInputs prepare(const Model& model, const std::string& scene, const SceneOverrides& overrides) {
+  try {
+    return prepare_scene(model, scene, overrides);
+  } catch (const ModelError& error) {
+    const auto& problems = error.diagnostics;
+    const bool in_a_file = std::any_of(problems.begin(), problems.end(), [](auto& p) { return p.place.has_value(); });
+    if (in_a_file || model.scenes.empty()) throw;
+    throw UsageError(render(error));
+  }
+}
+
+Exit run_scene(const Stages& stages, const RunOptions& options, const std::string& scene) {
+  const Model& model = *stages.model;
+  const RunInputs inputs = prepare(model, scene, options.overrides);
+  print_warnings(inputs.warnings, model);
+  const std::string name = run_name(model, options, inputs.scene);
+  const std::string output = options.output.empty() ? name + ".csv" : options.output;
+  check_writable(output, options.file);
+  if (!options.report_json.empty()) check_writable(options.report_json, options.file);
+
+  auto seconds = stages.seconds;
+  const Program program = timed(seconds, "compile", [&] {
+    return compile(stages.model, *stages.system, *stages.order, {inputs.outputs, !options.no_audit});
+  });
+  RunResult result = [&] {
+    RunWatch watch(inputs.start, inputs.stop, options.quiet);
+    SimulateOptions how;
+    how.energy_audit = !options.no_audit;
+    how.progress = watch.progress();
+    return simulate(model, *stages.system, program, inputs, how);
+  }();
+  result.report.stage_seconds.insert(result.report.stage_seconds.begin(), seconds.begin(), seconds.end());
+
+  write_results(result, name, output, options);
+  if (result.failure) std::cerr << render(*result.failure, *model.sources);
+  if (!options.quiet) tell(result, output);
+  return result.stop == StopReason::completed ? Exit::done : Exit::numerics_failed;
+}
+
+}  // namespace
+
+Exit run_command(const Arguments& arguments) {
+  const RunOptions options = parse(arguments);
+  const Stages stages = run_stages(options.file, Stage::order);
+  if (!options.all_scenes) return run_scene(stages, options, options.scene);
+  Exit outcome = Exit::done;
+  for (const Scene& scene : stages.model->scenes) outcome = worse(outcome, run_scene(stages, options, scene.name));
+  return outcome;
+}
+
+}  // namespace bgsim::cli

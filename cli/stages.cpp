@@ -1,0 +1,38 @@
+#include "stages.hpp"
+
+#include <iostream>
+
+namespace bgsim::cli {
+
+void print_warnings(const std::vector<Diagnostic>& warnings, const Model& model) {
+  for (const Diagnostic& warning : warnings) std::cerr << render(warning, *model.sources);
+}
+
+Stages run_stages(const std::string& path, Stage last) {
+  Stages stages;
+  stages.model = timed(stages.seconds, "read", [&] { return std::make_shared<const Model>(read_model(path)); });
+  print_warnings(stages.model->warnings, *stages.model);
+  advance(stages, last);
+  return stages;
+}
+
+void advance(Stages& stages, Stage last) {
+  const Model& model = *stages.model;
+  auto& seconds = stages.seconds;
+  if (last >= Stage::graph && !stages.graph) {
+    stages.graph = timed(seconds, "graph", [&] { return build_bond_graph(model); });
+  }
+  if (last >= Stage::causality && !stages.causal) {
+    stages.causal = timed(seconds, "causality", [&] { return assign_causality(model, *stages.graph); });
+    print_warnings(stages.causal->warnings, model);
+  }
+  if (last >= Stage::equations && !stages.system) {
+    stages.system = timed(seconds, "equations", [&] { return derive_equations(model, *stages.graph, *stages.causal); });
+    print_warnings(stages.system->warnings, model);
+  }
+  if (last >= Stage::order && !stages.order) {
+    stages.order = timed(seconds, "order", [&] { return order_equations(model, *stages.system); });
+  }
+}
+
+}  // namespace bgsim::cli

@@ -1,0 +1,137 @@
+// bgsim verify: scenes that name a reference, held against it.
+#include "bgsim/verify.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <iomanip>
+#include <iostream>
+#include <sstream>
+
+#include "command.hpp"
+#include "stages.hpp"
+
+namespace bgsim::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<std::string> all_models() {
+  std::error_code fault;
+  std::vector<std::string> files;
+  for (const auto& entry : fs::directory_iterator("models", fault)) {
+    if (entry.path().extension() == ".json") files.push_back(entry.path().string());
+  }
+  if (fault) throw UsageError("there is no folder \"models\" here; name the models to be verified");
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::string number_text(double value, int digits) {
+  std::ostringstream text;
+  text << std::setprecision(digits) << value;
+  return text.str();
+}
+
+/// One line of the table: columns of fixed width, the last one free.
+void print_line(const std::string& model, const std::string& scene, const std::string& column, const std::string& error,
+                const std::string& where, const std::string& limit, const std::string& verdict) {
+  std::cout << std::left << std::setw(24) << model << ' ' << std::setw(16) << scene << ' ' << std::setw(20) << column
+            << ' ' << std::setw(10) << error << ' ' << std::setw(12) << where << ' ' << std::setw(10) << limit << ' '
+            << verdict << '\n';
+}
+
+void print_check(const std::string& model, const std::string& scene, const ReferenceCheck& check) {
+  for (const ColumnCheck& column : check.columns) {
+    print_line(model, scene, column.output, number_text(column.error, 3), number_text(column.time, 6),
+               number_text(column.limit, 3), column.ok() ? "ok" : "MISSED");
+    if (column.ok()) continue;
+    std::cout << "    at t = " << number_text(column.time, 17) << ": " << column.output << " = "
+              << number_text(column.value, 17) << ", the reference has ";
+    if (column.low == column.high) {
+      std::cout << number_text(column.low, 17) << '\n';
+    } else {
+      std::cout << number_text(column.low, 17) << " to " << number_text(column.high, 17) << " within the tube\n";
+    }
+  }
+  for (const std::string& name : check.unused) std::cout << "    column " << name << " of the reference: no output\n";
+}
+
+/// Runs one scene at its reference's times and compares.
+Exit verify_scene(const Stages& stages, const std::string& label, const RunInputs& inputs) {
+  const Model& model = *stages.model;
+  print_warnings(inputs.warnings, model);
+  const Reference& reference = inputs.reference.value();
+  const CsvTable table = read_reference(model, reference);
+  const RunInputs adapted = at_reference_times(model, inputs, table);
+  const Program program = compile(stages.model, *stages.system, *stages.order, {adapted.outputs, false});
+  SimulateOptions how;
+  how.energy_audit = false;
+  const RunResult result = simulate(model, *stages.system, program, adapted, how);
+  if (result.stop != StopReason::completed) {
+    print_line(label, inputs.scene, "", "", number_text(result.report.reached, 6), "", "STOPPED");
+    if (result.failure) std::cerr << render(*result.failure, *model.sources);
+    return Exit::numerics_failed;
+  }
+  const ReferenceCheck check = hold_against(model, result.trace, table, reference);
+  print_check(label, inputs.scene, check);
+  return check.ok() ? Exit::done : Exit::model_at_fault;
+}
+
+struct Tally {
+  std::size_t held = 0, missed = 0;
+  std::vector<std::string> without_reference;
+};
+
+Exit verify_file(const std::string& file, Tally& tally) {
+  const std::string label = fs::path(file).stem().string();
+  // A model without references is only read: it may be a submodel, which does not stand alone.
+  Stages stages = run_stages(file, Stage::model);
+  const std::vector<Scene>& scenes = stages.model->scenes;
+  if (std::none_of(scenes.begin(), scenes.end(), [](const Scene& scene) { return scene.reference.has_value(); })) {
+    tally.without_reference.push_back(file);
+    return Exit::done;
+  }
+  advance(stages, Stage::order);
+  Exit outcome = Exit::done;
+  for (const Scene& scene : scenes) {
+    if (!scene.reference) continue;
+    const Exit one = verify_scene(stages, label, prepare_scene(*stages.model, scene.name));
+    ++(one == Exit::done ? tally.held : tally.missed);
+    outcome = worse(outcome, one);
+  }
+  return outcome;
+}
+
+/// A model that cannot be read or built counts as missed; the others are still verified.
+Exit verify_file_guarded(const std::string& file, Tally& tally) {
+  try {
+    return verify_file(file, tally);
+  } catch (const ModelError& error) {
+    std::cerr << render(error);
+    ++tally.missed;
+    return Exit::model_at_fault;
+  }
+}
+
+}  // namespace
+
+Exit verify_command(const Arguments& arguments) {
+  std::vector<std::string> files;
+  CLI::App app("Runs every scene that names a reference trace and holds it against it.", "bgsim verify");
+  app.add_option("models", files, "models (default: models/*.json)");
+  parse_arguments(app, arguments);
+  if (files.empty()) files = all_models();
+
+  print_line("model", "scene", "column", "max error", "at t", "limit", "");
+  Tally tally;
+  Exit outcome = Exit::done;
+  for (const std::string& file : files) outcome = worse(outcome, verify_file_guarded(file, tally));
+  for (const std::string& file : tally.without_reference) std::cout << file << ": no scene names a reference\n";
+  std::cout << tally.held << " held, " << tally.missed << " missed, " << tally.without_reference.size()
+            << " without a reference\n";
+  return outcome;
+}
+
+}  // namespace bgsim::cli
