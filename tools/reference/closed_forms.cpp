@@ -1,0 +1,100 @@
+/// References of the gallery from closed forms, evaluated in 50 digits. Writes NAME.SCENE.csv into the folder given.
+#include <boost/math/constants/constants.hpp>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "table.hpp"
+
+namespace {
+
+using Number = boost::multiprecision::cpp_bin_float_50;
+const Number kPi = boost::math::constants::pi<Number>();
+
+/// A decimal constant as a model file gives it: rounded to double first.
+Number given(double value) { return Number(value); }
+
+void write(const std::string& folder, const std::string& name, const std::vector<std::string>& columns, double stop,
+           std::size_t samples, const std::function<std::vector<Number>(const Number& t)>& row) {
+  reference::Table table{columns, {}};
+  for (const long double t : reference::grid(stop, samples)) {
+    std::vector<long double> numbers{t};
+    for (const Number& value : row(Number(t))) numbers.push_back(static_cast<long double>(value));
+    table.rows.push_back(numbers);
+  }
+  reference::write_csv(folder + "/" + name + ".csv", table);
+}
+
+/// Modes of a chain of n equal bodies with free ends: cos(pi k (j - 1/2)/n), rate (4 G/C) sin^2(pi k/(2 n)).
+void thermal_chain(const std::string& folder) {
+  const int n = 4;
+  const Number cold = given(273.15), rise = given(373.15) - cold, rate = Number(4) * 10 / 15;
+  write(folder, "thermal_chain.cooling", {"t", "T1", "T2", "T3", "T4"}, 10, 101, [&](const Number& t) {
+    std::vector<Number> row;
+    for (int j = 1; j <= n; ++j) {
+      Number sum = Number(1) / n;
+      for (int k = 1; k < n; ++k) {
+        const Number s = sin(kPi * k / (2 * n));
+        sum += Number(2) / n * cos(kPi * k * (Number(j) - 0.5) / n) * cos(kPi * k / (2 * n)) * exp(-rate * s * s * t);
+      }
+      row.push_back(cold + rise * sum);
+    }
+    return row;
+  });
+}
+
+void gas_cylinder(const std::string& folder) {
+  const Number gamma = given(1.4), speed = given(-0.8);
+  write(folder, "gas_cylinder.compression", {"t", "V", "T", "P"}, 1, 101, [&](const Number& t) {
+    const Number v = 1 + speed * t;
+    return std::vector<Number>{v, 300 * pow(v, 1 - gamma), 100000 * pow(v, -gamma)};
+  });
+}
+
+/// L i' = -R i + V: eigenvalues of L^-1 R, both real.
+void coupled_coils(const std::string& folder) {
+  const Number v = 10, r1 = 2, r2 = 50, l1 = given(0.1), l2 = given(0.4), m = given(0.15), d = l1 * l2 - m * m;
+  const Number trace = (l2 * r1 + l1 * r2) / d, root = sqrt(trace * trace - 4 * r1 * r2 / d);
+  const Number a = (trace + root) / 2, b = (trace - root) / 2;
+  // i1 = V/r1 + k_a exp(-a t) + k_b exp(-b t) with i(0) = 0 and i1'(0) = l2 V/d, i2'(0) = -m V/d
+  const Number first = l2 * v / d, ka = (v * b / r1 - first) / (a - b), kb = -v / r1 - ka, g = -m * v / d / (a - b);
+  write(folder, "coupled_coils.switch_on", {"t", "i1", "i2"}, 0.1, 201, [&](const Number& t) {
+    const Number ea = exp(-a * t), eb = exp(-b * t);
+    return std::vector<Number>{v / r1 + ka * ea + kb * eb, g * (eb - ea)};
+  });
+}
+
+void varying_capacitor(const std::string& folder) {
+  const Number c = given(1e-6), r = 10000, eps = given(0.8), w = 500, q0 = given(1e-5);
+  write(folder, "varying_capacitor.discharge", {"t", "q", "v", "i"}, 0.05, 201, [&](const Number& t) {
+    const Number q = q0 * exp(-(t + eps * sin(w * t) / w) / (r * c)), u = q * (1 + eps * cos(w * t)) / c;
+    return std::vector<Number>{q, u, u / r};
+  });
+}
+
+void skater(const std::string& folder) {
+  const Number j0 = 4, c = 3, b = given(0.3);
+  write(folder, "skater.draw_in", {"t", "L", "omega"}, 1, 101, [&](const Number& t) {
+    const Number j = j0 - c * t, momentum = 20 * pow(j / j0, b / c);
+    return std::vector<Number>{momentum, momentum / j};
+  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string folder = argc > 1 ? argv[1] : "models/reference";
+  try {
+    thermal_chain(folder);
+    gas_cylinder(folder);
+    coupled_coils(folder);
+    varying_capacitor(folder);
+    skater(folder);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}
