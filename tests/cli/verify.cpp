@@ -1,0 +1,61 @@
+// bgsim verify, check, equations and show.
+#include <catch2/catch.hpp>
+
+#include "command.hpp"
+
+using Catch::Contains;
+using Catch::StartsWith;
+
+TEST_CASE("verify passes what agrees, shows where and by how much the rest does not, and ends with exit code 1") {
+  const Workplace here;
+  const Outcome run = here.bgsim("verify decay.json");
+  CHECK(run.code == 1);
+  CHECK_THAT(run.out, Contains("2 held, 1 missed, 0 without a reference"));
+  CHECK_THAT(run.out, Contains("decay                    wrong            q"));
+  // With R = 1 instead of 2 the store empties twice as fast; exp(-t) - exp(-2 t) is largest at t = 1 among the
+  // reference's times 0, 0.25, 0.5, 1: 0.2386 at 0.5, 0.2325 at 1, 0.1723 at 0.25.
+  CHECK_THAT(run.out, Contains("0.239"));
+  CHECK_THAT(run.out, Contains("at t = 0.5: q = 0.367"));
+  CHECK_THAT(run.out, Contains("the reference has 0.6065306597126334"));
+}
+
+TEST_CASE("verify without files takes models/*.json of the working folder and lists models without references") {
+  const Workplace here;
+  CHECK(here.bgsim("verify").code == 2);
+  std::string bare = here.read("decay.json");
+  for (std::size_t at = bare.find(", \"reference\""); at != std::string::npos; at = bare.find(", \"reference\"")) {
+    bare.erase(at, bare.find("}", at) + 1 - at);
+  }
+  CHECK(std::system(("mkdir '" + here.folder() + "/models'").c_str()) == 0);
+  here.write("models/bare.json", bare);
+  const Outcome run = here.bgsim("verify");
+  CHECK(run.code == 0);
+  CHECK_THAT(run.out, Contains("models/bare.json: no scene names a reference"));
+  CHECK_THAT(run.out, Contains("0 held, 0 missed, 1 without a reference"));
+}
+
+TEST_CASE("verify goes on after a model that cannot be read, and fails") {
+  const Workplace here;
+  here.write("a.json", "{}");
+  const Outcome run = here.bgsim("verify a.json decay.json");
+  CHECK(run.code == 1);
+  CHECK_THAT(run.err, Contains("a.json:1:"));
+  CHECK_THAT(run.out, Contains("2 held, 2 missed"));
+}
+
+TEST_CASE("check, equations and show answer on standard output") {
+  const Workplace here;
+  const auto answer = [&here](const std::string& arguments, const std::string& word) {
+    const Outcome run = here.bgsim(arguments);
+    CHECK(run.code == 0);
+    CHECK(run.err.empty());
+    CHECK_THAT(run.out, Contains(word));
+    CHECK(run.out.back() == '\n');
+  };
+  answer("check decay.json", "store");
+  answer("equations decay.json", "store.q");
+  answer("equations decay.json --latex", "\\");
+  for (const char* stage : {"model", "graph", "causality", "equations", "order", "program"}) {
+    answer(std::string("show decay.json --stage ") + stage, stage == std::string("program") ? "" : "store");
+  }
+}

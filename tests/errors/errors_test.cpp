@@ -1,0 +1,202 @@
+// Every failing model in this folder against its golden message, and every code against its section in docs/errors.md.
+//
+//   BGnnn_what.json   the model; files without BG in front are submodels and data that these need
+//   BGnnn_what.txt    what the command line prints, the paths being bare file names
+//   BGnnn_what.args   options, one a line: --set NAME=EXPR, --scene NAME, --relative X, --max-steps N, --interrupt
+//
+// BGSIM_UPDATE_GOLDEN=1 in the environment rewrites the messages; the difference is then to be reviewed.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "bgsim/bgsim.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace bgsim;
+
+const fs::path kSource = BGSIM_SOURCE_DIR;
+
+/// Codes without a failing model, and why.
+const std::map<std::string, std::string> kWithoutModel{
+    {"BG100", "there is no file to be read"},
+    {"BG104", "the file would be larger than 4 GiB"},
+    {"BG105", "the message follows 100 others; tested in tests/unit/read_model_test.cpp"},
+    {"BG406", "no run linearizes; tested in tests/unit/linearize_test.cpp"},
+    {"BG407", "no run linearizes; tested in tests/unit/linearize_test.cpp"},
+    {"BG137", "submodels of 10 million elements; tested in tests/unit/submodel_test.cpp"},
+};
+
+std::string read_file(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+struct Options {
+  std::string scene;
+  SceneOverrides overrides;
+  SimulateOptions run;
+};
+
+Options read_options(const fs::path& model) {
+  Options options;
+  std::istringstream lines(read_file(fs::path(model).replace_extension(".args")));
+  for (std::string line; std::getline(lines, line);) {
+    const auto space = line.find(' ');
+    const std::string option = line.substr(0, space);
+    const std::string value = space == std::string::npos ? "" : line.substr(space + 1);
+    if (option == "--set")
+      options.overrides.set.push_back(value);
+    else if (option == "--scene")
+      options.scene = value;
+    else if (option == "--relative")
+      options.overrides.relative = std::stod(value);
+    else if (option == "--max-steps")
+      options.run.max_steps = std::stoul(value);
+    else if (option == "--interrupt")
+      options.run.progress = [](double) { return false; };
+    else
+      FAIL("unknown option in " << model << ": " << line);
+  }
+  return options;
+}
+
+std::string rendered(const std::vector<Diagnostic>& diagnostics, const Sources& sources) {
+  std::string text;
+  for (const Diagnostic& diagnostic : diagnostics) text += render(diagnostic, sources);
+  return text;
+}
+
+void hold_against_reference(const Model& model, const RunInputs& inputs, const RunResult& result) {
+  const CsvTable table = read_reference(model, inputs.reference.value());
+  at_reference_times(model, inputs, table);
+  hold_against(model, result.trace, table, inputs.reference.value());
+}
+
+/// All that is printed for a model: the warnings of the stages, then the error that ends it.
+std::string messages(const std::string& path) {
+  const Options options = read_options(path);
+  std::string text;
+  try {
+    const auto model = std::make_shared<const Model>(read_model(path));
+    const auto warn = [&](const std::vector<Diagnostic>& warnings) { text += rendered(warnings, *model->sources); };
+    warn(model->warnings);
+    const BondGraph graph = build_bond_graph(*model);
+    const CausalGraph causal = assign_causality(*model, graph);
+    warn(causal.warnings);
+    const EquationSystem system = derive_equations(*model, graph, causal);
+    warn(system.warnings);
+    const BlockOrder order = order_equations(*model, system);
+    const RunInputs inputs = prepare_scene(*model, options.scene, options.overrides);
+    warn(inputs.warnings);
+    const Program program = compile(model, system, order, {inputs.outputs, true});
+    const RunResult result = simulate(*model, system, program, inputs, options.run);
+    if (result.failure) text += render(*result.failure, *model->sources);
+    if (path.substr(0, 4) == "BG15") hold_against_reference(*model, inputs, result);
+  } catch (const ModelError& error) {
+    text += render(error);
+  }
+  return text;
+}
+
+/// Numbers of five digits and more come out of steps and iterations: what they are is for other tests to say.
+std::string without_computed_numbers(const std::string& text) {
+  static const std::regex computed("-?[0-9]+\\.[0-9]{4,}(e[+-][0-9]+)?");
+  return std::regex_replace(text, computed, "#");
+}
+
+std::vector<fs::path> failing_models() {
+  std::vector<fs::path> models;
+  for (const auto& entry : fs::directory_iterator(kSource / "tests/errors"))
+    if (entry.path().extension() == ".json" && entry.path().filename().string().rfind("BG", 0) == 0)
+      models.push_back(entry.path().filename());
+  std::sort(models.begin(), models.end());
+  return models;
+}
+
+std::set<std::string> matches(const std::string& text, const std::regex& pattern) {
+  std::set<std::string> codes;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), pattern); it != std::sregex_iterator(); ++it)
+    codes.insert((*it)[1]);
+  return codes;
+}
+
+/// Codes that the sources can emit.
+std::set<std::string> emitted_codes() {
+  std::set<std::string> codes;
+  for (const char* folder : {"engine", "cli"}) {
+    if (!fs::exists(kSource / folder)) continue;
+    for (const auto& entry : fs::recursive_directory_iterator(kSource / folder)) {
+      const std::string extension = entry.path().extension().string();
+      if (extension == ".cpp" || extension == ".hpp")
+        codes.merge(matches(read_file(entry.path()), std::regex("\"(BG[0-9]{3})\"")));
+    }
+  }
+  return codes;
+}
+
+std::set<std::string> documented_codes() {
+  return matches(read_file(kSource / "docs/errors.md"), std::regex("\n## (BG[0-9]{3}) "));
+}
+
+}  // namespace
+
+TEST_CASE("every failing model gets its message") {
+  fs::current_path(kSource / "tests/errors");
+  const bool update = std::getenv("BGSIM_UPDATE_GOLDEN") != nullptr;
+  for (const fs::path& model : failing_models()) {
+    DYNAMIC_SECTION(model.string()) {
+      const std::string text = messages(model.string());
+      const fs::path golden = fs::path(model).replace_extension(".txt");
+      const std::string expected = read_file(golden);
+      if (without_computed_numbers(text) == without_computed_numbers(expected)) {
+        SUCCEED();
+      } else {
+        CHECK(text == expected);
+        if (update) std::ofstream(golden, std::ios::binary) << text;
+      }
+      CHECK(text.find(" " + model.string().substr(0, 5) + ": ") != std::string::npos);
+    }
+  }
+}
+
+TEST_CASE("every code has a section in docs/errors.md, and every section a code") {
+  const std::set<std::string> emitted = emitted_codes(), documented = documented_codes();
+  for (const std::string& code : emitted) CHECK((documented.contains(code) ? code : code + " has no section") == code);
+  for (const std::string& code : documented)
+    CHECK((emitted.contains(code) ? code : code + " is never emitted") == code);
+}
+
+TEST_CASE("every code has a failing model, or a reason why not") {
+  std::set<std::string> shown;
+  for (const fs::path& model : failing_models()) shown.insert(model.string().substr(0, 5));
+  for (const std::string& code : emitted_codes()) {
+    const bool known = shown.contains(code) || kWithoutModel.contains(code);
+    CHECK((known ? code : code + " has no failing model") == code);
+  }
+  for (const auto& [code, reason] : kWithoutModel) CHECK(emitted_codes().contains(code));
+}
+
+TEST_CASE("sections of docs/errors.md stand in order and have the anchors that messages point to") {
+  const std::string text = read_file(kSource / "docs/errors.md");
+  std::string last;
+  const std::regex section("(<a id=\"(bg[0-9]{3})\"></a>\n)?## (BG[0-9]{3}) ");
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), section); it != std::sregex_iterator(); ++it) {
+    const std::string code = (*it)[3];
+    std::string anchor = code;
+    std::transform(anchor.begin(), anchor.end(), anchor.begin(),
+                   [](char c) { return c == 'B' || c == 'G' ? static_cast<char>(c + 32) : c; });
+    CHECK((*it)[2] == anchor);
+    CHECK(last < code);
+    last = code;
+  }
+}

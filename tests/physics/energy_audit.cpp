@@ -1,0 +1,132 @@
+// The balance supplied = stored + dissipated is an independent measure of a run's accuracy.
+#include <catch2/catch.hpp>
+
+#include "support/run_model.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+const char* const kRlc = R"json({ "bgsim": 1, "name": "rlc",
+  "elements": {
+    "source": { "kind": "Se", "effort": "sin(3*t)" }, "loop": { "kind": "1" },
+    "r": { "kind": "R", "resistance": 0.5 }, "l": { "kind": "I", "inertance": 1 },
+    "c": { "kind": "C", "capacitance": 0.25, "initial": { "q": 0.1 } }
+  },
+  "bonds": [ { "from": "source", "to": "loop" }, { "from": "loop", "to": "r" }, { "from": "loop", "to": "l" },
+    { "from": "loop", "to": "c" } ],
+  "outputs": { "q": "c.q", "p": "l.p" },
+  "scenes": { "main": { "stop": 20, "samples": 11 } } })json";
+
+/// A two-port store driven around a closed path in its (x, y) plane.
+std::string field(const std::string& description) {
+  return R"json({ "bgsim": 1, "name": "field",
+  "elements": {
+    "dx": { "kind": "Sf", "flow": "cos(t)" }, "dy": { "kind": "Sf", "flow": "-2*sin(2*t)" },
+    "field": { "kind": "CC", "ports": ["x", "y"], )json" +
+         description + R"json(, "initial": { "x.q": 0, "y.q": 1 } }
+  },
+  "bonds": [ { "from": "dx", "to": "field.x" }, { "from": "dy", "to": "field.y" } ],
+  "outputs": { "x": "field.x.q" },
+  "scenes": { "main": { "stop": 5, "samples": 3 } } })json";
+}
+
+}  // namespace
+
+TEST_CASE("the energy balance closes for a right model, and ever better with the tolerance") {
+  double before = 1.0;
+  for (const double relative : {1e-4, 1e-6, 1e-8, 1e-10}) {
+    const EnergyAudit audit = run_text(kRlc, with_relative(relative)).report.energy;
+    REQUIRE(audit.done);
+    CHECK(audit.supplied - audit.stored - audit.dissipated == Approx(audit.residual).margin(1e-15));
+    CHECK(audit.exchanged == 0.0);
+    CHECK(audit.relative < 100 * relative);
+    CHECK(audit.relative < before);
+    before = audit.relative;
+  }
+}
+
+TEST_CASE("the residual tells the true error of a lossless oscillator's energy") {
+  const std::string text = R"json({ "bgsim": 1, "name": "lossless",
+    "elements": {
+      "loop": { "kind": "1" }, "l": { "kind": "I", "inertance": 1 },
+      "c": { "kind": "C", "capacitance": 0.25, "initial": { "q": 0.25 } }
+    },
+    "bonds": [ { "from": "loop", "to": "l" }, { "from": "loop", "to": "c" } ],
+    "outputs": { "E": "c.q^2/0.5 + l.p^2/2" },
+    "scenes": { "main": { "stop": 300, "samples": 3 } } })json";
+  const RunResult result = run_text(text, with_relative(1e-5));
+  const std::vector<double> energy = column(result, "E");
+  const double drift = energy.back() - energy.front();
+  CHECK(std::abs(drift) > 1e-4 * energy.front());  // a hundred periods leave their mark
+  CHECK(result.report.energy.residual == Approx(-drift).epsilon(1e-9));
+  // relative to the energy that swings between the stores, 0.125
+  CHECK(result.report.energy.relative == Approx(std::abs(drift) / 0.125).epsilon(0.3));
+}
+
+TEST_CASE("known terms of the balance come out") {
+  // 1 V on R = 2 and C = 0.5: after long, C E^2/2 is stored, as much is lost, C E^2 supplied
+  const std::string text = R"json({ "bgsim": 1, "name": "rc",
+    "elements": { "source": { "kind": "Se", "effort": 1 }, "loop": { "kind": "1" },
+      "r": { "kind": "R", "resistance": 2 }, "c": { "kind": "C", "capacitance": 0.5 } },
+    "bonds": [ { "from": "source", "to": "loop" }, { "from": "loop", "to": "r" }, { "from": "loop", "to": "c" } ],
+    "outputs": { "v": "c.e" }, "scenes": { "main": { "stop": 50, "samples": 3 } } })json";
+  const EnergyAudit audit = run_text(text, with_relative(1e-9)).report.energy;
+  CHECK(audit.supplied == Approx(0.5).epsilon(1e-7));
+  CHECK(audit.stored == Approx(0.25).epsilon(1e-7));
+  CHECK(audit.dissipated == Approx(0.25).epsilon(1e-7));
+  CHECK(audit.least_dissipation >= 0.0);
+}
+
+TEST_CASE("an active resistor is named") {
+  const std::string text = R"json({ "bgsim": 1, "name": "active",
+    "elements": { "node": { "kind": "0" }, "gives": { "kind": "R", "resistance": -4 },
+      "takes": { "kind": "R", "resistance": 2 }, "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } } },
+    "bonds": [ { "from": "node", "to": "gives" }, { "from": "node", "to": "takes" }, { "from": "node", "to": "c" } ],
+    "outputs": { "v": "c.e" }, "scenes": { "main": { "stop": 1, "samples": 3 } } })json";
+  const RunResult result = run_text(text);
+  CHECK(result.report.energy.least_dissipation == Approx(-0.25).epsilon(1e-3));
+  CHECK(result.report.energy.least_dissipation_element == "gives");
+  CHECK(report_text(result).find("active element: \"gives\"") != std::string::npos);
+}
+
+TEST_CASE("a field whose laws are reciprocal balances, one whose laws are not does not") {
+  const EnergyAudit by_energy = run_text(field(R"("energy": "x.q^2 + x.q*y.q + y.q^4")")).report.energy;
+  REQUIRE(by_energy.done);
+  CHECK(by_energy.relative < 1e-4);
+  const EnergyAudit by_laws = run_text(field(R"("laws": ["x.e = 2*x.q + y.q", "y.e = x.q + 4*y.q^3"])")).report.energy;
+  REQUIRE(by_laws.done);
+  CHECK(by_laws.relative < 1e-4);
+  CHECK(by_laws.stored == Approx(by_energy.stored).epsilon(1e-6));
+  const EnergyAudit violated =
+      run_text(field(R"("laws": ["x.e = 2*x.q + 3*y.q", "y.e = x.q + 4*y.q^3"])")).report.energy;
+  REQUIRE(violated.done);
+  CHECK(violated.relative > 0.01);  // of all that the sources moved to and fro
+}
+
+TEST_CASE("jumps and conditions do not spoil the balance") {
+  const std::string text = R"json({ "bgsim": 1, "name": "bumper",
+    "elements": {
+      "push": { "kind": "Se", "effort": "if(t < 1, 3, -1)" }, "v": { "kind": "1" },
+      "m": { "kind": "I", "inertance": 1 },
+      "stop": { "kind": "C", "law": "e = if(q > 0.5, 1e4*(q - 0.5), 0)" },
+      "friction": { "kind": "R", "law": "e = 0.1*f + 0.2*f*abs(f)" }
+    },
+    "bonds": [ { "from": "push", "to": "v" }, { "from": "v", "to": "m" }, { "from": "v", "to": "stop" },
+      { "from": "v", "to": "friction" } ],
+    "outputs": { "x": "stop.q" }, "scenes": { "main": { "stop": 3, "samples": 3 } } })json";
+  const RunResult result = run_text(text, with_relative(1e-8));
+  REQUIRE(result.stop == StopReason::completed);
+  CHECK(result.report.state_events >= 2);
+  REQUIRE(result.report.energy.done);
+  CHECK(result.report.energy.relative < 1e-6);
+}
+
+TEST_CASE("the audit can be switched off") {
+  SimulateOptions options;
+  options.energy_audit = false;
+  const RunResult result = run_text(kRlc, {}, options);
+  CHECK(!result.report.energy.done);
+  CHECK(result.report.energy.why_not == "switched off");
+}

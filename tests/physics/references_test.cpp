@@ -1,0 +1,54 @@
+/// Every scene that names a reference is held against it, in models/ and among the tests' own models; and the energy
+/// balance of every shipped scene closes.
+#include <catch2/catch.hpp>
+
+#include "bgsim/verify.hpp"
+#include "support/run.hpp"
+
+namespace {
+
+using namespace bgsim;
+
+// The audit is integrated with the run, at its tolerance of 1e-8 or less; what BDF leaves of the stiffest scenes is
+// 1e-5.
+constexpr double kEnergyResidual = 1e-4;
+
+void hold_scene(const test::Stages& stages, const std::string& path, const Scene& scene) {
+  INFO(path << " " << scene.name);
+  const RunInputs inputs = prepare_scene(*stages.model, scene.name);
+  const CsvTable table = read_reference(*stages.model, *inputs.reference);
+  const RunResult result = test::run(stages, at_reference_times(*stages.model, inputs, table));
+  const ReferenceCheck check = hold_against(*stages.model, result.trace, table, *inputs.reference);
+  CHECK(!check.columns.empty());
+  for (const ColumnCheck& column : check.columns) {
+    INFO(column.output << " at t = " << column.time << ": " << column.value << ", reference " << column.low);
+    CHECK(column.error <= column.limit);
+  }
+  REQUIRE(result.report.energy.done);
+  CHECK(result.report.energy.relative < kEnergyResidual);
+}
+
+void hold_folder(const std::string& folder) {
+  std::size_t scenes = 0;
+  for (const std::string& path : test::models_in(folder)) {
+    const test::Stages stages = test::read_stages(path);
+    for (const Scene& scene : stages.model->scenes) {
+      if (!scene.reference) continue;
+      hold_scene(stages, path, scene);
+      ++scenes;
+    }
+  }
+  CHECK(scenes > 20);
+}
+
+TEST_CASE(
+    "the shipped models agree with their references as closely as their scenes state, and their energy balances "
+    "close") {
+  hold_folder("models");
+}
+
+TEST_CASE("known traces are reproduced as closely as the scenes state, and energy balances close") {
+  hold_folder("tests/data/models");
+}
+
+}  // namespace

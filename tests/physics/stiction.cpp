@@ -1,0 +1,123 @@
+// Dry friction written as what it is, sign(f): it holds what it can hold.
+#include <catch2/catch.hpp>
+
+#include "support/run_model.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+/// A mass on a spring with dry friction 0.1, pushed.
+std::string block(const std::string& push, double q, double stop, std::size_t samples) {
+  return R"json({ "bgsim": 1, "name": "block",
+  "elements": {
+    "push": { "kind": "Se", "effort": ")json" +
+         push + R"json(" }, "v": { "kind": "1" }, "m": { "kind": "I", "inertance": 1 },
+    "spring": { "kind": "C", "capacitance": 1, "initial": { "q": )json" +
+         std::to_string(q) + R"json( } },
+    "friction": { "kind": "R", "law": "e = 0.1*sign(f)" }
+  },
+  "bonds": [ { "from": "push", "to": "v" }, { "from": "v", "to": "m" }, { "from": "v", "to": "spring" },
+    { "from": "v", "to": "friction" } ],
+  "outputs": { "x": "spring.q", "v": "m.f", "F": "friction.e" },
+  "scenes": { "main": { "stop": )json" +
+         std::to_string(stop) + ", \"samples\": " + std::to_string(samples) + " } } }";
+}
+
+}  // namespace
+
+TEST_CASE("an oscillation with dry friction comes to rest where it is held") {
+  // each half period, pi long, the amplitude falls by twice 0.1: 0.55 -> -0.35 -> 0.15 -> 0.05, which friction holds
+  const RunResult result = run_text(block("0", 0.55, 1000, 5), with_relative(1e-8));
+  REQUIRE(result.stop == StopReason::completed);
+  CHECK(result.report.state_events == 4);  // it leaves rest at the start, turns twice, and is held
+  CHECK(last(result, "x") == Approx(0.05).margin(2e-7));
+  CHECK(std::abs(last(result, "v")) < 1e-12);
+  CHECK(last(result, "F") == Approx(-0.05).margin(2e-7));  // friction takes what the spring gives
+  CHECK(result.report.energy.relative < 1e-5);
+  CHECK(result.report.steps < 1500);
+}
+
+TEST_CASE("a block at rest stays there under any force that friction can take") {
+  const RunResult result = run_text(block("0.09*sin(t)", 0, 20, 21));
+  REQUIRE(result.stop == StopReason::completed);
+  const std::vector<double> v = column(result, "v"), force = column(result, "F");
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    CHECK(std::abs(v[i]) < 1e-12);
+    CHECK(force[i] == Approx(0.09 * std::sin(result.trace.times[i])).margin(1e-9));
+  }
+}
+
+TEST_CASE("a block breaks away when the force exceeds friction") {
+  // from t = 1 on: v' = 0.1 t - 0.1 - x; x = 0.1 ((t - 1) - sin(t - 1))
+  const RunResult result = run_text(block("0.1*t", 0, 3, 31), with_relative(1e-8));
+  REQUIRE(result.stop == StopReason::completed);
+  CHECK(result.report.state_events == 1);
+  const std::vector<double> x = column(result, "x");
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double s = std::max(0.0, result.trace.times[i] - 1.0);
+    CHECK(x[i] == Approx(0.1 * (s - std::sin(s))).margin(1e-6));
+  }
+}
+
+TEST_CASE("a jump of the force breaks a block away at once") {
+  const RunResult result = run_text(block("if(t < 1, 0.05, 0.3)", 0, 2, 21), with_relative(1e-8));
+  REQUIRE(result.stop == StopReason::completed);
+  const std::vector<double> x = column(result, "x");
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double s = std::max(0.0, result.trace.times[i] - 1.0);
+    CHECK(x[i] == Approx(0.2 * (1.0 - std::cos(s))).margin(1e-6));
+  }
+}
+
+TEST_CASE("a block on a moving belt moves with it until its spring pulls it off") {
+  const std::string direct = R"json({ "bgsim": 1, "name": "belt",
+    "elements": {
+      "v": { "kind": "1" }, "m": { "kind": "I", "inertance": 1, "initial": { "p": 0.2 } },
+      "spring": { "kind": "C", "capacitance": 1 }, "friction": { "kind": "R", "law": "e = 0.5*sign(f - 0.2)" }
+    },
+    "bonds": [ { "from": "v", "to": "m" }, { "from": "v", "to": "spring" }, { "from": "v", "to": "friction" } ],
+    "outputs": { "x": "spring.q", "v": "m.f" },
+    "scenes": { "main": { "stop": 2.4, "samples": 13 } } })json";
+  const RunResult result = run_text(direct);
+  REQUIRE(result.stop == StopReason::completed);
+  for (const double v : column(result, "v")) CHECK(v == Approx(0.2).epsilon(1e-9));
+  CHECK(last(result, "x") == Approx(0.48).epsilon(1e-9));
+  CompiledModel longer = compile_text(direct);
+  longer.inputs.stop = 3.0;
+  longer.inputs.output_times = {0.0, 2.5, 3.0};
+  const RunResult pulled_off = longer.run();  // x = 0.5 at t = 2.5, then x = 0.5 + 0.2 sin(t - 2.5)
+  REQUIRE(pulled_off.stop == StopReason::completed);
+  CHECK(last(pulled_off, "x") == Approx(0.5 + 0.2 * std::sin(0.5)).epsilon(1e-5));
+}
+
+TEST_CASE("two blocks are held at once and let go one after the other") {
+  // a spring between them is stretched by a slow pull on the second: it slips at 0.1, the first when the spring does
+  // 0.1
+  const std::string text = R"json({ "bgsim": 1, "name": "two blocks",
+    "elements": {
+      "pull": { "kind": "Se", "effort": "0.1*t" },
+      "v1": { "kind": "1" }, "m1": { "kind": "I", "inertance": 1 }, "f1": { "kind": "R", "law": "e = 0.1*sign(f)" },
+      "v2": { "kind": "1" }, "m2": { "kind": "I", "inertance": 1 }, "f2": { "kind": "R", "law": "e = 0.1*sign(f)" },
+      "between": { "kind": "0" }, "spring": { "kind": "C", "capacitance": 1 }
+    },
+    "bonds": [ { "from": "pull", "to": "v2" }, { "from": "v2", "to": "m2" }, { "from": "v2", "to": "f2" },
+      { "from": "v2", "to": "between" }, { "from": "between", "to": "spring" }, { "from": "between", "to": "v1" },
+      { "from": "v1", "to": "m1" }, { "from": "v1", "to": "f1" } ],
+    "outputs": { "s": "spring.q", "p1": "m1.p", "p2": "m2.p", "F1": "f1.e", "F2": "f2.e" },
+    "scenes": { "main": { "stop": 0.9, "samples": 4 } } })json";
+  const RunResult held = run_text(text);
+  REQUIRE(held.stop == StopReason::completed);
+  CHECK(last(held, "F2") == Approx(0.09).epsilon(1e-9));
+  CHECK(std::abs(last(held, "F1")) < 1e-9);
+  CHECK(std::abs(last(held, "p2")) < 1e-12);
+  CompiledModel longer = compile_text(text, with_relative(1e-8));
+  longer.inputs.stop = 2.0;
+  longer.inputs.output_times = {0.0, 1.5, 2.0};
+  const RunResult one = longer.run();  // the second alone, as in the test above: s = 0.1 ((t - 1) - sin(t - 1))
+  REQUIRE(one.stop == StopReason::completed);
+  CHECK(one.report.state_events == 1);
+  CHECK(last(one, "s") == Approx(0.1 * (1.0 - std::sin(1.0))).margin(1e-7));
+  CHECK(last(one, "F1") == Approx(last(one, "s")).epsilon(1e-9));
+}

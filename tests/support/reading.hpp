@@ -1,0 +1,69 @@
+/// Helpers for tests of the reader: a model's text in, its first fault as one line out.
+#pragma once
+
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "bgsim/model.hpp"
+
+namespace bgsim::test {
+
+/// The model whose text is @p body between "bgsim" and the closing brace.
+inline std::string framed(const std::string& body) { return R"({ "bgsim": 1, "name": "test", )" + body + " }"; }
+inline Model read(const std::string& body) { return read_model_text("test.json", framed(body)); }
+
+/// "CODE [faulty text] situation; help"
+inline std::string line_of(const Diagnostic& d, const Sources& sources) {
+  std::string text = d.code;
+  if (d.place) {
+    const std::string& file = sources[d.place->document.index()].text();
+    text += " [" + file.substr(d.place->begin, d.place->end - d.place->begin) + "]";
+  }
+  return text + " " + d.situation + (d.help.empty() ? "" : "; " + d.help);
+}
+
+/// The first fault of a whole text, or "none".
+inline std::string whole_fault(const std::string& text, const std::string& path = "test.json") {
+  try {
+    read_model_text(path, text);
+  } catch (const ModelError& error) {
+    return line_of(error.diagnostics.front(), *error.sources);
+  }
+  return "none";
+}
+inline std::string fault(const std::string& body) { return whole_fault(framed(body)); }
+
+/// The codes of all faults, in order.
+inline std::string codes(const std::string& body) {
+  std::string result;
+  try {
+    read(body);
+  } catch (const ModelError& error) {
+    for (const Diagnostic& d : error.diagnostics) result += d.code + " ";
+  }
+  return result;
+}
+inline std::size_t faults(const std::string& body) { return codes(body).size() / 6; }
+
+inline std::string file_text(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// The whole model that docs/model-format.md begins with.
+inline std::string example_of_the_format() {
+  const std::string text = file_text(BGSIM_SOURCE_DIR "/docs/model-format.md");
+  const auto begin = text.find("```json\n") + 8;
+  return text.substr(begin, text.find("\n```", begin) - begin);
+}
+
+inline std::string example_of_submodels() {
+  const std::string text = file_text(BGSIM_SOURCE_DIR "/docs/model-format.md"), mark = "```json submodel\n";
+  const auto begin = text.find(mark) + mark.size();
+  return text.substr(begin, text.find("\n```", begin) - begin);
+}
+
+}  // namespace bgsim::test

@@ -1,0 +1,110 @@
+/// From a model's text to a run, in one call.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bgsim/bgsim.hpp"
+
+namespace bgsim::test {
+
+struct CompiledModel {
+  std::shared_ptr<const Model> model;
+  RunInputs inputs;
+  EquationSystem system;
+  Program program;
+
+  [[nodiscard]] RunResult run(const SimulateOptions& options = {}) const {
+    return simulate(*model, system, program, inputs, options);
+  }
+};
+
+inline CompiledModel compile_text(const std::string& text, const SceneOverrides& overrides = {},
+                                  const std::string& scene = "") {
+  auto model = std::make_shared<const Model>(read_model_text("model.json", text));
+  RunInputs inputs = prepare_scene(*model, scene, overrides);
+  const BondGraph graph = build_bond_graph(*model);
+  const CausalGraph causal = assign_causality(*model, graph);
+  EquationSystem system = derive_equations(*model, graph, causal);
+  const BlockOrder order = order_equations(*model, system);
+  CompileOptions options;
+  options.outputs = inputs.outputs;
+  Program program = compile(model, system, order, options);
+  return {std::move(model), std::move(inputs), std::move(system), std::move(program)};
+}
+
+inline RunResult run_text(const std::string& text, const SceneOverrides& overrides = {},
+                          const SimulateOptions& options = {}) {
+  return compile_text(text, overrides).run(options);
+}
+
+inline SceneOverrides with_relative(double relative) {
+  SceneOverrides overrides;
+  overrides.relative = relative;
+  return overrides;
+}
+inline SceneOverrides with_method(Method method, double relative = 1e-6) {
+  SceneOverrides overrides = with_relative(relative);
+  overrides.method = method;
+  return overrides;
+}
+inline SceneOverrides with_parameters(std::vector<std::string> set) {
+  SceneOverrides overrides;
+  overrides.set = std::move(set);
+  return overrides;
+}
+
+inline std::vector<double> column(const RunResult& result, const std::string& name) {
+  const auto& names = result.trace.names;
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) throw std::invalid_argument("the trace has no column " + name);
+  std::vector<double> values;
+  for (std::size_t i = 0; i < result.trace.times.size(); ++i)
+    values.push_back(result.trace.values[i * names.size() + static_cast<std::size_t>(found - names.begin())]);
+  return values;
+}
+
+inline double last(const RunResult& result, const std::string& name) { return column(result, name).back(); }
+
+/// A reference trace of tests/data/traces.
+inline CsvTable reference_trace(const std::string& name) {
+  std::ifstream file(std::string(BGSIM_SOURCE_DIR) + "/tests/data/traces/" + name + ".csv", std::ios::binary);
+  if (!file) throw std::runtime_error("no reference trace " + name);
+  return parse_csv(std::string(std::istreambuf_iterator<char>(file), {}));
+}
+
+/// A compiled model run at the times of a reference, and its largest error in @p names, each relative to the largest
+/// magnitude of the reference's column.
+inline double largest_error(CompiledModel compiled, const CsvTable& reference, const std::vector<std::string>& names) {
+  const auto reference_column = [&](const std::string& name) -> const std::vector<double>& {
+    const auto found = std::find(reference.names.begin(), reference.names.end(), name);
+    if (found == reference.names.end()) throw std::invalid_argument("the reference has no column " + name);
+    return reference.columns[static_cast<std::size_t>(found - reference.names.begin())];
+  };
+  compiled.inputs.output_times = reference_column("t");
+  compiled.inputs.start = compiled.inputs.output_times.front();
+  compiled.inputs.stop = compiled.inputs.output_times.back();
+  const RunResult result = compiled.run();
+  if (result.stop != StopReason::completed) throw std::runtime_error("the run failed: " + result.failure->situation);
+  double largest = 0.0;
+  for (const std::string& name : names) {
+    const std::vector<double>& exact = reference_column(name);
+    const std::vector<double> ours = column(result, name);
+    double scale = 0.0, error = 0.0;
+    for (std::size_t i = 0; i < exact.size(); ++i) {
+      scale = std::max(scale, std::abs(exact[i]));
+      error = std::max(error, std::abs(ours[i] - exact[i]));
+    }
+    largest = std::max(largest, error / scale);
+  }
+  return largest;
+}
+
+}  // namespace bgsim::test

@@ -1,0 +1,212 @@
+#include "support/tableau.hpp"
+
+#include <Eigen/Dense>
+#include <stdexcept>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace bgsim::test {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+// Coefficients lie between 1/3 and 3, so that ranks are clear: what is not zero is far above rounding.
+constexpr double kRank = 1e-10;
+
+class TableauWriter {
+ public:
+  TableauWriter(const Model& model, const BondGraph& graph, std::span<const double> parameters)
+      : model_(model), graph_(graph), values_(model.symbols.size()) {
+    for (std::size_t i = 0; i < parameters.size(); ++i) values_[model.parameters[i].symbol.index()] = parameters[i];
+  }
+
+  Tableau write() {
+    for (std::size_t i = 0; i < graph_.kinds.size(); ++i) {
+      if (is_store(graph_.kinds[i])) tableau_.stores.push_back(ElementId(i));
+      if (graph_.kinds[i] == ElementKind::effort_source || graph_.kinds[i] == ElementKind::flow_source)
+        tableau_.sources.push_back(ElementId(i));
+    }
+    const Index bonds = index(graph_.bonds.size()), stores = index(tableau_.stores.size());
+    tableau_.rate_y = MatrixXd::Zero(stores, 2 * bonds);
+    tableau_.law_x = MatrixXd::Zero(2 * bonds, stores);
+    tableau_.law_y = MatrixXd::Zero(2 * bonds, 2 * bonds);
+    tableau_.law_u = MatrixXd::Zero(2 * bonds, index(tableau_.sources.size()));
+    for (std::size_t i = 0; i < graph_.kinds.size(); ++i) write_element(ElementId(i));
+    return std::move(tableau_);
+  }
+
+ private:
+  static Index index(std::size_t i) { return static_cast<Index>(i); }
+  [[nodiscard]] Index effort(PortId port) const { return index(graph_[port].bond.index()); }
+  [[nodiscard]] Index flow(PortId port) const { return index(graph_.bonds.size() + graph_[port].bond.index()); }
+  /// +1 where the bond's flow runs into the element.
+  [[nodiscard]] double into(PortId port) const { return graph_[port].head ? 1.0 : -1.0; }
+
+  void write_element(ElementId id) {
+    const ElementKind kind = graph_.kinds[id.index()];
+    if (is_junction(kind)) return write_junction(id, kind == ElementKind::zero_junction);
+    const PortId port = graph_.port(id, 0);
+    const double value = evaluate(model_.pool, model_.elements[id.index()].coefficient, values_);
+    MatrixXd& y = tableau_.law_y;
+    switch (kind) {
+      case ElementKind::effort_source:
+        y(row_, effort(port)) = 1.0;
+        tableau_.law_u(row_++, source_++) = -1.0;
+        break;
+      case ElementKind::flow_source:
+        y(row_, flow(port)) = 1.0;
+        tableau_.law_u(row_++, source_++) = -1.0;
+        break;
+      case ElementKind::resistor:
+        y(row_, effort(port)) = 1.0;
+        y(row_++, flow(port)) = -value * into(port);
+        break;
+      case ElementKind::capacitor:
+        tableau_.rate_y(store_, flow(port)) = into(port);
+        y(row_, effort(port)) = 1.0;
+        tableau_.law_x(row_++, store_++) = -1.0 / value;
+        break;
+      case ElementKind::inertia:
+        tableau_.rate_y(store_, effort(port)) = 1.0;
+        y(row_, flow(port)) = into(port);
+        tableau_.law_x(row_++, store_++) = -1.0 / value;
+        break;
+      case ElementKind::transformer:
+        write_two_port(id, value, false);
+        break;
+      case ElementKind::gyrator:
+        write_two_port(id, value, true);
+        break;
+      default:
+        throw std::invalid_argument("the tableau knows no such element");
+    }
+  }
+
+  /// Power goes in at port 1 and out at port 2: TF e1 = n e2, f2 = n f1; GY e1 = r f2, e2 = r f1.
+  void write_two_port(ElementId id, double modulus, bool gyrator) {
+    const PortId one = graph_.port(id, 0), two = graph_.port(id, 1);
+    const double flow_in = into(one), flow_out = -into(two);
+    MatrixXd& y = tableau_.law_y;
+    y(row_, effort(one)) = 1.0;
+    if (gyrator)
+      y(row_++, flow(two)) = -modulus * flow_out;
+    else
+      y(row_++, effort(two)) = -modulus;
+    if (gyrator)
+      y(row_, effort(two)) = 1.0;
+    else
+      y(row_, flow(two)) = flow_out;
+    y(row_++, flow(one)) = -modulus * flow_in;
+  }
+
+  void write_junction(ElementId id, bool zero) {
+    const std::size_t count = graph_.port_count(id);
+    const PortId first = graph_.port(id, 0);
+    for (std::size_t number = 0; number < count; ++number) {
+      const PortId port = graph_.port(id, number);
+      // What is not shared sums up to zero, by power.
+      tableau_.law_y(row_, zero ? flow(port) : effort(port)) = into(port);
+    }
+    ++row_;
+    for (std::size_t number = 1; number < count; ++number) {
+      const PortId port = graph_.port(id, number);
+      tableau_.law_y(row_, zero ? effort(first) : flow(first)) = 1.0;
+      tableau_.law_y(row_++, zero ? effort(port) : flow(port)) = -1.0;
+    }
+  }
+
+  const Model& model_;
+  const BondGraph& graph_;
+  std::vector<double> values_;
+  Tableau tableau_;
+  Index row_ = 0, store_ = 0, source_ = 0;
+};
+
+/// Whether det(s E - A) vanishes at two arbitrary s, and so everywhere.
+bool pencil_is_singular(const Tableau& t) {
+  const Index n = t.rate_y.rows(), m = t.law_y.rows();
+  for (const double s : {0.7310585786, -1.2824271291}) {
+    MatrixXd pencil(n + m, n + m);
+    pencil << s * MatrixXd::Identity(n, n), -t.rate_y, t.law_x, t.law_y;
+    Eigen::FullPivLU<MatrixXd> lu(pencil);
+    lu.setThreshold(kRank);
+    if (lu.isInvertible()) return false;
+  }
+  return true;
+}
+
+/// The case of dependent stores: the laws alone do not determine y.
+void constrain(const Tableau& t, Motion& motion) {
+  const Index n = t.rate_y.rows(), m = t.law_y.rows();
+  // law_y = U S V^T. Where it has no rank, the laws constrain x (left) and leave some of y free (right).
+  const Eigen::JacobiSVD<MatrixXd> svd(t.law_y, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Index rank = 0;
+  while (rank < m && svd.singularValues()(rank) > kRank * svd.singularValues()(0)) ++rank;
+  const MatrixXd u1 = svd.matrixU().leftCols(rank), u2 = svd.matrixU().rightCols(m - rank);
+  const MatrixXd v1 = svd.matrixV().leftCols(rank), v2 = svd.matrixV().rightCols(m - rank);
+  const MatrixXd solve = -v1 * svd.singularValues().head(rank).cwiseInverse().asDiagonal() * u1.transpose();
+  motion.constraint_x = u2.transpose() * t.law_x;
+  motion.constraint_u = u2.transpose() * t.law_u;
+  motion.bonds_x = solve * t.law_x;
+  motion.bonds_u = solve * t.law_u;
+  // The free part of y keeps x on its constraint: 0 = constraint_x x' for constant u.
+  Eigen::FullPivLU<MatrixXd> pull(motion.constraint_x * t.rate_y * v2);
+  pull.setThreshold(kRank);
+  motion.index_two = pull.isInvertible();
+  if (!motion.index_two) return;
+  const MatrixXd free_x = -pull.solve(motion.constraint_x * t.rate_y * motion.bonds_x);
+  const MatrixXd free_u = -pull.solve(motion.constraint_x * t.rate_y * motion.bonds_u);
+  motion.bonds_x += v2 * free_x;
+  motion.bonds_u += v2 * free_u;
+  const Eigen::JacobiSVD<MatrixXd> constraint(motion.constraint_x, Eigen::ComputeFullV);
+  motion.basis = constraint.matrixV().rightCols(n - (m - rank));
+}
+
+}  // namespace
+
+Tableau form_tableau(const Model& model, const BondGraph& graph, std::span<const double> parameters) {
+  return TableauWriter(model, graph, parameters).write();
+}
+
+Motion motion_of(const Tableau& t) {
+  Motion motion;
+  motion.regular = !pencil_is_singular(t);
+  if (!motion.regular) return motion;
+  const Index n = t.rate_y.rows();
+  motion.index_two = true;
+  motion.basis = MatrixXd::Identity(n, n);
+  Eigen::FullPivLU<MatrixXd> laws(t.law_y);
+  laws.setThreshold(kRank);
+  if (laws.isInvertible()) {
+    motion.bonds_x = -laws.solve(t.law_x);
+    motion.bonds_u = -laws.solve(t.law_u);
+    motion.constraint_x = MatrixXd::Zero(0, n);
+    motion.constraint_u = MatrixXd::Zero(0, t.law_u.cols());
+  } else {
+    constrain(t, motion);
+  }
+  motion.rate_x = t.rate_y * motion.bonds_x;
+  motion.rate_u = t.rate_y * motion.bonds_u;
+  return motion;
+}
+
+Eigen::VectorXcd Motion::poles() const {
+  const MatrixXd within = basis.transpose() * rate_x * basis;
+  if (within.rows() == 0) return {};
+  return Eigen::EigenSolver<MatrixXd>(within, false).eigenvalues();
+}
+
+Eigen::VectorXd Motion::at(double time, const Eigen::VectorXd& start, const Eigen::VectorXd& u) const {
+  const Index n = rate_x.rows();
+  if (n == 0) return start;
+  // (x, 1)' = (rate_x x + rate_u u, 0)
+  MatrixXd matrix = MatrixXd::Zero(n + 1, n + 1);
+  matrix.topLeftCorner(n, n) = rate_x * time;
+  if (u.size() > 0) matrix.topRightCorner(n, 1) = rate_u * u * time;
+  Eigen::VectorXd extended(n + 1);
+  extended << start, 1.0;
+  return (matrix.exp() * extended).head(n);
+}
+
+}  // namespace bgsim::test

@@ -1,0 +1,184 @@
+#include "bgsim/time_event.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "support/expression_world.hpp"
+
+using namespace bgsim;
+using bgsim::test::World;
+
+namespace {
+
+struct Events {
+  World world;
+  std::vector<double> parameters = std::vector<double>(8, 0.0);
+
+  /// The condition of if(condition, 1, 0), or a number.
+  ExprId relation(const std::string& text) {
+    const ExprId e = world.parse(text);
+    return world.pool[e].op == Op::select ? ExprId(world.pool[e].a) : e;
+  }
+  std::vector<double> all(const std::string& text, double start, double stop, std::size_t most = 100000) {
+    const ExprId e = relation(text);
+    std::vector<double> times;
+    double t = start;
+    while (times.size() < most) {
+      const auto next = next_change(world.pool, e, World::id(0), parameters, t, stop);
+      if (!next) break;
+      REQUIRE(*next > t);
+      t = *next;
+      times.push_back(t);
+    }
+    return times;
+  }
+  double at(const std::string& text, double t) {
+    std::vector<double> values = parameters;
+    values[0] = t;
+    return evaluate(world.pool, relation(text), values);
+  }
+};
+
+double before(double t) { return std::nextafter(t, -1e300); }
+
+}  // namespace
+
+TEST_CASE("a condition on t changes at the first number that fulfils it") {
+  Events e;
+  CHECK(e.all("if(t >= 0.1, 1, 0)", 0.0, 1.0) == std::vector<double>{0.1});
+  CHECK(e.all("if(t > 0.1, 1, 0)", 0.0, 1.0) == std::vector<double>{std::nextafter(0.1, 1.0)});
+  CHECK(e.all("if(t < 0.1, 1, 0)", 0.0, 1.0) == std::vector<double>{0.1});
+  CHECK(e.all("if(t - 0.1 < 0, 1, 0)", 0.0, 0.1) == std::vector<double>{0.1});
+  CHECK(e.all("if(t >= 0.1, 1, 0)", 0.1, 1.0).empty());
+  CHECK(e.all("if(t >= 5, 1, 0)", 0.0, 1.0).empty());
+  CHECK(e.all("step(t - 1e-300)", 0.0, 1.0) == std::vector<double>{1e-300});
+  CHECK(e.all("step(t + 3)", -1e9, 1e9) == std::vector<double>{-3.0});
+}
+
+TEST_CASE("every edge of a 1 kHz square wave is found, at the first number behind it") {
+  Events e;
+  const std::string wave = "if(t - 1e-3*floor(t/1e-3) < 0.4e-3, 1, 0)";
+  const std::vector<double> edges = e.all(wave, 0.0, 1.0);
+  REQUIRE(edges.size() == 2000);
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    CAPTURE(i, edges[i]);
+    const double exact =
+        i % 2 == 0 ? 1e-3 * static_cast<double>(i / 2) + 0.4e-3 : 1e-3 * static_cast<double>(i / 2 + 1);
+    // t/1e-3 and 1e-3*floor(...) round: the edge moves by some units in the last place of t
+    REQUIRE(edges[i] == Approx(exact).epsilon(0).margin(4e-16 * exact + 1e-19));
+    REQUIRE(e.at(wave, edges[i]) == static_cast<double>(i % 2));
+    REQUIRE(e.at(wave, before(edges[i])) == 1.0 - static_cast<double>(i % 2));
+  }
+}
+
+TEST_CASE("the edges of a sine's sign are found where the sine changes sign") {
+  Events e;
+  const std::vector<double> edges = e.all("step(sin(2*pi*1e3*t))", 0.0, 0.1);
+  REQUIRE(edges.size() == 200);
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const double exact = 0.5e-3 * static_cast<double>(i + 1);
+    CHECK(edges[i] == Approx(exact).epsilon(1e-15));
+    CHECK(e.at("step(sin(2*pi*1e3*t))", edges[i]) == (i % 2 == 0 ? 0.0 : 1.0));
+  }
+}
+
+TEST_CASE("a pulse of a billionth of the run, or of a few numbers' width, is not missed") {
+  Events e;
+  CHECK(e.all("if(t >= 0.3 and t < 0.3 + 1e-9, 1, 0)", 0.0, 1.0) == std::vector<double>{0.3, 0.3 + 1e-9});
+  CHECK(e.all("if(abs(t - 700.5) < 1e-6, 1, 0)", 0.0, 1e3).size() == 2);
+  CHECK(e.all("if(t >= 0.3 and t < 0.3 + 5e-16, 1, 0)", 0.0, 1.0) == std::vector<double>{0.3, 0.3 + 5e-16});
+  // a resonance curve: 1 at t = 0.7 and above 1/2 within 1e-9 of it
+  const auto narrow = e.all("if(1/(1 + ((t - 0.7)*1e9)^2) > 0.5, 1, 0)", 0.0, 1.0);
+  REQUIRE(narrow.size() == 2);
+  CHECK(narrow[0] - 0.7 == Approx(-1e-9).epsilon(1e-6));
+  CHECK(narrow[1] - 0.7 == Approx(1e-9).epsilon(1e-6));
+}
+
+TEST_CASE("a contact is no change, and costs a bounded search") {
+  Events e;
+  CHECK(e.all("if(sin(t) >= 1, 1, 0)", 0.0, 10.0).empty());
+  CHECK(e.all("sign((t - 1)^2)", 0.0, 2.0).empty());
+  CHECK(e.all("if(t^2 - 2*t + 1 < 0, 1, 0)", 0.0, 2.0).empty());
+  CHECK(e.all("if(t == 0.5, 1, 0)", 0.0, 1.0).empty());
+  CHECK(e.all("if(sin(t)^2 + cos(t)^2 > 1, 1, 0)", 0.0, 10.0).empty());
+}
+
+TEST_CASE("floor, sign and table cells change at their borders") {
+  Events e;
+  CHECK(e.all("floor(t/0.25)", 0.0, 1.0) == std::vector<double>{0.25, 0.5, 0.75, 1.0});
+  CHECK(e.all("floor(-t)", 0.0, 2.5) == std::vector<double>{std::nextafter(1.0, 2.0), std::nextafter(2.0, 3.0)});
+  CHECK(e.all("sign(t - 1)", 0.0, 3.0) == std::vector<double>{std::nextafter(1.0, 2.0)});
+  CHECK(e.all("table('data.csv', 'u', t)", -9.0, 9.0) == std::vector<double>{0.0, 1.0});
+  const auto slow = e.all("table('data.csv', 'u', 2*t)", -4.0, 4.0);
+  CHECK(slow == std::vector<double>{0.0, 0.5});
+}
+
+TEST_CASE("conditions within conditions, tables and parameters take part") {
+  Events e;
+  e.parameters[1] = 0.25;  // x
+  CHECK(e.all("if(t*if(t < x, 1, 2) >= 0.5, 1, 0)", 0.0, 1.0) == std::vector<double>{0.25});
+  // the line from (0, 1) to (1, 2) reaches 1.5 at t = 0.5, the line from (1, 2) to (10, -4) at t = 1.75
+  CHECK(e.all("if(table('data.csv', 'u', t) > 1.5, 1, 0)", 0.0, 9.0).size() == 2);
+  const auto spline = e.all("if(table('data.csv', 'u', t, spline) > 1.5, 1, 0)", 0.0, 9.0);
+  for (const double t : spline) {
+    const double jump = e.at("table('data.csv', 'u', t, spline)", t);
+    CHECK(jump == Approx(1.5).epsilon(1e-14));
+  }
+  CHECK(spline.size() >= 1);
+  CHECK(e.all("if(exp(-t)*cos(20*t) > 0.1, 1, 0)", 0.0, 10.0).size() % 2 == 1);
+}
+
+TEST_CASE("the value just after a time is the one that lasts") {
+  Events e;
+  const auto just_after = [&](const char* text, double t) {
+    return value_just_after(e.world.pool, e.relation(text), World::id(0), e.parameters, t);
+  };
+  CHECK(just_after("sign(t)", 0.0) == 1.0);
+  CHECK(just_after("if(t > 0, 1, 0)", 0.0) == 1.0);
+  CHECK(just_after("if(t <= 0, 1, 0)", 0.0) == 0.0);
+  CHECK(just_after("if(t == 0, 1, 0)", 0.0) == 0.0);
+  CHECK(just_after("floor(t)", 0.999) == 0.0);
+  CHECK(just_after("step(sin(t))", 0.0) == 1.0);
+  CHECK(just_after("sign(sin(t))", std::numbers::pi) == -1.0);
+  CHECK(just_after("table('data.csv', 'u', t)", 1.0) == 2.0);
+  CHECK(just_after("table('data.csv', 'u', t)", 10.0) == 2.0);
+  CHECK(just_after("if(table('data.csv', 'u', t) < 0, 1, 0)", 10.0) == 1.0);
+  CHECK(just_after("if(x < 1, 1, 0)", 3.0) == 1.0);
+}
+
+TEST_CASE("a million periods into a run the next edge is still found") {
+  Events e;
+  const std::vector<double> edges = e.all("if(t - 2*floor(t/2) < 1, 1, 0)", 2e6, 2e6 + 10);
+  CHECK(edges ==
+        std::vector<double>{2e6 + 1, 2e6 + 2, 2e6 + 3, 2e6 + 4, 2e6 + 5, 2e6 + 6, 2e6 + 7, 2e6 + 8, 2e6 + 9, 2e6 + 10});
+}
+
+TEST_CASE("random relations change only where sampling sees them change") {
+  World world;
+  std::vector<double> values(8, 0.4);
+  for (unsigned seed = 0; seed < 25; ++seed) {
+    test::RandomExpressions random(world, seed);
+    const ExprId e = random.condition(6);
+    std::vector<double> changes;
+    double t = 0.0;
+    while (changes.size() < 200) {
+      const auto next = next_change(world.pool, e, World::id(0), values, t, 3.0);
+      if (!next) break;
+      changes.push_back(t = *next);
+    }
+    if (changes.size() == 200) continue;
+    // between two changes all samples agree, but for contacts, which samples do not meet
+    std::size_t k = 0;
+    double now = value_just_after(world.pool, e, World::id(0), values, 0.0);
+    for (int i = 1; i < 3000; ++i) {
+      values[0] = 1e-3 * i + 1e-4 * std::numbers::pi / 10.0;
+      while (k < changes.size() && changes[k] <= values[0])
+        now = value_just_after(world.pool, e, World::id(0), values, changes[k++]);
+      const double sample = evaluate(world.pool, e, values);
+      CAPTURE(seed, world.text(world.pool.select(e, world.symbol("x"), world.symbol("y"))), values[0], k);
+      if (!(std::isnan(sample) && std::isnan(now))) REQUIRE(sample == now);
+    }
+  }
+}
