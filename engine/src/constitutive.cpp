@@ -182,9 +182,9 @@ LawUse law_use(const Model& model, ExprPool& pool, ElementId id, std::size_t por
   return law_use(pool, element, port_laws(model, pool, id)[port], gives);
 }
 
-LawUse law_use(const Model& model, ElementId element, std::size_t port, Gives gives) {
+LawUse law_use(const Model& model, ElementId id, std::size_t port, Gives gives) {
   ExprPool scratch = model.pool;
-  return law_use(model, scratch, element, port, gives);
+  return law_use(model, scratch, id, port, gives);
 }
 
 }  // namespace bgsim

@@ -204,8 +204,11 @@ void describe_half_arrows(std::string& text, const View& view) {
         is_store(element.kind) || element.kind == ElementKind::resistor || element.kind == ElementKind::r_field;
     if (!passive || port.head) continue;
     const std::string name = port_name(element, port.number);
-    rows.emplace_back(view.bond(port.bond) + " leaves " + name,
-                      name + ".f is counted into the element: " + name + ".f = -" + view.bond(port.bond) + ".f");
+    const std::string& bond = view.bond(port.bond);
+    std::string leaves = bond, meaning = name;
+    leaves.append(" leaves ").append(name);
+    meaning.append(".f is counted into the element: ").append(name).append(".f = -").append(bond).append(".f");
+    rows.emplace_back(std::move(leaves), std::move(meaning));
   }
   add_table(text, "\nhalf-arrows that leave a passive element", rows);
 }

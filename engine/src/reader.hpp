@@ -60,7 +60,7 @@ class Reader {
   DocumentId load(const std::string& path, std::optional<std::string> text, const std::optional<Place>& from);
   [[nodiscard]] const Document& document(DocumentId id) const { return (*sources_)[id.index()]; }
   [[nodiscard]] const Document& document(const Scope& scope) const { return document(scope.document); }
-  [[nodiscard]] std::string beside(DocumentId document, std::string_view file) const;
+  [[nodiscard]] std::string beside(DocumentId id, std::string_view file) const;
   void check_root(const Scope& scope);
   void read_head();
 
@@ -104,7 +104,7 @@ class Reader {
   std::unordered_map<std::string_view, Type>& types_of(DocumentId id);
   std::vector<Use> uses_of(DocumentId id);
   void survey(DocumentId root);
-  void declare_instance(std::size_t scope, NodeId node, std::string_view type);
+  void declare_instance(std::size_t scope, NodeId node, std::string_view kind);
   void apply_overrides(std::size_t scope);
   void declare_exports(std::size_t scope);
 
@@ -155,7 +155,7 @@ class Reader {
   void check_cycles(const std::vector<Quantity>& quantities, ModelSymbol::Kind kind, const char* what);
   void check_plain_kinds();
   void check_equalities();
-  [[nodiscard]] Varies variation(SymbolId symbol) const;
+  [[nodiscard]] Varies variation(SymbolId id) const;
   [[nodiscard]] Varies variation(ExprId expression) const;
 
   // scenes (reader_scenes.cpp)

@@ -172,9 +172,9 @@ Reciprocity test_reciprocity(const Model& model, ExprPool& pool, ElementId id) {
   return result;
 }
 
-Reciprocity test_reciprocity(const Model& model, ElementId field) {
+Reciprocity test_reciprocity(const Model& model, ElementId id) {
   ExprPool scratch = model.pool;
-  return test_reciprocity(model, scratch, field);
+  return test_reciprocity(model, scratch, id);
 }
 
 }  // namespace bgsim

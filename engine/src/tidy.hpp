@@ -17,7 +17,7 @@ class Tidier {
   /// @param order  symbols in the order in which they are to stand in a product.
   Tidier(const ExprPool& from, std::span<const SymbolId> order);
   /// The tidied expression, in pool().
-  ExprId operator()(ExprId expression);
+  ExprId operator()(ExprId root);
   [[nodiscard]] const ExprPool& pool() const { return to_; }
   ExprId symbol(SymbolId symbol) { return to_.symbol(symbol); }
 

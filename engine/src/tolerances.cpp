@@ -73,7 +73,7 @@ struct Tolerances::Probe {
     return SUNLinSolSetup(algebra.solver.get(), algebra.matrix.get()) == 0;
   }
 
-  const double* solve(double h, const std::vector<double>& rates) {
+  const double* solve(double h, const std::vector<double>& rates) const {
     double* b = values(right.get());
     std::fill(b, b + pattern.size, 0.0);
     for (std::size_t i = 0; i < rates.size(); ++i) b[i] = implicit ? rates[i] : h * rates[i];

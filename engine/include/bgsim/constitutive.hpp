@@ -23,10 +23,10 @@ enum class LawUse : std::uint8_t {
 /// How the constitutive law of a port serves a causality. For stores, `effort` of a C (`flow` of an I) is integral
 /// causality. Sources: as_written for what they give, else impossible. TF, GY and junctions: not a question of laws
 /// (as_written). A linear R (coefficient) is usable both ways; a coefficient that is identically 0 only as written.
-LawUse law_use(const Model& model, ElementId element, std::size_t port, Gives gives);
+LawUse law_use(const Model& model, ElementId id, std::size_t port, Gives gives);
 /// The same; what the test writes goes to @p pool, a copy of model.pool or a superset of it (a caller with many
 /// elements copies once).
-LawUse law_use(const Model& model, ExprPool& pool, ElementId element, std::size_t port, Gives gives);
+LawUse law_use(const Model& model, ExprPool& pool, ElementId id, std::size_t port, Gives gives);
 /// The same for one law, as port_laws() gives it.
 LawUse law_use(ExprPool& pool, const Element& element, const Law& law, Gives gives);
 
@@ -34,7 +34,7 @@ LawUse law_use(ExprPool& pool, const Element& element, const Law& law, Gives giv
 /// stand, linear keys written out (e = R f, e = q/C, f = p/I; sources e = ... or f = ...), energies differentiated
 /// (e_i = dE/dq_i, f_i = dE/dp_i). TF, GY and junctions have none. New expressions go to @p pool, a copy of model.pool
 /// or a superset of it.
-std::vector<Law> port_laws(const Model& model, ExprPool& pool, ElementId element);
+std::vector<Law> port_laws(const Model& model, ExprPool& pool, ElementId id);
 
 /// Maxwell reciprocity of a field given by laws: d e_i / d q_j == d e_j / d q_i.
 struct Reciprocity {
@@ -43,7 +43,7 @@ struct Reciprocity {
   std::string text;                      ///< the two partial derivatives, where violated; why not, where untested
 };
 /// Symbolic test; where the difference does not simplify to zero, at 64 seeded random points (relative 1e-9).
-Reciprocity test_reciprocity(const Model& model, ElementId field);
-Reciprocity test_reciprocity(const Model& model, ExprPool& pool, ElementId field);
+Reciprocity test_reciprocity(const Model& model, ElementId id);
+Reciprocity test_reciprocity(const Model& model, ExprPool& pool, ElementId id);
 
 }  // namespace bgsim

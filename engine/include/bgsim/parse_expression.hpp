@@ -42,7 +42,7 @@ ExprId parse_expression(std::string_view text, ExprPool& pool, const ExpressionS
 /// @throws ExpressionError BG126 if there is not exactly one.
 struct LawText {
   std::string_view left, right;
-  std::size_t left_begin, right_begin;
+  std::size_t left_begin = 0, right_begin = 0;
 };
 LawText split_law(std::string_view text);
 
