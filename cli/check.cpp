@@ -14,10 +14,12 @@ Exit check_command(const Arguments& arguments) {
   app.add_option("model.json", file, "the model")->required();
   parse_arguments(app, arguments);
 
-  const Stages stages = run_stages(file, Stage::order);
+  Stages stages = run_stages(file, Stage::causality);
   const Model& model = *stages.model;
-  std::cout << describe_causality(model, *stages.graph, *stages.causal) << "\n"
-            << describe_loops(model, *stages.system, *stages.order);
+  // What is found out is told before the next stage may refuse the model: the strokes help to understand why.
+  std::cout << describe_causality(model, *stages.graph, *stages.causal) << std::endl;
+  advance(stages, Stage::order);
+  std::cout << describe_loops(model, *stages.system, *stages.order);
   // A scene that cannot be prepared is as much a fault of the model as a stroke that cannot be placed.
   for (const Scene& scene : model.scenes) print_warnings(prepare_scene(model, scene.name).warnings, model);
   return Exit::done;

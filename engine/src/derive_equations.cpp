@@ -412,7 +412,7 @@ class Derivation {
     const SystemSymbol symbol = system_.symbols[of.index()];
     if (symbol.kind == SystemSymbol::Kind::state) {
       const State& state = system_.states[symbol.index];
-      return define(unknown, state.rate, state.element, {});
+      return define(unknown, state.rate, state.element, model_.elements[state.element.index()].place);
     }
     const Equation equation = system_.equations[symbol.index];
     if (!equation.expression.valid()) return;  // its own problem has been reported

@@ -59,3 +59,22 @@ TEST_CASE("check, equations and show answer on standard output") {
     answer(std::string("show decay.json --stage ") + stage, stage == std::string("program") ? "" : "store");
   }
 }
+
+TEST_CASE("check tells the strokes of a model whose equations are refused") {
+  const Workplace here;
+  here.write("impulse.json", R"json({
+    "bgsim": 1, "name": "impulse",
+    "elements": {
+      "battery": { "kind": "Se", "effort": "step(t - 1)" },
+      "wire": { "kind": "1" },
+      "store": { "kind": "C", "capacitance": 1 }
+    },
+    "bonds": [{ "from": "battery", "to": "wire" }, { "from": "wire", "to": "store" }],
+    "scenes": { "on": { "stop": 2, "samples": 3 } }
+  })json");
+  const Outcome run = here.bgsim("check impulse.json");
+  CHECK(run.code == 1);
+  CHECK_THAT(run.out, Contains("b2: wire --->| store"));
+  CHECK_THAT(run.out, Contains("dependent stores"));
+  CHECK_THAT(run.err, Contains("error BG402"));
+}
