@@ -18,7 +18,8 @@ install_packages() {
     return 0
   }
   local installed package missing=()
-  installed=" $(dpkg-query -W -f '${db:Status-Status} ${Package} ' "$@" 2>/dev/null)"
+  # It fails where a package has never been heard of, which is the very case this is for.
+  installed=" $(dpkg-query -W -f '${db:Status-Status} ${Package} ' "$@" 2>/dev/null || true)"
   for package in "$@"; do
     [[ $installed == *" installed $package "* ]] || missing+=("$package")
   done
