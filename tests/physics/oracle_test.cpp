@@ -16,11 +16,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Eigen takes the address of a map's first number even where there is none, which the sanitizer refuses: hence the
-// cases of nothing at all.
-
 MatrixXd matrix(const std::vector<double>& row_major, std::size_t rows, std::size_t columns) {
-  if (row_major.empty()) return MatrixXd(static_cast<Index>(rows), static_cast<Index>(columns));
   return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
       row_major.data(), static_cast<Index>(rows), static_cast<Index>(columns));
 }
@@ -71,7 +67,6 @@ VectorXd store_outputs(const Pipeline& p, const Tableau& tableau, const Motion& 
 
 /// The values of all sources, which are all parameters there are.
 VectorXd inputs_of(const Pipeline& p) {
-  if (p.inputs.parameters.empty()) return {};
   return Eigen::Map<const VectorXd>(p.inputs.parameters.data(), static_cast<Index>(p.inputs.parameters.size()));
 }
 

@@ -136,6 +136,13 @@ bool pencil_is_singular(const Tableau& t) {
   return true;
 }
 
+/// Eigen's own solve() takes the address of the first column even where there is none.
+template <class Factors>
+MatrixXd solved(const Factors& factors, const MatrixXd& right) {
+  if (right.cols() == 0) return MatrixXd(factors.cols(), 0);
+  return factors.solve(right);
+}
+
 /// The case of dependent stores: the laws alone do not determine y.
 void constrain(const Tableau& t, Motion& motion) {
   const Index n = t.rate_y.rows(), m = t.law_y.rows();
@@ -155,8 +162,8 @@ void constrain(const Tableau& t, Motion& motion) {
   pull.setThreshold(kRank);
   motion.index_two = pull.isInvertible();
   if (!motion.index_two) return;
-  const MatrixXd free_x = -pull.solve(motion.constraint_x * t.rate_y * motion.bonds_x);
-  const MatrixXd free_u = -pull.solve(motion.constraint_x * t.rate_y * motion.bonds_u);
+  const MatrixXd free_x = -solved(pull, motion.constraint_x * t.rate_y * motion.bonds_x);
+  const MatrixXd free_u = -solved(pull, motion.constraint_x * t.rate_y * motion.bonds_u);
   motion.bonds_x += v2 * free_x;
   motion.bonds_u += v2 * free_u;
   const Eigen::JacobiSVD<MatrixXd> constraint(motion.constraint_x, Eigen::ComputeFullV);
@@ -179,8 +186,8 @@ Motion motion_of(const Tableau& t) {
   Eigen::FullPivLU<MatrixXd> laws(t.law_y);
   laws.setThreshold(kRank);
   if (laws.isInvertible()) {
-    motion.bonds_x = -laws.solve(t.law_x);
-    motion.bonds_u = -laws.solve(t.law_u);
+    motion.bonds_x = -solved(laws, t.law_x);
+    motion.bonds_u = -solved(laws, t.law_u);
     motion.constraint_x = MatrixXd::Zero(0, n);
     motion.constraint_u = MatrixXd::Zero(0, t.law_u.cols());
   } else {
