@@ -112,12 +112,12 @@ Linearization linearize(const Model& model, const EquationSystem& system, const 
   Matrix others(m, n + k);
   others << of_loops.leftCols(n), of_loops.rightCols(k);
   Matrix tears_by_others(m, n + k);
-  if (m > 0)
+  if (m > 0 && n + k > 0)
     tears_by_others = -Eigen::FullPivLU<Eigen::MatrixXd>(of_loops.middleCols(n, m)).solve(Eigen::MatrixXd(others));
   const auto eliminate = [&](const Matrix& of) {
     Matrix result(of.rows(), n + k);
     result << of.leftCols(n), of.rightCols(k);
-    if (m > 0) result += of.middleCols(n, m) * tears_by_others;
+    if (m > 0 && n + k > 0) result += of.middleCols(n, m) * tears_by_others;
     return result;
   };
   const Matrix ab = eliminate(of_rates), cd = eliminate(of_outputs);
