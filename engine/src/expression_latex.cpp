@@ -145,33 +145,12 @@ std::string_view sign_latex(Op op) {
   }
 }
 
-/// Writes left to right with a stack of what is still to be written, so that depth costs no recursion.
-class LatexWriter {
+class LatexWriter : public ExpressionWriter {
  public:
-  LatexWriter(const ExprPool& pool, const SymbolName& name) : pool_(pool), name_(name) {}
-
-  std::string write(ExprId root) {
-    push(root, Binding::none);
-    while (!rest_.empty()) {
-      const Piece piece = std::move(rest_.back());
-      rest_.pop_back();
-      if (piece.id.valid())
-        write(piece.id, piece.least);
-      else
-        text_ += piece.literal;
-    }
-    return std::move(text_);
-  }
+  using ExpressionWriter::ExpressionWriter;
 
  private:
-  struct Piece {
-    ExprId id;  ///< none: literal
-    Binding least = Binding::none;
-    std::string literal;
-  };
-
-  void push(ExprId id, Binding least) { rest_.push_back({id, least, {}}); }
-  void push(std::string_view literal) { rest_.push_back({ExprId(), Binding::none, std::string(literal)}); }
+  using ExpressionWriter::push;
 
   [[nodiscard]] Binding own_binding(const ExprNode& node) const {
     if (node.op == Op::constant) {
@@ -183,7 +162,7 @@ class LatexWriter {
     return node.op == Op::div ? Binding::power : binding_of(node.op);
   }
 
-  void write(ExprId id, Binding least) {
+  void begin(ExprId id, Binding least) override {
     const ExprNode& node = pool_[id];
     const Binding own = own_binding(node);
     if (own < least) {
@@ -283,11 +262,6 @@ class LatexWriter {
       if (n > 0) push(form.between);
     }
   }
-
-  const ExprPool& pool_;
-  const SymbolName& name_;
-  std::string text_;
-  std::vector<Piece> rest_;
 };
 
 }  // namespace

@@ -2,6 +2,9 @@
 /// where parentheses are needed so that reading gives the same expression again.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "bgsim/expression.hpp"
 
 namespace bgsim {
@@ -42,6 +45,37 @@ bool bare_after_factor(const ExprPool& pool, ExprId product);
 /// Counts the nodes of the expression written out as a tree.
 /// @throws std::length_error if there are more than 100,000: a graph that shares much has no text of bearable length.
 void check_written_size(const ExprPool& pool, ExprId root);
+
+/// Writes an expression left to right with a stack of what is still to be written, so that depth costs no recursion.
+class ExpressionWriter {
+ public:
+  ExpressionWriter(const ExprPool& pool, const SymbolName& name) : pool_(pool), name_(name) {}
+  virtual ~ExpressionWriter() = default;
+  ExpressionWriter(const ExpressionWriter&) = delete;
+  ExpressionWriter& operator=(const ExpressionWriter&) = delete;
+
+  std::string write(ExprId root);
+
+ protected:
+  /// Appends the beginning of the expression to text_ and pushes the rest, last piece first.
+  /// @param least  what binds weaker than this needs parentheses.
+  virtual void begin(ExprId id, Binding least) = 0;
+
+  void push(ExprId id, Binding least) { rest_.push_back({id, least, {}}); }
+  void push(std::string_view literal) { rest_.push_back({ExprId(), Binding::none, std::string(literal)}); }
+
+  const ExprPool& pool_;
+  const SymbolName& name_;
+  std::string text_;
+
+ private:
+  struct Piece {
+    ExprId id;  ///< none: literal
+    Binding least = Binding::none;
+    std::string literal;
+  };
+  std::vector<Piece> rest_;
+};
 
 /// Shortest decimal form that reads back as the same number.
 std::string number_text(double value);

@@ -90,37 +90,27 @@ std::string number_text(double value) {
   return {buffer.data(), result.ptr};
 }
 
+std::string ExpressionWriter::write(ExprId root) {
+  push(root, Binding::none);
+  while (!rest_.empty()) {
+    const Piece piece = std::move(rest_.back());
+    rest_.pop_back();
+    if (piece.id.valid())
+      begin(piece.id, piece.least);
+    else
+      text_ += piece.literal;
+  }
+  return std::move(text_);
+}
+
 namespace {
 
-/// Writes left to right with a stack of what is still to be written, so that depth costs no recursion.
-class TextWriter {
+class TextWriter : public ExpressionWriter {
  public:
-  TextWriter(const ExprPool& pool, const SymbolName& name) : pool_(pool), name_(name) {}
-
-  std::string write(ExprId root) {
-    push(root, Binding::none);
-    while (!rest_.empty()) {
-      const Piece piece = std::move(rest_.back());
-      rest_.pop_back();
-      if (piece.id.valid())
-        write(piece.id, piece.least);
-      else
-        text_ += piece.literal;
-    }
-    return std::move(text_);
-  }
+  using ExpressionWriter::ExpressionWriter;
 
  private:
-  struct Piece {
-    ExprId id;  ///< none: literal
-    Binding least = Binding::none;
-    std::string literal;
-  };
-
-  void push(ExprId id, Binding least) { rest_.push_back({id, least, {}}); }
-  void push(std::string literal) { rest_.push_back({ExprId(), Binding::none, std::move(literal)}); }
-
-  void write(ExprId id, Binding least) {
+  void begin(ExprId id, Binding least) override {
     const ExprNode& node = pool_[id];
     Binding own = binding_of(node.op);
     if (node.op == Op::constant && node.constant < 0.0) own = Binding::minus;
@@ -204,11 +194,6 @@ class TextWriter {
       text_ += quote + part + quote + ", ";
     }
   }
-
-  const ExprPool& pool_;
-  const SymbolName& name_;
-  std::string text_;
-  std::vector<Piece> rest_;
 };
 
 }  // namespace

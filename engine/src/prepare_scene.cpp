@@ -7,6 +7,7 @@
 #include "bgsim/model.hpp"
 #include "bgsim/parse_expression.hpp"
 #include "dependence.hpp"
+#include "element_kinds.hpp"
 #include "output_times.hpp"
 #include "parameter_values.hpp"
 
@@ -292,7 +293,7 @@ class ScenePreparation {
       if (!element.coefficient.valid()) continue;
       const auto value = values.of(element.coefficient);
       if (!value) continue;
-      const std::string what = "the " + std::string(coefficient_name(element.kind)) + " of " + in_quotes(element.name);
+      const std::string what = "the " + std::string(kind_row(element).ways.front()) + " of " + in_quotes(element.name);
       if (!std::isfinite(*value)) {
         number(element.coefficient, what, element.coefficient_place);
       } else if ((element.kind == ElementKind::capacitor || element.kind == ElementKind::inertia) && !(*value > 0.0)) {
@@ -304,23 +305,6 @@ class ScenePreparation {
         warn("BG148", what + " is " + text_of_number(*value) + ": the element is active", element.coefficient_place,
              "check the sign, if it is not meant to supply power", "a resistance of less than 0 supplies power");
       }
-    }
-  }
-
-  static const char* coefficient_name(ElementKind kind) {
-    switch (kind) {
-      case ElementKind::effort_source:
-        return "effort";
-      case ElementKind::flow_source:
-        return "flow";
-      case ElementKind::resistor:
-        return "resistance";
-      case ElementKind::capacitor:
-        return "capacitance";
-      case ElementKind::inertia:
-        return "inertance";
-      default:
-        return "modulus";
     }
   }
 

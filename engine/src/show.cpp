@@ -4,6 +4,7 @@
 
 #include "bgsim/describe.hpp"
 #include "causal_explanation.hpp"
+#include "element_kinds.hpp"
 
 namespace bgsim {
 
@@ -26,23 +27,6 @@ struct Writer {
 
 std::string with_unit(const std::string& unit) { return unit.empty() ? "" : " [" + unit + "]"; }
 
-std::string coefficient_key(ElementKind kind) {
-  switch (kind) {
-    case ElementKind::effort_source:
-      return "effort";
-    case ElementKind::flow_source:
-      return "flow";
-    case ElementKind::resistor:
-      return "resistance";
-    case ElementKind::capacitor:
-      return "capacitance";
-    case ElementKind::inertia:
-      return "inertance";
-    default:
-      return "modulus";
-  }
-}
-
 std::string show_element(const Model& model, const Element& element) {
   const Writer write{model};
   std::string text = "element " + element.name + ": " + kind_text(element.kind, element.modulated);
@@ -52,7 +36,8 @@ std::string show_element(const Model& model, const Element& element) {
       text += (port == 0 ? "" : ", ") + element.ports[port];
     text += ")";
   }
-  if (element.coefficient.valid()) text += ", " + coefficient_key(element.kind) + " " + write(element.coefficient);
+  if (element.coefficient.valid())
+    text += ", " + std::string(kind_row(element).ways.front()) + " " + write(element.coefficient);
   if (element.energy.valid()) text += ", energy " + write(element.energy);
   for (const Law& law : element.laws)
     text += ", " + symbol_name(model, port_variable(element, law.port, law.variable)) + " = " + write(law.right);
