@@ -22,6 +22,7 @@ struct RunOptions {
   std::string report_json;
   bool quiet = false;
   bool no_audit = false;
+  bool keep_all = false;
   bool units = false;
   bool all_scenes = false;
 };
@@ -76,6 +77,7 @@ RunOptions parse(const Arguments& arguments) {
   app.add_flag("--units", options.units, "also write the columns' units, to NAME.SCENE.units.json");
   app.add_flag("--all-scenes", options.all_scenes, "run every scene, each to its own NAME.SCENE.csv");
   app.add_flag("--no-audit", options.no_audit, "leave out the energy audit");
+  app.add_flag("--keep-all", options.keep_all, "also integrate what no recorded output depends on");
   app.add_flag("--quiet", options.quiet, "print warnings and errors only");
   parse_arguments(app, arguments);
 
@@ -139,15 +141,24 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
   if (!options.report_json.empty()) check_writable(options.report_json, options.file);
 
   auto seconds = stages.seconds;
+  std::optional<Slice> cut;
+  if (!options.keep_all) {
+    cut = timed(seconds, "slice", [&] {
+      return slice(model, *stages.graph, *stages.system, *stages.order, inputs.outputs, !options.no_audit);
+    });
+    if (cut) check_start(stages.model, *stages.system, *stages.order, *cut, inputs);
+  }
+  const EquationSystem& system = cut ? cut->system : *stages.system;
+  const BlockOrder& order = cut ? cut->order : *stages.order;
   const Program program = timed(seconds, "compile", [&] {
-    return compile(stages.model, *stages.system, *stages.order, {inputs.outputs, !options.no_audit});
+    return compile(stages.model, system, order, {inputs.outputs, !options.no_audit});
   });
   RunResult result = [&] {
     RunWatch watch(inputs.start, inputs.stop, options.quiet);
     SimulateOptions how;
     how.energy_audit = !options.no_audit;
     how.progress = watch.progress();
-    return simulate(model, *stages.system, program, inputs, how);
+    return simulate(model, system, program, inputs, how);
   }();
   result.report.stage_seconds.insert(result.report.stage_seconds.begin(), seconds.begin(), seconds.end());
 

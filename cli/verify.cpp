@@ -65,10 +65,13 @@ Exit verify_scene(const Stages& stages, const std::string& label, const RunInput
   const Reference& reference = inputs.reference.value();
   const CsvTable table = read_reference(model, reference);
   const RunInputs adapted = at_reference_times(model, inputs, table);
-  const Program program = compile(stages.model, *stages.system, *stages.order, {adapted.outputs, false});
+  const std::optional<Slice> cut = slice(model, *stages.graph, *stages.system, *stages.order, adapted.outputs, false);
+  if (cut) check_start(stages.model, *stages.system, *stages.order, *cut, adapted);
+  const EquationSystem& system = cut ? cut->system : *stages.system;
+  const Program program = compile(stages.model, system, cut ? cut->order : *stages.order, {adapted.outputs, false});
   SimulateOptions how;
   how.energy_audit = false;
-  const RunResult result = simulate(model, *stages.system, program, adapted, how);
+  const RunResult result = simulate(model, system, program, adapted, how);
   if (result.stop != StopReason::completed) {
     print_line(label, inputs.scene, "", "", number_text(result.report.reached, 6), "", "STOPPED");
     if (result.failure) std::cerr << render(*result.failure, *model.sources);

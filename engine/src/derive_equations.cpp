@@ -68,10 +68,10 @@ class Derivation {
     for (std::size_t i = 0; i < model_.parameters.size(); ++i)
       system_.parameters.push_back(add_symbol(SystemSymbol::Kind::parameter, i, model_.parameters[i].name));
     for (std::size_t b = 0; b < graph_.bonds.size(); ++b) {
-      efforts_.push_back(add_unknown(bond_variable_name(BondId(b), Variable::effort)));
-      flows_.push_back(add_unknown(bond_variable_name(BondId(b), Variable::flow)));
+      system_.efforts.push_back(add_unknown(bond_variable_name(BondId(b), Variable::effort)));
+      system_.flows.push_back(add_unknown(bond_variable_name(BondId(b), Variable::flow)));
     }
-    for (const Signal& signal : model_.signals) signals_.push_back(add_unknown(signal.name));
+    for (const Signal& signal : model_.signals) system_.signals.push_back(add_unknown(signal.name));
     stored_.resize(graph_.ports.size());
     for (std::size_t i = 0; i < model_.elements.size(); ++i) {
       const Element& element = model_.elements[i];
@@ -111,8 +111,8 @@ class Derivation {
   }
 
   [[nodiscard]] ExprId as_expression(SymbolId symbol) { return system_.pool.symbol(symbol); }
-  [[nodiscard]] ExprId effort(PortId port) { return as_expression(efforts_[graph_[port].bond.index()]); }
-  [[nodiscard]] ExprId flow(PortId port) { return as_expression(flows_[graph_[port].bond.index()]); }
+  [[nodiscard]] ExprId effort(PortId port) { return as_expression(system_.efforts[graph_[port].bond.index()]); }
+  [[nodiscard]] ExprId flow(PortId port) { return as_expression(system_.flows[graph_[port].bond.index()]); }
   [[nodiscard]] ExprId signed_by(bool positive, ExprId value) { return positive ? value : system_.pool.neg(value); }
   /// The bond's flow counted into the element.
   [[nodiscard]] ExprId into(PortId port) { return signed_by(graph_[port].head, flow(port)); }
@@ -126,9 +126,9 @@ class Derivation {
       case ModelSymbol::Kind::parameter:
         return as_expression(system_.parameters[s.parameter.index()]);
       case ModelSymbol::Kind::signal:
-        return as_expression(signals_[s.signal.index()]);
+        return as_expression(system_.signals[s.signal.index()]);
       case ModelSymbol::Kind::bond_variable:
-        return as_expression((s.variable == Variable::effort ? efforts_ : flows_)[s.bond.index()]);
+        return as_expression((s.variable == Variable::effort ? system_.efforts : system_.flows)[s.bond.index()]);
       case ModelSymbol::Kind::port_variable:
         break;
     }
@@ -162,7 +162,7 @@ class Derivation {
 
   void write_signals() {
     for (std::size_t i = 0; i < model_.signals.size(); ++i) {
-      define(signals_[i], (*translate_)(model_.signals[i].value), {}, model_.signals[i].place);
+      define(system_.signals[i], (*translate_)(model_.signals[i].value), {}, model_.signals[i].place);
       claim({{}, SignalId(i)});
     }
   }
@@ -186,16 +186,16 @@ class Derivation {
       case ElementKind::gyrator:
         return write_gyrator(id);
       case ElementKind::zero_junction:
-        return write_junction(id, efforts_, flows_, Gives::flow);
+        return write_junction(id, system_.efforts, system_.flows, Gives::flow);
       case ElementKind::one_junction:
-        return write_junction(id, flows_, efforts_, Gives::effort);
+        return write_junction(id, system_.flows, system_.efforts, Gives::effort);
     }
   }
 
   void write_source(ElementId id) {
     const Element& element = model_.elements[id.index()];
     const PortId port = graph_.port(id, 0);
-    const auto& variables = element.kind == ElementKind::effort_source ? efforts_ : flows_;
+    const auto& variables = element.kind == ElementKind::effort_source ? system_.efforts : system_.flows;
     define(variables[graph_[port].bond.index()], (*translate_)(element.coefficient), id, element.place);
     const ExprId power = system_.pool.mul(effort(port), flow(port));
     add_energy({EnergyPart::Role::source, id, signed_by(!graph_[port].head, power), {}, {}, {}, false});
@@ -206,7 +206,7 @@ class Derivation {
     for (std::size_t k = 0; k < graph_.port_count(id); ++k) {
       const PortId port = graph_.port(id, k);
       const bool gives_effort = causal_.gives(graph_, port) == Gives::effort;
-      apply_law(id, k, (gives_effort ? efforts_ : flows_)[graph_[port].bond.index()],
+      apply_law(id, k, (gives_effort ? system_.efforts : system_.flows)[graph_[port].bond.index()],
                 gives_effort ? Variable::effort : Variable::flow);
       power = system_.pool.add(power, system_.pool.mul(effort(port), into(port)));
     }
@@ -221,16 +221,16 @@ class Derivation {
       const std::size_t bond = graph_[port].bond.index();
       const SymbolId stored = stored_[port.index()];
       if (system_.symbols[stored.index()].kind == SystemSymbol::Kind::state) {
-        apply_law(id, k, displacement ? efforts_[bond] : flows_[bond],
+        apply_law(id, k, displacement ? system_.efforts[bond] : system_.flows[bond],
                   displacement ? Variable::effort : Variable::flow);
         continue;
       }
       apply_law(id, k, stored, displacement ? Variable::displacement : Variable::momentum);
       const ExprId rate = derivative_of(as_expression(stored));
       if (displacement)
-        define(flows_[bond], signed_by(graph_[port].head, rate), id, element.place);
+        define(system_.flows[bond], signed_by(graph_[port].head, rate), id, element.place);
       else
-        define(efforts_[bond], rate, id, element.place);
+        define(system_.efforts[bond], rate, id, element.place);
     }
     add_store_energy(id);
   }
@@ -279,11 +279,11 @@ class Derivation {
     const bool same = graph_[one].head == !graph_[two].head;  // both flows count the way of the law, or both against it
     const std::size_t b1 = graph_[one].bond.index(), b2 = graph_[two].bond.index();
     if (causal_.gives(graph_, one) == Gives::effort) {
-      define(efforts_[b1], pool.mul(n, effort(two)), id, element.place);
-      define(flows_[b2], signed_by(same, pool.mul(n, flow(one))), id, element.place);
+      define(system_.efforts[b1], pool.mul(n, effort(two)), id, element.place);
+      define(system_.flows[b2], signed_by(same, pool.mul(n, flow(one))), id, element.place);
     } else {
-      define(efforts_[b2], pool.div(effort(one), n), id, element.place);
-      define(flows_[b1], signed_by(same, pool.div(flow(two), n)), id, element.place);
+      define(system_.efforts[b2], pool.div(effort(one), n), id, element.place);
+      define(system_.flows[b1], signed_by(same, pool.div(flow(two), n)), id, element.place);
     }
   }
 
@@ -295,11 +295,11 @@ class Derivation {
     const bool one_in = graph_[one].head, two_out = !graph_[two].head;
     const std::size_t b1 = graph_[one].bond.index(), b2 = graph_[two].bond.index();
     if (causal_.gives(graph_, one) == Gives::effort) {
-      define(efforts_[b1], signed_by(two_out, pool.mul(r, flow(two))), id, element.place);
-      define(efforts_[b2], signed_by(one_in, pool.mul(r, flow(one))), id, element.place);
+      define(system_.efforts[b1], signed_by(two_out, pool.mul(r, flow(two))), id, element.place);
+      define(system_.efforts[b2], signed_by(one_in, pool.mul(r, flow(one))), id, element.place);
     } else {
-      define(flows_[b2], signed_by(two_out, pool.div(effort(one), r)), id, element.place);
-      define(flows_[b1], signed_by(one_in, pool.div(effort(two), r)), id, element.place);
+      define(system_.flows[b2], signed_by(two_out, pool.div(effort(one), r)), id, element.place);
+      define(system_.flows[b1], signed_by(one_in, pool.div(effort(two), r)), id, element.place);
     }
   }
 
@@ -368,7 +368,8 @@ class Derivation {
     const SymbolId x = stored_[graph_.port(id, number).index()];
     const PortId port = graph_.port(id, number);
     const std::size_t bond = graph_[port].bond.index();
-    const auto inverse = invert(system_.pool, right, displacement ? efforts_[bond] : flows_[bond], as_expression(x));
+    const auto inverse =
+        invert(system_.pool, right, displacement ? system_.efforts[bond] : system_.flows[bond], as_expression(x));
     if (!inverse) return {};
     return signed_by(displacement || graph_[port].head, *inverse);
   }
@@ -495,9 +496,8 @@ class Derivation {
   ExprPool law_pool_;  ///< the model's expressions and the laws derived from energies and linear keys
   Translator* translate_ = nullptr;
   EquationSystem system_;
-  std::vector<std::vector<Law>> laws_;      ///< by ElementId
-  std::vector<SymbolId> efforts_, flows_;   ///< by BondId
-  std::vector<SymbolId> signals_, stored_;  ///< by SignalId; by PortId (stores only)
+  std::vector<std::vector<Law>> laws_;  ///< by ElementId
+  std::vector<SymbolId> stored_;        ///< by PortId (stores only)
   std::unordered_map<ExprId, SymbolId> derivatives_;
   std::vector<std::pair<ExprId, SymbolId>> pending_;
   std::unordered_map<SymbolId, std::uint32_t> depth_;

@@ -46,7 +46,28 @@ std::string tolerance_text(const RunReport& report) {
          number_text(most->second, 3) + " (" + most->first + ")";
 }
 
-void energy_lines(std::string& out, const EnergyAudit& energy) {
+/// "what a, b, c and 2 more"
+std::string names_text(const char* what, const std::vector<std::string>& names) {
+  constexpr std::size_t kListed = 8;
+  std::string text = what;
+  for (std::size_t i = 0; i < names.size() && i < kListed; ++i) text += (i == 0 ? " " : ", ") + names[i];
+  if (names.size() > kListed) text += " and " + std::to_string(names.size() - kListed) + " more";
+  return text;
+}
+
+void left_out_lines(std::string& out, const LeftOut& left_out) {
+  if (left_out.nothing()) return;
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
+  if (!left_out.states.empty()) add(names_text("states", left_out.states));
+  if (!left_out.elements.empty()) add(names_text("elements", left_out.elements));
+  if (!left_out.signals.empty()) add(names_text("signals", left_out.signals));
+  if (left_out.loops > 0) add(count_text(left_out.loops, "algebraic loop", "algebraic loops"));
+  line(out, "left out", text);
+  line(out, "", "no output depends on these; --keep-all keeps them");
+}
+
+void energy_lines(std::string& out, const EnergyAudit& energy, const LeftOut& left_out) {
   if (!energy.done) {
     line(out, "energy", "not audited: " + energy.why_not);
     return;
@@ -56,6 +77,8 @@ void energy_lines(std::string& out, const EnergyAudit& energy) {
   if (energy.exchanged != 0.0) terms += " + exchanged " + number_text(energy.exchanged, 6);
   line(out, "energy", terms);
   line(out, "", "residual " + number_text(energy.residual, 3) + ", relative " + number_text(energy.relative, 3));
+  if (!left_out.not_audited.empty())
+    line(out, "", "of what is kept only, without " + names_text("", left_out.not_audited).substr(1));
   if (energy.least_dissipation < 0.0)
     line(out, "",
          "active element: \"" + energy.least_dissipation_element + "\" gave off up to " +
@@ -91,7 +114,8 @@ std::string report_text(const RunResult& result) {
     line(out, "events",
          count_text(r.time_events, "known time", "known times") + ", " +
              count_text(r.state_events, "change of a condition", "changes of conditions"));
-  energy_lines(out, r.energy);
+  left_out_lines(out, r.left_out);
+  energy_lines(out, r.energy, r.left_out);
   if (!r.stage_seconds.empty()) {
     std::string stages;
     for (const auto& [stage, seconds] : r.stage_seconds)
@@ -111,6 +135,10 @@ std::string report_json(const RunResult& result) {
   json["stop_reason"] = stop_text(result.stop);
   json["time"] = {{"start", r.start}, {"stop", r.stop}, {"reached", r.reached}, {"outputs", result.trace.times.size()}};
   json["system"] = {{"states", r.states}, {"loops", r.loops}, {"algebraic", r.algebraic}};
+  json["left_out"] = {{"states", r.left_out.states},
+                      {"elements", r.left_out.elements},
+                      {"signals", r.left_out.signals},
+                      {"loops", r.left_out.loops}};
   json["method"] = {{"name", r.method}, {"reason", r.method_reason}};
   Json absolute = Json::object();
   for (const auto& [state, tolerance] : r.absolute) absolute[state] = tolerance;
@@ -132,6 +160,7 @@ std::string report_json(const RunResult& result) {
     if (!r.energy.least_dissipation_element.empty())
       json["energy"]["least_dissipation"] = {{"element", r.energy.least_dissipation_element},
                                              {"power", r.energy.least_dissipation}};
+    json["energy"]["not_audited"] = r.left_out.not_audited;
   } else {
     json["energy"] = {{"why_not", r.energy.why_not}};
   }

@@ -437,6 +437,7 @@ void Run::report() {
   RunReport& report = result_.report;
   report.model = model_.name;
   report.scene = inputs_.scene;
+  report.left_out = system_.left_out;
   report.states = program_.state_names.size();
   report.algebraic = program_.tear_names.size();
   report.loops = program_.blocks.size();

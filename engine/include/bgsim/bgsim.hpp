@@ -17,6 +17,7 @@
 #include "bgsim/parse_expression.hpp"
 #include "bgsim/program.hpp"
 #include "bgsim/simulate.hpp"
+#include "bgsim/slice.hpp"
 #include "bgsim/time_event.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "bgsim/verify.hpp"

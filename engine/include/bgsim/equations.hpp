@@ -68,17 +68,30 @@ struct Origin {
   SignalId signal;
 };
 
+/// What a run leaves out, since none of its outputs depends on it; and what its energy balance does not look at.
+struct LeftOut {
+  std::vector<std::string> states;       ///< names, in model order
+  std::vector<std::string> elements;     ///< whose laws are not evaluated at all; junctions are not listed
+  std::vector<std::string> signals;      ///< that are not evaluated
+  std::vector<std::string> not_audited;  ///< elements whose power depends on what is left out
+  std::size_t loops = 0;                 ///< algebraic loops
+  [[nodiscard]] bool nothing() const { return states.empty() && elements.empty() && signals.empty() && loops == 0; }
+};
+
 struct EquationSystem {
   ExprPool pool;
   std::vector<Origin> origins;        ///< by ExprId: what it was first made for, for messages
   std::vector<SystemSymbol> symbols;  ///< by SymbolId of the pool
   SymbolId time;
-  std::vector<SymbolId> parameters;  ///< by ParameterId
-  std::vector<State> states;         ///< in model order
+  std::vector<SymbolId> parameters;      ///< by ParameterId
+  std::vector<SymbolId> efforts, flows;  ///< by BondId: unknowns, counted along the half-arrow
+  std::vector<SymbolId> signals;         ///< by SignalId: unknowns
+  std::vector<State> states;             ///< in model order
   std::vector<DependentStore> dependent;
   std::vector<Equation> equations;      ///< one per symbol of kind unknown
   std::vector<OutputEquation> outputs;  ///< by position in Model::outputs
   std::vector<EnergyPart> energy;
+  LeftOut left_out;  ///< by slice(); nothing before
   std::vector<Diagnostic> warnings;
 };
 

@@ -48,6 +48,7 @@ struct RunReport {
   std::uint64_t time_events = 0, state_events = 0;
   std::vector<std::pair<std::string, double>> stage_seconds;  ///< wall time by stage, in order
   EnergyAudit energy;
+  LeftOut left_out;                ///< what slice() took away before the run
   std::vector<std::string> notes;  ///< loops' starts and solutions, states never above their tolerance, ...
 };
 
