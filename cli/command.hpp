@@ -43,6 +43,7 @@ Exit run_command(const Arguments& arguments);        ///< run.cpp
 Exit check_command(const Arguments& arguments);      ///< check.cpp
 Exit equations_command(const Arguments& arguments);  ///< equations.cpp
 Exit show_command(const Arguments& arguments);       ///< show.cpp
+Exit reduce_command(const Arguments& arguments);     ///< reduce.cpp
 Exit verify_command(const Arguments& arguments);     ///< verify.cpp
 
 }  // namespace bgsim::cli

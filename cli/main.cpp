@@ -21,6 +21,7 @@ constexpr Command kCommands[] = {
     {"check", "report strokes and why, states, dependent stores, loops", check_command},
     {"equations", "print the state equations, --latex for LaTeX", equations_command},
     {"show", "print what a stage of the pipeline holds", show_command},
+    {"reduce", "cut out what a scene does not require", reduce_command},
     {"verify", "hold scenes against their reference traces", verify_command},
 };
 

@@ -8,10 +8,24 @@ namespace bgsim {
 
 namespace {
 
+constexpr std::size_t kMostPoints = 7;
+constexpr std::size_t kFine =
+    16;  ///< parts of a piece on which a power that changes its sign is taken as a straight line
+
+/// Integral over a unit of |a straight line from a to b|.
+double magnitude_of_line(double a, double b) {
+  const double mean = (std::abs(a) + std::abs(b)) / 2;
+  const bool crosses = (a < 0.0) != (b < 0.0);
+  return crosses && mean > 0.0 ? (a * a + b * b) / (4 * mean) : mean;
+}
+
+}  // namespace
+
 /// Gauss-Legendre on [0, 1].
-template <unsigned kPoints, class Rule>
-Rule gauss_rule() {
+template <unsigned kPoints>
+EnergyAuditor::Rule EnergyAuditor::gauss_rule() {
   using Gauss = boost::math::quadrature::gauss<double, kPoints>;
+  static_assert(kPoints <= kMostPoints);
   Rule rule;
   const auto& abscissa = Gauss::abscissa();
   const auto& weights = Gauss::weights();
@@ -24,10 +38,17 @@ Rule gauss_rule() {
     rule.position.push_back(0.5 + abscissa[i] / 2);
     rule.weight.push_back(weights[i] / 2);
   }
+  // Lagrange's polynomial through the points.
+  for (std::size_t k = 0; k <= kFine; ++k) {
+    const double at = static_cast<double>(k) / kFine;
+    std::vector<double> row(kPoints, 1.0);
+    for (std::size_t i = 0; i < kPoints; ++i)
+      for (std::size_t j = 0; j < kPoints; ++j)
+        if (j != i) row[i] *= (at - rule.position[j]) / (rule.position[i] - rule.position[j]);
+    rule.fine.push_back(std::move(row));
+  }
   return rule;
 }
-
-}  // namespace
 
 void CompensatedSum::add(double value) {
   const double next = sum + value;
@@ -39,11 +60,13 @@ EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, bool 
     : program_(program),
       evaluator_(evaluator),
       measuring_(wanted && !program.energy_roles.empty()),
-      rules_{gauss_rule<1, Rule>(), gauss_rule<2, Rule>(), gauss_rule<3, Rule>(), gauss_rule<4, Rule>(),
-             gauss_rule<5, Rule>(), gauss_rule<6, Rule>(), gauss_rule<7, Rule>()},
+      rules_{gauss_rule<1>(), gauss_rule<2>(), gauss_rule<3>(), gauss_rule<4>(),
+             gauss_rule<5>(), gauss_rule<6>(), gauss_rule<7>()},
       y_(evaluator.states() + evaluator.tears()),
       power_(program.energy_roles.size()),
       stretch_(program.energy_roles.size()),
+      activity_(program.energy_roles.size()),
+      samples_(program.energy_roles.size() * kMostPoints),
       total_(program.energy_roles.size()),
       energy_before_(program.energy_roles.size()),
       energy_after_(program.energy_roles.size()) {
@@ -72,7 +95,7 @@ void EnergyAuditor::begin(double t, const double* x, double stop) {
 
 void EnergyAuditor::start_stretch() { std::fill(stretch_.begin(), stretch_.end(), 0.0); }
 
-void EnergyAuditor::add_point(double t, double weight) {
+void EnergyAuditor::add_point(std::size_t point, double t, double weight) {
   if (!evaluator_.powers(t, y_.data(), power_.data())) {
     const Fault& fault = evaluator_.fault();
     give_up("a power could not be evaluated: " + fault.what + " (" + fault.target + ")");
@@ -80,6 +103,7 @@ void EnergyAuditor::add_point(double t, double weight) {
   }
   for (std::size_t i = 0; i < power_.size(); ++i) {
     stretch_[i] += weight * power_[i];
+    samples_[i * kMostPoints + point] = power_[i];
     if (program_.energy_roles[i] == EnergyPart::Role::source) {
       gross_source_ += weight * std::abs(power_[i]);
     } else if (program_.energy_roles[i] == EnergyPart::Role::dissipator) {
@@ -90,6 +114,32 @@ void EnergyAuditor::add_point(double t, double weight) {
         least_power_ = power_[i];
       }
     }
+  }
+}
+
+/// Integrals of |power|. Gauss' rule is exact enough while a power keeps its sign; where it changes it, a rule that
+/// knows nothing of the kink would be wrong by the square of the step.
+void EnergyAuditor::add_activities(const Rule& rule, double length) {
+  const std::size_t points = rule.position.size();
+  for (std::size_t i = 0; i < activity_.size(); ++i) {
+    const double* const sample = samples_.data() + i * kMostPoints;
+    const auto value = [&](std::size_t k) {
+      double sum = 0.0;
+      for (std::size_t p = 0; p < points; ++p) sum += rule.fine[k][p] * sample[p];
+      return sum;
+    };
+    double integral = 0.0;
+    double least = std::min(value(0), value(kFine)), most = std::max(value(0), value(kFine));
+    for (std::size_t p = 0; p < points; ++p) {
+      integral += rule.weight[p] * sample[p];
+      least = std::min(least, sample[p]);
+      most = std::max(most, sample[p]);
+    }
+    if (least < 0.0 && most > 0.0) {
+      integral = 0.0;
+      for (std::size_t k = 0; k < kFine; ++k) integral += magnitude_of_line(value(k), value(k + 1)) / kFine;
+    }
+    activity_[i] += length * std::abs(integral);
   }
 }
 
@@ -142,6 +192,7 @@ EnergyAudit EnergyAuditor::finish(double t, const double* x) {
     residual.add(-change.value_or(taken));
   }
   audit.done = true;
+  audit.activity = activity_;
   audit.supplied = supplied.value();
   audit.stored = stored.value();
   audit.dissipated = dissipated.value();

@@ -36,23 +36,30 @@ class EnergyAuditor {
     const Rule& rule = pieces > 1.0 ? rules_.back() : rules_[rule_for(order)];
     const double length = (to - from) / pieces;
     start_stretch();
-    for (double piece = 0.0; piece < pieces; ++piece)
+    for (double piece = 0.0; piece < pieces; ++piece) {
       for (std::size_t i = 0; i < rule.position.size() && measuring_; ++i) {
         const double t = from + length * (piece + rule.position[i]);
         solution(t, y_.data());
-        add_point(t, length * rule.weight[i]);
+        add_point(i, t, length * rule.weight[i]);
       }
+      if (measuring_) add_activities(rule, length);
+    }
     finish_stretch();
   }
   EnergyAudit finish(double t, const double* x);
+  [[nodiscard]] bool measuring() const { return measuring_; }
 
  private:
   struct Rule {
-    std::vector<double> position, weight;  ///< on [0, 1]
+    std::vector<double> position, weight;   ///< on [0, 1]
+    std::vector<std::vector<double>> fine;  ///< values at equal distances from the values at the positions
   };
+  template <unsigned kPoints>
+  static Rule gauss_rule();
   [[nodiscard]] std::size_t rule_for(int order) const;
   void start_stretch();
-  void add_point(double t, double weight);
+  void add_point(std::size_t point, double t, double weight);
+  void add_activities(const Rule& rule, double length);
   void finish_stretch();
   void give_up(const std::string& why);
   [[nodiscard]] std::optional<double> change_of_store(std::size_t part) const;
@@ -63,8 +70,8 @@ class EnergyAuditor {
   double longest_ = 0.0;  ///< stretch that the rule is applied to in one piece
   std::string why_not_;
   std::vector<Rule> rules_;
-  std::vector<double> y_, power_, stretch_;
-  std::vector<CompensatedSum> total_;  ///< by energy part
+  std::vector<double> y_, power_, stretch_, activity_, samples_;  ///< samples: powers by part and point
+  std::vector<CompensatedSum> total_;                             ///< by energy part
   double gross_source_ = 0.0, gross_dissipation_ = 0.0, swing_ = 0.0;
   double least_power_ = 0.0, largest_power_ = 0.0;
   std::optional<std::size_t> least_part_;

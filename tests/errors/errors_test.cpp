@@ -2,7 +2,8 @@
 //
 //   BGnnn_what.json   the model; files without BG in front are submodels and data that these need
 //   BGnnn_what.txt    what the command line prints, the paths being bare file names
-//   BGnnn_what.args   options, one a line: --set NAME=EXPR, --scene NAME, --relative X, --max-steps N, --interrupt
+//   BGnnn_what.args   options, one a line: --set NAME=EXPR, --scene NAME, --relative X, --max-steps N, --interrupt;
+//                     BG71x, which are reduced: --error X, --keep NAME
 //
 // BGSIM_UPDATE_GOLDEN=1 in the environment rewrites the messages; the difference is then to be reviewed.
 #include <algorithm>
@@ -45,6 +46,7 @@ struct Options {
   std::string scene;
   SceneOverrides overrides;
   SimulateOptions run;
+  ReduceOptions reduction;
 };
 
 Options read_options(const fs::path& model) {
@@ -62,6 +64,10 @@ Options read_options(const fs::path& model) {
       options.overrides.relative = std::stod(value);
     else if (option == "--max-steps")
       options.run.max_steps = std::stoul(value);
+    else if (option == "--error")
+      options.reduction.error = std::stod(value);
+    else if (option == "--keep")
+      options.reduction.keep.push_back(value);
     else if (option == "--interrupt")
       options.run.progress = [](double) { return false; };
     else
@@ -90,6 +96,7 @@ std::string messages(const std::string& path) {
     const auto model = std::make_shared<const Model>(read_model(path));
     const auto warn = [&](const std::vector<Diagnostic>& warnings) { text += rendered(warnings, *model->sources); };
     warn(model->warnings);
+    if (path.substr(0, 4) == "BG71") reduce(model, options.reduction);
     const BondGraph graph = build_bond_graph(*model);
     const CausalGraph causal = assign_causality(*model, graph);
     warn(causal.warnings);

@@ -2,6 +2,7 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "bgsim/activity.hpp"
 #include "bgsim/bond_graph.hpp"
 #include "bgsim/causality.hpp"
 #include "bgsim/constitutive.hpp"
@@ -11,11 +12,13 @@
 #include "bgsim/equations.hpp"
 #include "bgsim/evaluator.hpp"
 #include "bgsim/expression.hpp"
+#include "bgsim/flat_model.hpp"
 #include "bgsim/id.hpp"
 #include "bgsim/model.hpp"
 #include "bgsim/ordering.hpp"
 #include "bgsim/parse_expression.hpp"
 #include "bgsim/program.hpp"
+#include "bgsim/reduce.hpp"
 #include "bgsim/simulate.hpp"
 #include "bgsim/slice.hpp"
 #include "bgsim/time_event.hpp"

@@ -32,6 +32,7 @@ struct EnergyAudit {
   double relative = 0.0;    ///< |residual| / largest of the terms' magnitudes and of the gross energy turned over
   double least_dissipation = 0.0;  ///< smallest power of a single R or RR met; negative: an active element
   std::string least_dissipation_element;
+  std::vector<double> activity;  ///< by EquationSystem::energy: integral of |power| (activity.hpp)
 };
 
 /// What a run took. Machine-readable form: report_json.

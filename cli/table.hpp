@@ -1,0 +1,23 @@
+/// Tables of words and numbers for people to read.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace bgsim::cli {
+
+/// Columns as wide as their widest entry, two spaces between them, the last one free.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> heads) : rows_{std::move(heads)} {}
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  [[nodiscard]] std::string text() const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+std::string number_text(double value, int digits);
+std::string percent_text(double share);  ///< "12.3 %"
+
+}  // namespace bgsim::cli

@@ -1,0 +1,55 @@
+/// flat_model_json: a model as one file of format 1, with elements cut out of it.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bgsim/bond_graph.hpp"
+
+namespace bgsim {
+
+/// What takes the place of an element that is cut out: no effort (a rigid link for a common flow, a short for a common
+/// effort) or no flow (nothing for a common effort, a lock for a common flow).
+enum class CutKind : std::uint8_t { zero_effort, zero_flow };
+std::string cut_text(CutKind kind);  ///< "zero effort", "zero flow"
+
+/// A one-port R, C or I that is cut out.
+struct Cut {
+  ElementId element;
+  CutKind kind = CutKind::zero_effort;
+};
+
+/// A cut that cannot be made, with the reason in words.
+class CutRefused : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct FlatModelOptions {
+  std::string file;         ///< where the text is to stand: data files are named relative to its folder
+  std::string scene;        ///< the one scene that is written
+  std::string name, about;  ///< of the new model
+  std::vector<Cut> cuts;
+  std::vector<ElementId> dropped;   ///< elements that are left away with all their bonds
+  std::string reference;            ///< file of the reference trace, as it is to be written; empty: none
+  double reference_relative = 0.0;  ///< tolerance to be written beside it
+};
+
+/// The flat name of each element, by ElementId: submodels' dots become underscores ("left.mass": "left_mass").
+std::vector<std::string> flat_names(const Model& model);
+
+/// Writes @p model with its submodels unfolded, one scene, the outputs which that records, and only the parameters and
+/// signals that are used. An element with no effort at a 1-junction, or no flow at a 0-junction, is gone with its bond,
+/// and so are junctions of which that leaves nothing; elsewhere a source of 0 takes its place. What expressions say of
+/// a cut element is replaced by what the cut makes of it (effort or flow 0, the junction's other variable; the
+/// displacement of a C without flow stays at its initial value).
+/// @throws CutRefused  something needs a quantity that the cut leaves undefined: what a store without effort holds, or
+/// a
+///         mass without flow.
+/// @throws std::invalid_argument  a cut element is no one-port R, C or I, or there is no such scene.
+/// @note Elements are dropped as told: it is for the caller to know that nothing written depends on them
+///       (unobserved_elements).
+std::string flat_model_json(const Model& model, const BondGraph& graph, const FlatModelOptions& options);
+
+}  // namespace bgsim

@@ -1,0 +1,29 @@
+#include "bgsim/activity.hpp"
+
+#include <algorithm>
+
+namespace bgsim {
+
+std::vector<ElementActivity> activities(const EquationSystem& system, const RunResult& result) {
+  const EnergyAudit& audit = result.report.energy;
+  std::vector<ElementActivity> table;
+  if (!audit.done) return table;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < system.energy.size(); ++i) {
+    if (system.energy[i].role == EnergyPart::Role::source) continue;
+    table.push_back({system.energy[i].element, audit.activity[i], 0.0, 0.0});
+    sum += audit.activity[i];
+  }
+  std::stable_sort(table.begin(), table.end(), [](const ElementActivity& a, const ElementActivity& b) {
+    return a.activity != b.activity ? a.activity > b.activity : a.element < b.element;
+  });
+  double so_far = 0.0;
+  for (ElementActivity& row : table) {
+    so_far += row.activity;
+    row.share = sum > 0.0 ? row.activity / sum : 0.0;
+    row.cumulative = sum > 0.0 ? so_far / sum : 0.0;
+  }
+  return table;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,69 @@
+// bgsim reduce and --keep-all: files, tables, exit codes.
+#include <catch2/catch.hpp>
+
+#include "command.hpp"
+
+using Catch::Contains;
+
+namespace {
+
+/// A capacitor charged through a resistor; its leak hardly matters, and a lamp on the same battery not at all.
+const char* const kLeaky = R"({
+  "bgsim": 1, "name": "leaky",
+  "parameters": { "R": 1 },
+  "elements": {
+    "battery": { "kind": "Se", "effort": 1 }, "rail": { "kind": "0" },
+    "wire": { "kind": "1" }, "resistor": { "kind": "R", "resistance": "R" },
+    "node": { "kind": "0" }, "store": { "kind": "C", "capacitance": 1 }, "leak": { "kind": "R", "resistance": 1e4 },
+    "branch": { "kind": "1" }, "lamp": { "kind": "R", "resistance": 1 }, "coil": { "kind": "I", "inertance": 1 }
+  },
+  "bonds": [
+    { "from": "battery", "to": "rail" }, { "from": "rail", "to": "wire" }, { "from": "wire", "to": "resistor" },
+    { "from": "wire", "to": "node" }, { "from": "node", "to": "store" }, { "from": "node", "to": "leak" },
+    { "from": "rail", "to": "branch" }, { "from": "branch", "to": "lamp" }, { "from": "branch", "to": "coil" }
+  ],
+  "outputs": { "u": "store.e" },
+  "scenes": { "charge": { "stop": 3, "samples": 31 } }
+})";
+
+TEST_CASE("reduce writes a model that verifies against its parent's trace, and tells what it cut") {
+  const Workplace here;
+  here.write("leaky.json", kLeaky);
+  const Outcome reduce = here.bgsim("reduce leaky.json --error 1e-3 --csv activity.csv --json told.json");
+  CHECK(reduce.code == 0);
+  CHECK_THAT(reduce.out, Contains("Left away, since no output depends on them: branch lamp coil"));
+  CHECK_THAT(reduce.out, Contains("leak") && Contains("zero flow") && Contains("cut") && Contains("####"));
+  CHECK_THAT(reduce.err, Contains("leaky.charge.reduced.json"));
+  const std::string reduced = here.read("leaky.charge.reduced.json");
+  CHECK_THAT(reduced,
+             Contains("Reduced by bgsim from leaky.json for its scene charge") && Contains("leak (zero flow, "));
+  CHECK_THAT(reduced, !Contains("\"leak\":") && !Contains("\"lamp\":"));
+  CHECK_THAT(here.read("activity.csv"), Contains("element,kind,activity,share,cumulative"));
+  CHECK_THAT(here.read("told.json"), Contains("\"trials\"") && Contains("\"made\": true"));
+  const Outcome verify = here.bgsim("verify leaky.charge.reduced.json");
+  CHECK(verify.code == 0);
+  CHECK_THAT(verify.out, Contains("1 held, 0 missed"));
+  CHECK(here.bgsim("leaky.charge.reduced.json").code == 0);
+}
+
+TEST_CASE("a run says what it leaves out, and --keep-all leaves out nothing") {
+  const Workplace here;
+  here.write("leaky.json", kLeaky);
+  const Outcome less = here.bgsim("leaky.json --report-json less.json");
+  CHECK(less.code == 0);
+  CHECK_THAT(less.err, Contains("left out") && Contains("states coil.p; elements lamp, coil"));
+  CHECK_THAT(here.read("less.json"), Contains("\"left_out\"") && Contains("\"coil.p\""));
+  const Outcome all = here.bgsim("leaky.json --keep-all");
+  CHECK(all.code == 0);
+  CHECK_THAT(all.err, !Contains("left out") && Contains("2 states"));
+}
+
+TEST_CASE("reduce refuses an error that is none, and a model on standard output") {
+  const Workplace here;
+  CHECK(here.bgsim("reduce decay.json --error 0").code == 2);
+  CHECK(here.bgsim("reduce decay.json -o -").code == 2);
+  CHECK(here.bgsim("reduce decay.json --csv - --json -").code == 2);
+  CHECK(here.bgsim("reduce decay.json --keep nobody").code == 1);
+}
+
+}  // namespace

@@ -1,0 +1,172 @@
+/// Activities against published numbers, and reductions that keep what they promise.
+#include "bgsim/reduce.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+
+#include "support/run.hpp"
+
+namespace {
+
+using namespace bgsim;
+
+const std::string kTrap = "tests/data/models/pothole_linear.json";
+
+std::shared_ptr<const Model> read(const std::string& path) {
+  return std::make_shared<const Model>(read_model(std::string(BGSIM_SOURCE_DIR) + "/" + path));
+}
+
+Reduction reduce_to(const std::string& path, const std::string& scene, double error,
+                    std::vector<std::string> keep = {}) {
+  ReduceOptions options;
+  options.scene = scene;
+  options.error = error;
+  options.keep = std::move(keep);
+  options.file = "reduced.json";
+  options.repetitions = 1;
+  return reduce(read(path), options);
+}
+
+const CutTrial& trial_of(const Reduction& reduction, const Model& model, const std::string& element, CutKind kind) {
+  const auto found = std::find_if(reduction.trials.begin(), reduction.trials.end(), [&](const CutTrial& trial) {
+    return model.elements[trial.cut.element.index()].name == element && trial.cut.kind == kind;
+  });
+  REQUIRE(found != reduction.trials.end());
+  return *found;
+}
+
+/// The reduced model, read from its text and run by itself, is as far from the full one as was said.
+void check_by_itself(const Reduction& reduction, const std::string& scene) {
+  const Model model = read_model_text("reduced.json", reduction.text);
+  const auto shared = std::make_shared<const Model>(model);
+  const BondGraph graph = build_bond_graph(model);
+  const CausalGraph causal = assign_causality(model, graph);
+  const EquationSystem system = derive_equations(model, graph, causal);
+  const BlockOrder order = order_equations(model, system);
+  const RunInputs inputs = prepare_scene(model, scene);
+  const Program program = compile(shared, system, order, {inputs.outputs, true});
+  const RunResult result = simulate(model, system, program, inputs);
+  REQUIRE(result.stop == StopReason::completed);
+  // Slicing and the audit change the integrator's steps, not the solution: both runs are within the tolerance's reach.
+  constexpr double kReach = 1e-5;
+  CHECK(worst(output_errors(reduction.reference, result.trace)).error ==
+        Approx(worst(reduction.errors).error).margin(kReach));
+}
+
+// The tyre's flow jumps with the road: its published activity, 636.48442, is a quadrature across the jumps. The total
+// variation of its stored energy, which is the same quantity, is 636.41675 on a grid of 2e-5 s.
+TEST_CASE("activities of the quarter car over a pothole are the published ones") {
+  const test::Stages stages = test::read_stages(kTrap);
+  const std::vector<ElementActivity> table = activities(stages.system, test::run(stages, "drive"));
+  const std::vector<std::pair<std::string, double>> expected{{"wheel_mass", 656.22926},
+                                                             {"tyre", 636.41675},
+                                                             {"damper", 469.71873},
+                                                             {"spring", 106.73592},
+                                                             {"body_mass", 50.350637}};
+  REQUIRE(table.size() == expected.size());
+  double sum = 0.0;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    INFO(expected[i].first);
+    CHECK(stages.model->elements[table[i].element.index()].name == expected[i].first);
+    // Powers that change sign within a step are taken as straight lines over a sixteenth of it.
+    CHECK(table[i].activity == Approx(expected[i].second).epsilon(1e-5));
+    sum += table[i].activity;
+  }
+  CHECK(sum == Approx(1919.519 - 636.48442 + 636.41675).epsilon(1e-5));
+  CHECK(table.back().share == Approx(0.0262309).epsilon(1e-4));
+  CHECK(table.back().cumulative == Approx(1.0));
+}
+
+TEST_CASE("the trap: the least active element must go without flow, not without effort") {
+  const auto model = read(kTrap);
+  const Reduction reduction = reduce_to(kTrap, "trap", 0.15);
+  REQUIRE(!reduction.trials.empty());
+  // The body is tried first, being the least active; its junctions speak for no flow.
+  CHECK(model->elements[reduction.trials.front().cut.element.index()].name == "body_mass");
+  CHECK(reduction.trials.front().cut.kind == CutKind::zero_flow);
+  CHECK(reduction.trials.front().made);
+  check_by_itself(reduction, "trap");
+
+  const Reduction strict = reduce_to(kTrap, "trap", 0.01);
+  CHECK(strict.cuts.empty());
+  // The published errors are root mean squares relative to that of the deflection, ours relative to its range.
+  const std::vector<double>& full = strict.reference.values;
+  double sum = 0.0;
+  for (const double value : full) sum += value * value;
+  const auto [least, most] = std::minmax_element(full.begin(), full.end());
+  const double factor = (*most - *least) / std::sqrt(sum / static_cast<double>(full.size()));
+  // Printed with three digits.
+  CHECK(factor * trial_of(strict, *model, "body_mass", CutKind::zero_flow).error.rms == Approx(0.117).margin(0.0005));
+  CHECK(factor * trial_of(strict, *model, "body_mass", CutKind::zero_effort).error.rms == Approx(2.39).margin(0.005));
+}
+
+TEST_CASE("what no output depends on is left away, and the text says so") {
+  const Reduction reduction = reduce_to("tests/data/models/unobserved.json", "first", 1e-2);
+  const Model reduced = read_model_text("reduced.json", reduction.text);
+  CHECK(reduced.elements.size() == 5);  // battery, rail, first and what hangs on it
+  CHECK(reduced.about.find("second_coil") != std::string::npos);
+  CHECK(reduction.cuts.empty());
+  CHECK(reduction.size_after.states == 1);
+  check_by_itself(reduction, "first");
+}
+
+TEST_CASE("the bellow's damping, air and orifice hardly matter when it follows slowly, all of them when it is pushed") {
+  const auto model = read("models/bellow_parts.json");
+  const Reduction step = reduce_to("models/bellow_parts.json", "step", 1e-2);
+  CHECK(step.cuts.empty());
+  CHECK(trial_of(step, *model, "mass", CutKind::zero_effort).error.error > 0.1);
+  CHECK(trial_of(step, *model, "air", CutKind::zero_flow).error.error > 0.5);
+  CHECK(trial_of(step, *model, "orifice", CutKind::zero_effort).error.error > 0.5);
+}
+
+TEST_CASE("a reduction refuses what fails and goes on with the next cut") {
+  const auto model = read(kTrap);
+  const Reduction reduction = reduce_to(kTrap, "trap", 0.15);
+  // Without flow into the tyre the road's jumps would have to be differentiated; without effort nothing says how far it
+  // is deflected.
+  CHECK(trial_of(reduction, *model, "tyre", CutKind::zero_flow).refusal.find("BG") == 0);
+  CHECK(trial_of(reduction, *model, "tyre", CutKind::zero_effort).refusal == "the output \"deflection\" needs tyre.q");
+  CHECK(!reduction.trials.back().made);
+  CHECK(worst(reduction.errors).error <= 0.15);
+}
+
+TEST_CASE("elements that are to be kept are not tried") {
+  const auto model = read(kTrap);
+  const Reduction reduction = reduce_to(kTrap, "trap", 0.15, {"body_mass"});
+  for (const CutTrial& trial : reduction.trials) CHECK(model->elements[trial.cut.element.index()].name != "body_mass");
+}
+
+TEST_CASE("a model with submodels is written flat and means the same") {
+  for (const char* path : {"models/bellow.json", "models/actuator_masses.json", "models/amplifier.json"}) {
+    const auto model = read(path);
+    const Scene& scene = model->scenes.front();
+    FlatModelOptions options;
+    options.file = "flat.json";
+    options.scene = scene.name;
+    options.name = model->name;
+    const Model flat = read_model_text("flat.json", flat_model_json(*model, build_bond_graph(*model), options));
+    CHECK(flat.elements.size() == model->elements.size());
+    CHECK(flat.bonds.size() == model->bonds.size());
+    const RunInputs expected = prepare_scene(*model, scene.name), found = prepare_scene(flat, scene.name);
+    CHECK(found.output_times == expected.output_times);
+    CHECK(found.relative == expected.relative);
+    // Same rates at a point that is none in particular.
+    const auto rates = [](const Model& m, const RunInputs& inputs) {
+      const BondGraph graph = build_bond_graph(m);
+      const EquationSystem system = derive_equations(m, graph, assign_causality(m, graph));
+      const Program program =
+          compile(std::make_shared<const Model>(m), system, order_equations(m, system), {inputs.outputs, false});
+      Evaluator evaluator(program, inputs.parameters);
+      std::vector<double> x(evaluator.states()), f(evaluator.states());
+      for (std::size_t i = 0; i < x.size(); ++i) x[i] = 1e-3 * static_cast<double>(i + 1);
+      REQUIRE(evaluator.initialize_modes(0.01, x.data()));
+      REQUIRE(evaluator.rates(0.01, x.data(), f.data()));
+      return f;
+    };
+    INFO(path);
+    CHECK(rates(flat, found) == rates(*model, expected));
+  }
+}
+
+}  // namespace
