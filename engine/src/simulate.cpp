@@ -325,6 +325,7 @@ bool Run::emit_row(double t, const double* y) {
 }
 
 void Run::audit_to(double t) {
+  if (!audit_.measuring()) return;
   const Stopwatch watch(audit_seconds_);
   audit_.add(audited_, t, integrator_->order(), [this](double at, double* y) {
     integrator_->interpolate(at, y);
