@@ -20,7 +20,7 @@ endif()
 
 set(_bgsim_archives "")
 foreach(_bgsim_name IN ITEMS
-    sundials_cvode sundials_ida sundials_sunlinsolklu sundials_sunlinsoldense sundials_sunmatrixsparse
+    sundials_cvode sundials_arkode sundials_ida sundials_sunlinsolklu sundials_sunlinsoldense sundials_sunmatrixsparse
     sundials_sunmatrixdense sundials_nvecserial klu amd colamd btf suitesparseconfig)
   find_library(BGSIM_${_bgsim_name}_ARCHIVE NAMES lib${_bgsim_name}.a)
   mark_as_advanced(BGSIM_${_bgsim_name}_ARCHIVE)

@@ -58,5 +58,6 @@ std::optional<BlowUp> recognise_blow_up(const StuckPoint& point);
 Diagnostic interrupted_failure(double t);                                   // BG606
 Diagnostic step_limit_failure(double t, double stop, std::uint64_t steps);  // BG607
 Diagnostic accuracy_failure(double t, double relative);                     // BG609
+Diagnostic needs_explicit_form_failure(const std::string& method);          // BG610
 
 }  // namespace bgsim

@@ -78,9 +78,18 @@ inline constexpr int kMostErrorTestFailures = 60;
 /// CVODE: backward differentiation or, for method adams, Adams-Moulton; both with Newton's iteration and the exact
 /// Jacobian, so that a model that turns out to be stiff costs accuracy nowhere and time only.
 std::unique_ptr<Integrator> make_cvode_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                  Method method, double span);
+                                                  const RunInputs& inputs);
+/// ARKODE: Runge-Kutta methods, explicit or diagonally implicit, with error-controlled steps or steps of one length.
+std::unique_ptr<Integrator> make_arkode_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
+                                                   const RunInputs& inputs);
+/// Störmer-Verlet with steps of one length; null if the system is not separable (separability.hpp).
+std::unique_ptr<Integrator> make_verlet_integrator(const Program& program, Evaluator& evaluator,
+                                                   const RunInputs& inputs);
 /// IDA: states and tear variables together.
 std::unique_ptr<Integrator> make_ida_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                double span);
+                                                const RunInputs& inputs);
+
+/// Steps of one length between two times: as long as @p longest at most, and a whole number of them.
+double even_step(double from, double to, double longest);
 
 }  // namespace bgsim

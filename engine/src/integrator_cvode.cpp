@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "integrator.hpp"
-#include "sundials.hpp"
+#include "integrator_ode.hpp"
 
 namespace bgsim {
 
@@ -29,24 +28,13 @@ Integrator::Integrator(double span) {
 
 namespace {
 
-class CvodeIntegrator final : public Integrator {
+class CvodeIntegrator final : public OdeIntegrator {
  public:
-  CvodeIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, Method method, double span)
-      : Integrator(span),
-        program_(program),
-        evaluator_(evaluator),
-        tolerances_(tolerances),
-        adams_(method == Method::adams),
-        context_(make_context()),
-        y_(make_vector(context_.get(), program.state_names.size())),
-        scratch_(make_vector(context_.get(), program.state_names.size())),
-        entries_(program.jacobian_pattern.row.size()),
-        algebra_(program.state_names.size() <= kDenseStates
-                     ? make_dense(context_.get(), y_.get())
-                     : make_sparse(context_.get(), y_.get(), program.jacobian_pattern)),
-        cvode_(make_cvode(context_.get(), adams_ ? CV_ADAMS : CV_BDF)) {
-    size_ = program.state_names.size();
-  }
+  CvodeIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
+      : OdeIntegrator(program, evaluator, tolerances, inputs.stop - inputs.start),
+        adams_(inputs.method == Method::adams),
+        max_order_(inputs.max_order),
+        cvode_(make_cvode(context_.get(), adams_ ? CV_ADAMS : CV_BDF)) {}
 
   bool restart(double t, const double* x, double limit) override {
     std::copy(x, x + size_, values(y_.get()));
@@ -67,10 +55,7 @@ class CvodeIntegrator final : public Integrator {
   bool advance() override {
     failure_ = {};
     faulted_ = false;
-    // Too near for an integrator that measures time in roundings: the change is one of roundings, too.
-    const double resolution =
-        4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(time_), std::abs(limit_));
-    if (limit_ - time_ <= resolution && fresh()) return creep();
+    if (limit_is_at_hand()) return creep();
     previous_ = time_;
     double reached = time_ / unit_;
     const int flag = CVode(cvode_.get(), limit_ / unit_, y_.get(), &reached, CV_ONE_STEP);
@@ -96,7 +81,9 @@ class CvodeIntegrator final : public Integrator {
   }
 
   [[nodiscard]] std::string method() const override {
-    return std::string("CVODE ") + (adams_ ? "Adams" : "BDF") + (algebra_.pattern == nullptr ? ", dense" : ", KLU");
+    const std::string order = max_order_ > 0 ? " of order up to " + std::to_string(max_order_) : "";
+    return std::string("CVODE ") + (adams_ ? "Adams" : "BDF") + order +
+           (algebra_.pattern == nullptr ? ", dense" : ", KLU");
   }
 
   [[nodiscard]] Counts counts() const override {
@@ -123,95 +110,23 @@ class CvodeIntegrator final : public Integrator {
     CVodeSetMaxNumSteps(memory, std::numeric_limits<long>::max());
     CVodeSetMaxErrTestFails(memory, kMostErrorTestFailures);
     CVodeSetMaxHnilWarns(memory, -1);
+    if (max_order_ > 0) CVodeSetMaxOrd(memory, max_order_);
     initialized_ = true;
   }
 
-  [[nodiscard]] bool fresh() const { return time_ == previous_; }
-
-  /// An explicit step over a stretch of a few roundings of the time.
-  bool creep() {
-    if (!rates(time_, values(y_), values(scratch_.get()))) return fault(time_);
-    for (std::size_t i = 0; i < size_; ++i) values(y_.get())[i] += (limit_ - time_) * values(scratch_)[i];
-    previous_ = time_;
-    time_ = limit_;
-    order_ = 1;
-    crept_ = true;
-    return true;
-  }
-
-  bool fault(double t) {
-    failure_.fault = true;
-    last_fault_ = evaluator_.fault();
-    last_fault_.time = t;
-    failure_.words = "the state equations could not be evaluated";
-    return false;
-  }
-
-  int recoverable(double t) {
-    faulted_ = true;
-    last_fault_ = evaluator_.fault();
-    last_fault_.time = t;
-    return 1;
-  }
-
-  bool rates(double t, const double* x, double* out) {
-    return special_rates_ ? special_rates_(t, x, out) : evaluator_.rates(t, x, out);
-  }
-
-  /// The Jacobian of special rates, by differences.
-  bool difference_jacobian(double t, const double* x, const double* at_x, SUNMatrix matrix) {
-    const double root = std::sqrt(std::numeric_limits<double>::epsilon());
-    std::vector<double> moved(x, x + size_);
-    for (std::size_t j = 0; j < size_; ++j) {
-      const double move = std::max(root * std::abs(x[j]), tolerances_.absolute(j));
-      double* column = dense_column(matrix, j);
-      std::fill(column, column + size_, 0.0);
-      if (move == 0.0) continue;
-      moved[j] = x[j] + move;
-      if (!rates(t, moved.data(), column)) return false;
-      for (std::size_t i = 0; i < size_; ++i) column[i] = (column[i] * unit_ - at_x[i]) / move;
-      moved[j] = x[j];
-    }
-    return true;
-  }
-
   static int on_rates(double s, N_Vector y, N_Vector rates, void* self) {
-    auto& me = *static_cast<CvodeIntegrator*>(self);
-    if (!me.rates(s * me.unit_, values(y), values(rates))) return me.recoverable(s * me.unit_);
-    if (me.unit_ != 1.0) N_VScale(me.unit_, rates, rates);
-    return 0;
+    return static_cast<CvodeIntegrator*>(self)->scaled_rates(s, y, rates);
   }
-
   static int on_jacobian(double s, N_Vector y, N_Vector rates, SUNMatrix matrix, void* self, N_Vector moved, N_Vector,
                          N_Vector) {
-    auto& me = *static_cast<CvodeIntegrator*>(self);
-    const Sparsity& pattern = me.program_.jacobian_pattern;
-    const bool dense = me.algebra_.pattern == nullptr;
-    const double t = s * me.unit_;
-    if (me.special_rates_ && dense)
-      return me.difference_jacobian(t, values(y), values(rates), matrix) ? 0 : me.recoverable(t);
-    double* entries = dense ? me.entries_.data() : sparse_values(matrix, pattern);
-    if (!me.evaluator_.jacobian(t, values(y), entries)) {
-      // A slope without bound at a point that the solution only passes (sqrt at 0): take it a little further on.
-      const double step = std::max(me.step(), 1e-9 * (me.limit_ - me.time_));
-      N_VLinearSum(1.0, y, step / me.unit_, rates, moved);
-      if (!me.evaluator_.jacobian(t, values(moved), entries)) return me.recoverable(t);
-    }
-    me.tolerances_.see_jacobian(pattern, entries);
-    me.tolerances_.see_noise([&me](double at, const double* x, double* f) { return me.evaluator_.rates(at, x, f); }, t,
-                             values(y));
-    if (me.unit_ != 1.0)
-      for (std::size_t i = 0; i < pattern.row.size(); ++i) entries[i] *= me.unit_;
-    if (dense) scatter(matrix, pattern, entries);
-    return 0;
+    return static_cast<CvodeIntegrator*>(self)->scaled_jacobian(s, y, rates, matrix, moved);
   }
-
   static int on_weights(N_Vector y, N_Vector weight, void* self) {
     auto& me = *static_cast<CvodeIntegrator*>(self);
     double now = me.time_ / me.unit_, step = 0.0;
     CVodeGetCurrentTime(me.cvode_.get(), &now);
     CVodeGetCurrentStep(me.cvode_.get(), &step);
-    me.tolerances_.weights(now * me.unit_, step * me.unit_, values(y), values(weight));
+    me.weights(now, step, y, weight);
     return 0;
   }
 
@@ -237,27 +152,16 @@ class CvodeIntegrator final : public Integrator {
     return counts;
   }
 
-  const Program& program_;
-  Evaluator& evaluator_;
-  Tolerances& tolerances_;
   bool adams_;
-  SolverMessages messages_;
-  // freed in reverse order: the integrator before what it uses
-  ContextHandle context_;
-  VectorHandle y_, scratch_;
-  std::vector<double> entries_;
-  LinearAlgebra algebra_;
+  int max_order_;
   CvodeHandle cvode_;
-  bool initialized_ = false, faulted_ = false, crept_ = false;
-  double limit_ = 0.0;
-  Counts total_;
 };
 
 }  // namespace
 
 std::unique_ptr<Integrator> make_cvode_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                  Method method, double span) {
-  return std::make_unique<CvodeIntegrator>(program, evaluator, tolerances, method, span);
+                                                  const RunInputs& inputs) {
+  return std::make_unique<CvodeIntegrator>(program, evaluator, tolerances, inputs);
 }
 
 }  // namespace bgsim

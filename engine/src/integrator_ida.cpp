@@ -13,8 +13,8 @@ namespace {
 
 class IdaIntegrator final : public Integrator {
  public:
-  IdaIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, double span)
-      : Integrator(span),
+  IdaIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
+      : Integrator(inputs.stop - inputs.start),
         program_(program),
         evaluator_(evaluator),
         tolerances_(tolerances),
@@ -27,7 +27,8 @@ class IdaIntegrator final : public Integrator {
         algebra_(states_ + program.tear_names.size() <= kDenseStates
                      ? make_dense(context_.get(), y_.get())
                      : make_sparse(context_.get(), y_.get(), program.implicit_pattern)),
-        ida_(make_ida(context_.get())) {
+        ida_(make_ida(context_.get())),
+        max_order_(inputs.max_order) {
     size_ = states_ + program.tear_names.size();
   }
 
@@ -88,7 +89,8 @@ class IdaIntegrator final : public Integrator {
   }
 
   [[nodiscard]] std::string method() const override {
-    return std::string("IDA") + (algebra_.pattern == nullptr ? ", dense" : ", KLU");
+    return std::string("IDA") + (max_order_ > 0 ? " of order up to " + std::to_string(max_order_) : "") +
+           (algebra_.pattern == nullptr ? ", dense" : ", KLU");
   }
 
   [[nodiscard]] Counts counts() const override {
@@ -114,6 +116,7 @@ class IdaIntegrator final : public Integrator {
     IDASetJacFn(memory, &on_jacobian);
     IDASetMaxErrTestFails(memory, kMostErrorTestFailures);
     IDASetMaxNumSteps(memory, std::numeric_limits<long>::max());
+    if (max_order_ > 0) IDASetMaxOrd(memory, max_order_);
     initialized_ = true;
   }
 
@@ -231,6 +234,7 @@ class IdaIntegrator final : public Integrator {
   std::vector<double> entries_;
   LinearAlgebra algebra_;
   IdaHandle ida_;
+  int max_order_;
   bool initialized_ = false, faulted_ = false, crept_ = false;
   double limit_ = 0.0;
   Counts total_;
@@ -239,8 +243,8 @@ class IdaIntegrator final : public Integrator {
 }  // namespace
 
 std::unique_ptr<Integrator> make_ida_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                double span) {
-  return std::make_unique<IdaIntegrator>(program, evaluator, tolerances, span);
+                                                const RunInputs& inputs) {
+  return std::make_unique<IdaIntegrator>(program, evaluator, tolerances, inputs);
 }
 
 }  // namespace bgsim

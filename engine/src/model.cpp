@@ -1,7 +1,5 @@
 #include "bgsim/model.hpp"
 
-#include <array>
-
 namespace bgsim {
 
 std::string kind_text(ElementKind kind, bool modulated) {
@@ -79,23 +77,6 @@ std::string symbol_name(const Model& model, SymbolId symbol) {
     case ModelSymbol::Kind::bond_variable:
       return model.bonds[s.bond.index()].name + "." + letter(s.variable);
   }
-  return {};
-}
-
-namespace {
-constexpr std::array<std::pair<Method, const char*>, 4> kMethods{
-    {{Method::automatic, "auto"}, {Method::bdf, "bdf"}, {Method::adams, "adams"}, {Method::ida, "ida"}}};
-}  // namespace
-
-std::optional<Method> method_from(const std::string& name) {
-  for (const auto& [method, text] : kMethods)
-    if (name == text) return method;
-  return std::nullopt;
-}
-
-std::string method_name(Method method) {
-  for (const auto& [candidate, text] : kMethods)
-    if (candidate == method) return text;
   return {};
 }
 

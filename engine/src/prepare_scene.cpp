@@ -49,7 +49,7 @@ class ScenePreparation {
     prepare_times(scene);
     choose_outputs(scene);
     prepare_tolerances(scene);
-    inputs_.method = overrides_.method.value_or(scene.method);
+    prepare_method(scene);
     inputs_.reference = scene.reference;
     check_coefficients();
     stop_if_wrong();
@@ -276,6 +276,31 @@ class ScenePreparation {
     if (inputs_.absolute && !(*inputs_.absolute > 0.0 && std::isfinite(*inputs_.absolute)))
       problem("BG146", "the absolute tolerance must be a finite number greater than 0", {},
               "leave it out: it then follows each state's own size");
+  }
+
+  /// Step and order are part of the method: a method from the command line does not take over the scene's.
+  void prepare_method(const Scene& scene) {
+    inputs_.method = overrides_.method.value_or(scene.method);
+    const bool of_scene = inputs_.method == scene.method;
+    const auto step = overrides_.step || !of_scene ? overrides_.step : scene.step;
+    const auto max_order = overrides_.max_order || !of_scene ? overrides_.max_order : scene.max_order;
+    const MethodFacts& facts = facts_of(inputs_.method);
+    const std::string method = "the method " + in_quotes(facts.name);
+    const std::optional<Place> place = overrides_.method ? std::nullopt : std::optional(scene.method_place);
+    if (facts.fixed_step() && !step)
+      problem("BG146", method + " takes steps of one length, which is not given", place,
+              "give the step in units of t: \"step\": 1e-3 in the scene, or --step 1e-3");
+    if (!facts.fixed_step() && step)
+      problem("BG146", method + " chooses its steps by the tolerances; a step cannot be given", place,
+              "leave the step out, or take euler, implicit_euler, rk4 or verlet");
+    if (step && !(*step > 0.0 && std::isfinite(*step)))
+      problem("BG146", "the step must be a finite number greater than 0", place);
+    if (max_order && facts.most_order == 0)
+      problem("BG146", method + " is of one order; it cannot be limited", place, "leave out the order's limit");
+    else if (max_order && (*max_order < 1 || *max_order > facts.most_order))
+      problem("BG146", "the order of " + method + " is limited to 1 to " + std::to_string(facts.most_order), place);
+    inputs_.step = step.value_or(0.0);
+    inputs_.max_order = max_order.value_or(0);
   }
 
   // --- physics

@@ -166,6 +166,7 @@ class Reader {
   void parse_scene_initial(NodeId node, Scene& scene);
   void parse_scene_outputs(NodeId node, Scene& scene);
   void parse_tolerances(NodeId node, Scene& scene);
+  void parse_method(NodeId node, Scene& scene);
   void parse_reference(NodeId node, Scene& scene);
   std::optional<double> positive(NodeId value, const std::string& what);
   [[nodiscard]] std::vector<std::string> state_names() const;

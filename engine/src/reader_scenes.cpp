@@ -15,9 +15,9 @@ void Reader::parse_scenes() {
 }
 
 void Reader::parse_scene(NodeId node) {
-  static constexpr std::array<std::string_view, 12> kKeys{"about",    "start",      "stop",    "samples",
-                                                          "interval", "parameters", "initial", "outputs",
-                                                          "relative", "absolute",   "method",  "reference"};
+  static constexpr std::array<std::string_view, 14> kKeys{"about",      "start",   "stop",      "samples",  "interval",
+                                                          "parameters", "initial", "outputs",   "relative", "absolute",
+                                                          "method",     "step",    "max_order", "reference"};
   const Document& file = document(scopes_[0]);
   Scene scene;
   scene.name = file[node].key;
@@ -31,14 +31,7 @@ void Reader::parse_scene(NodeId node) {
   parse_scene_initial(node, scene);
   parse_scene_outputs(node, scene);
   parse_tolerances(node, scene);
-  if (const NodeId value = file.find(node, "method");
-      value.valid() && expect(file, value, JsonKind::string, "\"method\"")) {
-    if (const auto method = method_from(std::string(file[value].text)))
-      scene.method = *method;
-    else
-      problem("BG146", "there is no method " + in_quotes(file[value].text), file.place(value),
-              "methods are \"auto\", \"bdf\", \"adams\" and \"ida\"");
-  }
+  parse_method(node, scene);
   parse_reference(node, scene);
   model_.scenes.push_back(std::move(scene));
 }
@@ -189,6 +182,30 @@ void Reader::parse_tolerances(NodeId node, Scene& scene) {
     const bool known = check_state(name, file.key_place(child));
     const auto value = positive(child, "an absolute tolerance");
     if (known && value) scene.absolute_by_state[name] = *value;
+  }
+}
+
+/// Whether step and order suit the method is seen when a scene is prepared, since the command line has a say too.
+void Reader::parse_method(NodeId node, Scene& scene) {
+  const Document& file = document(scopes_[0]);
+  scene.method_place = scene.place;
+  if (const NodeId value = file.find(node, "method");
+      value.valid() && expect(file, value, JsonKind::string, "\"method\"")) {
+    scene.method_place = file.place(value);
+    if (const auto method = method_from(std::string(file[value].text)))
+      scene.method = *method;
+    else
+      problem("BG146", "there is no method " + in_quotes(file[value].text), file.place(value),
+              "methods are " + method_list());
+  }
+  if (const NodeId value = file.find(node, "step"); value.valid()) scene.step = positive(value, "\"step\"");
+  if (const NodeId value = file.find(node, "max_order"); value.valid()) {
+    const auto order = positive(value, "\"max_order\"");
+    if (!order) return;
+    if (*order == std::floor(*order) && *order <= 12.0)
+      scene.max_order = static_cast<int>(*order);
+    else
+      problem("BG146", "\"max_order\" must be a whole number from 1 to 12", file.place(value));
   }
 }
 

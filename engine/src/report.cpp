@@ -100,7 +100,10 @@ std::string report_text(const RunResult& result) {
               count_text(r.algebraic, "variable", "variables");
   line(out, "system", system);
   if (!r.method.empty()) line(out, "method", r.method + (r.method_reason.empty() ? "" : " (" + r.method_reason + ")"));
-  line(out, "tolerance", tolerance_text(r));
+  if (r.step > 0.0)
+    line(out, "step", number_text(r.step) + " at most, whole steps between events");
+  else
+    line(out, "tolerance", tolerance_text(r));
   if (r.states > 0) {
     line(out, "steps",
          std::to_string(r.steps) + ", error test failures " + std::to_string(r.error_test_failures) +
@@ -140,6 +143,7 @@ std::string report_json(const RunResult& result) {
                       {"signals", r.left_out.signals},
                       {"loops", r.left_out.loops}};
   json["method"] = {{"name", r.method}, {"reason", r.method_reason}};
+  if (r.step > 0.0) json["method"]["step"] = r.step;
   Json absolute = Json::object();
   for (const auto& [state, tolerance] : r.absolute) absolute[state] = tolerance;
   json["tolerances"] = {{"relative", r.relative}, {"absolute", std::move(absolute)}};

@@ -63,6 +63,8 @@ std::string show_scene(const Model& model, const Scene& scene) {
   if (scene.absolute) text += ", absolute " + number(*scene.absolute);
   for (const auto& [name, value] : scene.absolute_by_state) text += ", absolute of " + name + " " + number(value);
   if (scene.method != Method::automatic) text += ", method " + method_name(scene.method);
+  if (scene.step) text += ", step " + number(*scene.step);
+  if (scene.max_order) text += ", max_order " + std::to_string(*scene.max_order);
   if (scene.reference) text += ", reference " + scene.reference->file;
   return text + "\n";
 }

@@ -9,6 +9,7 @@
 #include "events.hpp"
 #include "failures.hpp"
 #include "integrator.hpp"
+#include "separability.hpp"
 #include "tolerances.hpp"
 
 namespace bgsim {
@@ -50,7 +51,7 @@ class Run {
 
  private:
   bool begin();
-  void choose_integrator();
+  bool choose_integrator();
   bool integrate();
   bool integrate_to(double limit);
   bool after_step();
@@ -147,21 +148,33 @@ bool Run::begin() {
   return true;
 }
 
-void Run::choose_integrator() {
+/// False if the method asked for cannot be used on this system.
+bool Run::choose_integrator() {
   RunReport& report = result_.report;
+  const MethodFacts& facts = facts_of(inputs_.method);
   if (implicit_) {
-    integrator_ = make_ida_integrator(program_, evaluator_, tolerances_, inputs_.stop - inputs_.start);
+    if (facts.family != MethodFamily::multistep) return fail(needs_explicit_form_failure(facts.name));
+    integrator_ = make_ida_integrator(program_, evaluator_, tolerances_, inputs_);
     report.method_reason = inputs_.method == Method::ida ? "asked for"
                            : program_.plan.explicit_form ? "a loop is too large to be solved inside the state equations"
                                                          : "eliminating the loops would fill the Jacobian";
   } else {
-    integrator_ =
-        make_cvode_integrator(program_, evaluator_, tolerances_, inputs_.method, inputs_.stop - inputs_.start);
+    if (inputs_.method == Method::verlet) {
+      NotSeparable obstacle;
+      if (!separate(program_, obstacle)) return fail(not_separable_failure(program_, system_, obstacle));
+      integrator_ = make_verlet_integrator(program_, evaluator_, inputs_);
+    } else if (facts.family == MethodFamily::multistep) {
+      integrator_ = make_cvode_integrator(program_, evaluator_, tolerances_, inputs_);
+    } else {
+      integrator_ = make_arkode_integrator(program_, evaluator_, tolerances_, inputs_);
+    }
     report.method_reason = inputs_.method != Method::automatic ? "asked for"
                            : program_.blocks.empty()           ? "state equations without loops"
                                                                : "loops are solved inside the state equations";
   }
   report.method = integrator_->method();
+  report.step = inputs_.step;
+  return true;
 }
 
 /// Times at which to ask what the sources will do: spread over the scene, and just after its first known events.
@@ -182,7 +195,7 @@ std::vector<double> Run::source_times() {
 bool Run::integrate() {
   if (!emit_at(t_, x_.data())) return false;
   if (!(inputs_.stop > t_)) return true;
-  choose_integrator();
+  if (!choose_integrator()) return false;
   tolerances_.estimate(evaluator_, t_, x_.data(), source_times());
   next_estimate_ = 20;
   while (t_ < inputs_.stop) {

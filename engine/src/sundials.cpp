@@ -1,5 +1,6 @@
 #include "sundials.hpp"
 
+#include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
 #include <ida/ida.h>
 #include <sunlinsol/sunlinsol_dense.h>
@@ -18,6 +19,7 @@ void VectorDeleter::operator()(N_Vector vector) const { N_VDestroy(vector); }
 void MatrixDeleter::operator()(SUNMatrix matrix) const { SUNMatDestroy(matrix); }
 void LinearSolverDeleter::operator()(SUNLinearSolver solver) const { SUNLinSolFree(solver); }
 void CvodeDeleter::operator()(void* memory) const { CVodeFree(&memory); }
+void ArkodeDeleter::operator()(void* memory) const { ARKStepFree(&memory); }
 void IdaDeleter::operator()(void* memory) const { IDAFree(&memory); }
 
 namespace {
@@ -47,6 +49,10 @@ VectorHandle make_vector(SUNContext context, std::size_t size) {
 CvodeHandle make_cvode(SUNContext context, int multistep) { return own<CvodeHandle>(CVodeCreate(multistep, context)); }
 
 IdaHandle make_ida(SUNContext context) { return own<IdaHandle>(IDACreate(context)); }
+
+ArkodeHandle make_arkode(SUNContext context, OdeRates expl, OdeRates impl, double t, N_Vector y) {
+  return own<ArkodeHandle>(ARKStepCreate(expl, impl, t, y, context));
+}
 
 LinearAlgebra make_dense(SUNContext context, N_Vector like) {
   const sunindextype size = N_VGetLength(like);
@@ -113,6 +119,32 @@ std::string cvode_words(int flag) {
       // The library allocates the name with malloc and hands it over.
       const std::unique_ptr<char, void (*)(void*)> name(CVodeGetReturnFlagName(flag), std::free);
       return std::string("CVODE returned ") + name.get();
+    }
+  }
+}
+
+std::string arkode_words(int flag) {
+  switch (flag) {
+    case ARK_TOO_MUCH_ACC:
+      return "more accuracy was asked for than double precision can give";
+    case ARK_ERR_FAILURE:
+      return "the estimated error stayed too large however small the step";
+    case ARK_CONV_FAILURE:
+      return "the corrector iteration did not converge";
+    case ARK_LINIT_FAIL:
+    case ARK_LSETUP_FAIL:
+    case ARK_LSOLVE_FAIL:
+      return "the linear system of a step could not be solved";
+    case ARK_RHSFUNC_FAIL:
+    case ARK_FIRST_RHSFUNC_ERR:
+    case ARK_REPTD_RHSFUNC_ERR:
+    case ARK_UNREC_RHSFUNC_ERR:
+      return "the state equations could not be evaluated";
+    case ARK_TOO_CLOSE:
+      return "the stretch of time is shorter than the resolution of the time itself";
+    default: {
+      const std::unique_ptr<char, void (*)(void*)> name(ARKStepGetReturnFlagName(flag), std::free);
+      return std::string("ARKODE returned ") + name.get();
     }
   }
 }

@@ -30,6 +30,9 @@ struct LinearSolverDeleter {
 struct CvodeDeleter {
   void operator()(void* memory) const;
 };
+struct ArkodeDeleter {
+  void operator()(void* memory) const;
+};
 struct IdaDeleter {
   void operator()(void* memory) const;
 };
@@ -39,6 +42,7 @@ using VectorHandle = std::unique_ptr<std::remove_pointer_t<N_Vector>, VectorDele
 using MatrixHandle = std::unique_ptr<std::remove_pointer_t<SUNMatrix>, MatrixDeleter>;
 using LinearSolverHandle = std::unique_ptr<std::remove_pointer_t<SUNLinearSolver>, LinearSolverDeleter>;
 using CvodeHandle = std::unique_ptr<void, CvodeDeleter>;
+using ArkodeHandle = std::unique_ptr<void, ArkodeDeleter>;
 using IdaHandle = std::unique_ptr<void, IdaDeleter>;
 
 /// @throws std::bad_alloc, like the other makers, when memory runs out.
@@ -47,6 +51,9 @@ VectorHandle make_vector(SUNContext context, std::size_t size);
 /// @param multistep  CV_BDF or CV_ADAMS.
 CvodeHandle make_cvode(SUNContext context, int multistep);
 IdaHandle make_ida(SUNContext context);
+using OdeRates = int (*)(double t, N_Vector y, N_Vector rates, void* user);
+/// @param expl, impl  one of them null: what is integrated explicitly and implicitly.
+ArkodeHandle make_arkode(SUNContext context, OdeRates expl, OdeRates impl, double t, N_Vector y);
 
 /// A matrix and the solver that factors it: dense for small systems, compressed columns with KLU (AMD ordering: on
 /// two-dimensional grids twice as fast as SUNDIALS' default COLAMD) for large ones.
@@ -74,8 +81,9 @@ struct SolverMessages {
   static void capture(int code, const char* module, const char* function, char* text, void* self);
 };
 
-/// A CVODE or IDA return flag in words: "the error test failed repeatedly or with the smallest step".
+/// A CVODE, ARKODE or IDA return flag in words: "the error test failed repeatedly or with the smallest step".
 std::string cvode_words(int flag);
+std::string arkode_words(int flag);
 std::string ida_words(int flag);
 
 }  // namespace bgsim

@@ -11,6 +11,7 @@
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/expression.hpp"
 #include "bgsim/id.hpp"
+#include "bgsim/method.hpp"
 
 namespace bgsim {
 
@@ -156,11 +157,6 @@ struct Reference {
   Place place;
 };
 
-/// Integration methods. `automatic` lets the engine choose.
-enum class Method : std::uint8_t { automatic, bdf, adams, ida };
-std::optional<Method> method_from(const std::string& name);
-std::string method_name(Method method);
-
 struct Scene {
   std::string name;
   std::string about;
@@ -176,6 +172,9 @@ struct Scene {
   std::optional<double> absolute;
   std::map<std::string, double> absolute_by_state;
   Method method = Method::automatic;
+  std::optional<double> step;    ///< length of the steps of a fixed-step method
+  std::optional<int> max_order;  ///< of a multistep method
+  Place method_place;            ///< of "method", where given, else of the scene
   std::optional<Reference> reference;
   Place place;
 };
@@ -228,6 +227,8 @@ struct RunInputs {
   std::optional<double> absolute;
   std::map<std::string, double> absolute_by_state;
   Method method = Method::automatic;
+  double step = 0.0;  ///< of a fixed-step method; else 0
+  int max_order = 0;  ///< of a multistep method; 0: the method's own
   std::optional<Reference> reference;
   std::vector<Diagnostic> warnings;  ///< active elements and the like, which depend on the numbers
 };
@@ -236,7 +237,9 @@ struct RunInputs {
 struct SceneOverrides {
   std::vector<std::string> set;  ///< "NAME=EXPR": a parameter, or a state's initial value ("mass.p=0.1")
   std::optional<double> relative, absolute;
-  std::optional<Method> method;
+  std::optional<Method> method;  ///< a method goes before the scene's together with the scene's step and order
+  std::optional<double> step;
+  std::optional<int> max_order;
 };
 
 /// Works out a scene: parameters in order of dependence (the scene's overrides, then those of the command line), times,

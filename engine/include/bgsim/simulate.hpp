@@ -1,4 +1,4 @@
-/// simulate: integrates a Program with SUNDIALS CVODE or IDA and reports what it took.
+/// simulate: integrates a Program with SUNDIALS and reports what it took.
 #pragma once
 
 #include <atomic>
@@ -38,9 +38,10 @@ struct EnergyAudit {
 /// What a run took. Machine-readable form: report_json.
 struct RunReport {
   std::string model, scene;
-  std::string method;         ///< "CVODE BDF, dense", "CVODE Adams", "IDA, KLU", "none (no states)"
+  std::string method;         ///< "CVODE BDF, dense", "IDA, KLU", "none (no states)", ...
   std::string method_reason;  ///< why the engine chose it
   std::size_t states = 0, algebraic = 0, loops = 0;
+  double step = 0.0;  ///< length of the steps of a fixed-step method, at most; else 0
   double relative = 0.0;
   std::vector<std::pair<std::string, double>> absolute;  ///< by state; as used at the end of the run
   double start = 0.0, stop = 0.0, reached = 0.0;
