@@ -44,6 +44,7 @@ Exit check_command(const Arguments& arguments);      ///< check.cpp
 Exit equations_command(const Arguments& arguments);  ///< equations.cpp
 Exit show_command(const Arguments& arguments);       ///< show.cpp
 Exit reduce_command(const Arguments& arguments);     ///< reduce.cpp
+Exit trade_command(const Arguments& arguments);      ///< trade.cpp
 Exit verify_command(const Arguments& arguments);     ///< verify.cpp
 
 }  // namespace bgsim::cli

@@ -22,6 +22,7 @@ constexpr Command kCommands[] = {
     {"equations", "print the state equations, --latex for LaTeX", equations_command},
     {"show", "print what a stage of the pipeline holds", show_command},
     {"reduce", "cut out what a scene does not require", reduce_command},
+    {"trade", "measure error against cost over methods and tolerances", trade_command},
     {"verify", "hold scenes against their reference traces", verify_command},
 };
 

@@ -81,4 +81,29 @@ void RunWatch::show(double time) {
   std::cerr << std::flush;
 }
 
+SettingWatch::SettingWatch(bool quiet)
+    : visible_(!quiet && isatty(STDERR_FILENO) != 0),
+      old_interrupt_(take_over(SIGINT)),
+      old_terminate_(take_over(SIGTERM)) {}
+
+SettingWatch::~SettingWatch() {
+  clear();
+  std::signal(SIGINT, old_interrupt_);
+  std::signal(SIGTERM, old_terminate_);
+  bgsim::cli::interrupted = 0;
+}
+
+void SettingWatch::show(const std::string& what) {
+  if (!visible_) return;
+  shown_ = true;
+  std::cerr << "\r\x1b[K" << what << std::flush;
+}
+
+void SettingWatch::clear() {
+  if (shown_) std::cerr << "\r\x1b[K" << std::flush;
+  shown_ = false;
+}
+
+bool SettingWatch::interrupted() { return bgsim::cli::interrupted != 0; }
+
 }  // namespace bgsim::cli

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <string>
 
 #include "bgsim/simulate.hpp"
 
@@ -32,6 +33,24 @@ class RunWatch {
   bool shown_ = false;  ///< a line is on the screen
   Clock::time_point begin_, last_;
   Handler old_interrupt_, old_terminate_;
+};
+
+/// The same for a search over many runs: what is being run is shown on a terminal, Ctrl-C ends the search.
+class SettingWatch {
+ public:
+  explicit SettingWatch(bool quiet);
+  ~SettingWatch();
+  SettingWatch(const SettingWatch&) = delete;
+  SettingWatch& operator=(const SettingWatch&) = delete;
+
+  void show(const std::string& what);
+  /// Takes the line off the screen.
+  void clear();
+  [[nodiscard]] static bool interrupted();
+
+ private:
+  bool visible_, shown_ = false;
+  RunWatch::Handler old_interrupt_, old_terminate_;
 };
 
 }  // namespace bgsim::cli

@@ -1,13 +1,14 @@
 // bgsim run: a scene of a model, from the file to the trace.
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <filesystem>
 #include <iostream>
 
+#include "accuracy.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "command.hpp"
 #include "files.hpp"
+#include "options.hpp"
 #include "progress.hpp"
+#include "scenes.hpp"
 #include "stages.hpp"
 
 namespace bgsim::cli {
@@ -20,6 +21,7 @@ struct RunOptions {
   SceneOverrides overrides;
   std::string output;
   std::string report_json;
+  std::optional<double> accuracy;
   bool quiet = false;
   bool no_audit = false;
   bool keep_all = false;
@@ -39,12 +41,6 @@ constexpr const char* kExamples =
     "\n"
     "Further commands: bgsim --help";
 
-std::string positive_number(const std::string& text) {
-  double value = 0.0;
-  const bool number = CLI::detail::lexical_cast(text, value);
-  return number && value > 0.0 && std::isfinite(value) ? "" : text + " is no number above zero";
-}
-
 RunOptions parse(const Arguments& arguments) {
   RunOptions options;
   CLI::App app("Simulates a scene of a model and writes its trace as CSV.", "bgsim");
@@ -54,22 +50,16 @@ RunOptions parse(const Arguments& arguments) {
   app.add_option("--set", options.overrides.set, "a parameter or an initial value; may be given again")
       ->type_name("NAME=EXPR")
       ->allow_extra_args(false);
-  const CLI::Validator positive(positive_number, "");
+  const CLI::Validator positive = positive_number();
   app.add_option("--relative", options.overrides.relative, "relative tolerance")->type_name("X")->check(positive);
   app.add_option("--absolute", options.overrides.absolute, "absolute tolerance of every state")
       ->type_name("X")
       ->check(positive);
-  app.add_option_function<std::string>(
-         "--method",
-         [&options](const std::string& name) {
-           options.overrides.method = method_from(name);
-           if (!options.overrides.method) {
-             throw CLI::ValidationError("--method",
-                                        "there is no method \"" + name + "\"; there are automatic, bdf, adams and ida");
-           }
-         },
-         "automatic, bdf, adams or ida")
-      ->type_name("NAME");
+  add_method_options(app, options.overrides);
+  app.add_option("--accuracy", options.accuracy,
+                 "error wanted in the outputs, relative to their ranges: the cheapest setting is found, then run")
+      ->type_name("X")
+      ->check(positive);
   app.add_option("-o,--output", options.output, "file for the trace, - for standard output (default: NAME.SCENE.csv)")
       ->type_name("FILE");
   app.add_option("--report-json", options.report_json, "also write the report as JSON, - for standard output")
@@ -84,16 +74,16 @@ RunOptions parse(const Arguments& arguments) {
   if (options.all_scenes && (!options.scene.empty() || !options.output.empty() || !options.report_json.empty())) {
     throw UsageError("--all-scenes goes with none of --scene, --output and --report-json");
   }
+  const SceneOverrides& set = options.overrides;
+  if (options.accuracy && (set.method || set.relative || set.absolute || set.step || set.max_order)) {
+    throw UsageError(
+        "--accuracy finds method and tolerance; it goes with none of --method, --relative, --absolute, "
+        "--step and --max-order");
+  }
   if (options.output == "-" && options.report_json == "-") {
     throw UsageError("the trace and the report cannot both go to standard output");
   }
   return options;
-}
-
-/// "bellow.tracking": what a run's files are named after.
-std::string run_name(const Model& model, const RunOptions& options, const std::string& scene) {
-  const std::string name = model.name.empty() ? std::filesystem::path(options.file).stem().string() : model.name;
-  return file_name(name + '.' + scene);
 }
 
 void write_results(const RunResult& result, const std::string& name, const std::string& output,
@@ -118,24 +108,11 @@ void tell(const RunResult& result, const std::string& output) {
             << ", " << counted(result.trace.names.size(), "column") << ")\n";
 }
 
-/// The scene's numbers. A name or a value that came from the command line and is wrong is wrong usage, not the model's
-/// fault: such a problem has no place in a file.
-RunInputs prepare(const Model& model, const std::string& scene, const SceneOverrides& overrides) {
-  try {
-    return prepare_scene(model, scene, overrides);
-  } catch (const ModelError& error) {
-    const auto& problems = error.diagnostics;
-    const bool in_a_file = std::any_of(problems.begin(), problems.end(), [](auto& p) { return p.place.has_value(); });
-    if (in_a_file || model.scenes.empty()) throw;
-    throw UsageError(render(error));
-  }
-}
-
 Exit run_scene(const Stages& stages, const RunOptions& options, const std::string& scene) {
   const Model& model = *stages.model;
-  const RunInputs inputs = prepare(model, scene, options.overrides);
+  RunInputs inputs = prepare(model, scene, options.overrides);
   print_warnings(inputs.warnings, model);
-  const std::string name = run_name(model, options, inputs.scene);
+  const std::string name = run_name(model, options.file, inputs.scene);
   const std::string output = options.output.empty() ? name + ".csv" : options.output;
   check_writable(output, options.file);
   if (!options.report_json.empty()) check_writable(options.report_json, options.file);
@@ -153,6 +130,14 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
   const Program program = timed(seconds, "compile", [&] {
     return compile(stages.model, system, order, {inputs.outputs, !options.no_audit});
   });
+  if (options.accuracy) {
+    try {
+      inputs = with_accuracy(model, system, program, inputs, *options.accuracy, options.quiet);
+    } catch (const TradeFailure& failure) {
+      std::cerr << render(failure.diagnostic, *model.sources);
+      return Exit::numerics_failed;
+    }
+  }
   RunResult result = [&] {
     RunWatch watch(inputs.start, inputs.stop, options.quiet);
     SimulateOptions how;

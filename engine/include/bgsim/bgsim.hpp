@@ -14,6 +14,7 @@
 #include "bgsim/expression.hpp"
 #include "bgsim/flat_model.hpp"
 #include "bgsim/id.hpp"
+#include "bgsim/method.hpp"
 #include "bgsim/model.hpp"
 #include "bgsim/ordering.hpp"
 #include "bgsim/parse_expression.hpp"
@@ -23,5 +24,6 @@
 #include "bgsim/slice.hpp"
 #include "bgsim/time_event.hpp"
 #include "bgsim/trace_csv.hpp"
+#include "bgsim/trade.hpp"
 #include "bgsim/verify.hpp"
 // IWYU pragma: end_exports

@@ -1,0 +1,34 @@
+#include "accuracy.hpp"
+
+#include <array>
+#include <cstdio>
+#include <iostream>
+
+#include "progress.hpp"
+
+namespace bgsim::cli {
+
+RunInputs with_accuracy(const Model& model, const EquationSystem& system, const Program& program,
+                        const RunInputs& inputs, double accuracy, bool quiet) {
+  TradePick pick;
+  {
+    SettingWatch watch(quiet);
+    TradeOptions how;
+    how.tell = [&](const std::string& what) { watch.show(what); };
+    how.goes_on = [] { return !SettingWatch::interrupted(); };
+    pick = find_setting(model, system, program, inputs, accuracy, how);
+  }
+  if (!quiet) {
+    std::array<char, 400> text{};
+    std::snprintf(text.data(), text.size(),
+                  "accuracy %.3g: %s\n  error %.2g, between the output times %.2g; reference %s, its own error %.2g\n"
+                  "  %.3g s a run; found in %zu runs and %.3g s\n",
+                  accuracy, setting_flags(pick.setting).c_str(), pick.error, pick.check_error,
+                  setting_flags(pick.reference.setting).c_str(), pick.reference.error, pick.cpu_seconds, pick.runs,
+                  pick.search_seconds);
+    std::cerr << text.data();
+  }
+  return with_setting(inputs, pick.setting);
+}
+
+}  // namespace bgsim::cli

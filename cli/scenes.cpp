@@ -1,0 +1,27 @@
+#include "scenes.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "command.hpp"
+#include "files.hpp"
+
+namespace bgsim::cli {
+
+RunInputs prepare(const Model& model, const std::string& scene, const SceneOverrides& overrides) {
+  try {
+    return prepare_scene(model, scene, overrides);
+  } catch (const ModelError& error) {
+    const auto& problems = error.diagnostics;
+    const bool in_a_file = std::any_of(problems.begin(), problems.end(), [](auto& p) { return p.place.has_value(); });
+    if (in_a_file || model.scenes.empty()) throw;
+    throw UsageError(render(error));
+  }
+}
+
+std::string run_name(const Model& model, const std::string& file, const std::string& scene) {
+  const std::string name = model.name.empty() ? std::filesystem::path(file).stem().string() : model.name;
+  return file_name(name + '.' + scene);
+}
+
+}  // namespace bgsim::cli

@@ -1,0 +1,144 @@
+// bgsim trade: what accuracy costs on a scene, measured.
+#include "bgsim/trade.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
+
+#include "command.hpp"
+#include "files.hpp"
+#include "options.hpp"
+#include "progress.hpp"
+#include "scenes.hpp"
+#include "stages.hpp"
+#include "trade_picture.hpp"
+
+namespace bgsim::cli {
+
+namespace {
+
+struct TradeArguments {
+  std::string file, scene, base;
+  SceneOverrides overrides;
+  TradeOptions how;
+  std::optional<double> accuracy;
+  bool no_picture = false, quiet = false;
+};
+
+TradeArguments parse(const Arguments& arguments) {
+  TradeArguments options;
+  CLI::App app("Runs a scene with every method over its tolerances or steps, and tells error and cost of each.",
+               "bgsim trade");
+  app.footer(
+      "Writes NAME.SCENE.trade.csv, .json, .svg and .html (docs/performance.md).\n"
+      "Example: bgsim trade models/bellow.json --scene tracking --accuracy 1e-4");
+  app.add_option("model.json", options.file, "the model")->required();
+  app.add_option("--scene", options.scene, "scene to measure (default: the model's first)")->type_name("NAME");
+  app.add_option("--set", options.overrides.set, "a parameter or an initial value; may be given again")
+      ->type_name("NAME=EXPR")
+      ->allow_extra_args(false);
+  app.add_option("--accuracy", options.accuracy,
+                 "error wanted in the outputs, relative to their ranges: the cheapest setting that achieves it is told")
+      ->type_name("X")
+      ->check(positive_number());
+  app.add_option("--budget", options.how.budget, "processor time for the whole in seconds, roughly (default: 60)")
+      ->type_name("S")
+      ->check(positive_number());
+  app.add_option("-o,--output", options.base, "what the files are named after (default: NAME.SCENE.trade)")
+      ->type_name("BASE");
+  app.add_flag("--no-picture", options.no_picture, "leave out the picture; gnuplot is then not needed");
+  app.add_flag("--quiet", options.quiet, "print warnings and errors only");
+  parse_arguments(app, arguments);
+  return options;
+}
+
+std::string text(double value, const char* format = "%.2e") {
+  std::array<char, 40> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), format, value);
+  return buffer.data();
+}
+
+void print_rows(const Trade& trade) {
+  std::printf("%-44s %9s %9s %10s %9s %9s %9s  %s\n", "setting", "max error", "RMS", "time in s", "steps", "rates",
+              "residual", "");
+  for (const TradeRow& row : trade.rows) {
+    const bool known = !row.errors.empty();
+    std::printf("%-44s %9s %9s %10s %9llu %9llu %9s  %s%s%s\n", setting_flags(row.setting).c_str(),
+                known ? text(row.max_error).c_str() : "", known ? text(row.rms_error).c_str() : "",
+                text(row.cpu_seconds).c_str(), static_cast<unsigned long long>(row.steps),
+                static_cast<unsigned long long>(row.rates),
+                row.energy_residual ? text(*row.energy_residual).c_str() : "", row.pareto ? "* " : "",
+                row.verdict == TradeVerdict::stable ? "" : (std::string(verdict_text(row.verdict)) + ": ").c_str(),
+                row.why.c_str());
+  }
+  std::fflush(stdout);
+}
+
+void print_reference(const Trade& trade) {
+  std::cout << "reference: " << setting_flags(trade.reference.setting) << "; its own error, by "
+            << setting_flags(trade.reference.second) << ": " << text(trade.reference.error) << '\n';
+  for (const TradeOutput& output : trade.outputs)
+    if (!output.judged()) std::cout << "not judged: " << output.name << ", " << output.why_not << '\n';
+  for (const std::string& note : trade.notes) std::cout << "note: " << note << '\n';
+  std::cout << "* is on the Pareto front: no setting is both cheaper and more exact\n";
+}
+
+/// The setting picked from the table, with the check at times that took no part in picking.
+std::optional<std::size_t> tell_pick(const Trade& trade, double accuracy) {
+  const auto row = pick_row(trade, accuracy);
+  if (!row) {
+    std::cerr << "bgsim: no setting of the table reaches the accuracy " << text(accuracy, "%.3g")
+              << (3.0 * trade.reference.error > accuracy ? ": the reference itself is not that exact" : "") << '\n';
+    return row;
+  }
+  const TradeRow& picked = trade.rows[*row];
+  std::cout << "accuracy " << text(accuracy, "%.3g") << ": " << setting_flags(picked.setting) << "\n  error "
+            << text(picked.max_error) << ", between the output times " << text(picked.check_error) << ", "
+            << text(picked.cpu_seconds) << " s\n";
+  return row;
+}
+
+}  // namespace
+
+Exit trade_command(const Arguments& arguments) {
+  TradeArguments options = parse(arguments);
+  if (!options.no_picture) require_gnuplot();
+  const Stages stages = run_stages(options.file, Stage::order);
+  const Model& model = *stages.model;
+  const RunInputs inputs = prepare(model, options.scene, options.overrides);
+  print_warnings(inputs.warnings, model);
+  const std::string base = options.base.empty() ? run_name(model, options.file, inputs.scene) + ".trade" : options.base;
+  for (const char* kind : {".csv", ".json", ".svg", ".html"}) check_writable(base + kind, options.file);
+
+  const Program program = compile(stages.model, *stages.system, *stages.order, {inputs.outputs, true});
+  SettingWatch watch(options.quiet);
+  options.how.tell = [&](const std::string& what) { watch.show(what); };
+  options.how.goes_on = [] { return !SettingWatch::interrupted(); };
+  try {
+    const Trade trade = measure_trade(model, *stages.system, program, inputs, options.how);
+    watch.clear();
+    if (!options.quiet) {
+      print_rows(trade);
+      print_reference(trade);
+    }
+    const auto picked = options.accuracy ? tell_pick(trade, *options.accuracy) : std::nullopt;
+    write_file(base + ".csv", [&](std::ostream& out) { out << trade_csv(trade); });
+    write_file(base + ".json", [&](std::ostream& out) { out << trade_json(trade); });
+    std::string svg;
+    if (!options.no_picture) {
+      svg = trade_svg(trade, picked);
+      write_file(base + ".svg", [&](std::ostream& out) { out << svg; });
+    }
+    write_file(base + ".html", [&](std::ostream& out) { out << trade_html(trade, svg); });
+    if (!options.quiet) std::cerr << "table and picture: " << base << ".csv, .json, .svg, .html\n";
+    return watch.interrupted() || (options.accuracy && !picked) ? Exit::numerics_failed : Exit::done;
+  } catch (const TradeFailure& failure) {
+    watch.clear();
+    std::cerr << render(failure.diagnostic, *model.sources);
+    return Exit::numerics_failed;
+  }
+}
+
+}  // namespace bgsim::cli

@@ -1,0 +1,210 @@
+#include "trade_picture.hpp"
+
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <vector>
+
+#include "command.hpp"
+
+namespace bgsim::cli {
+
+namespace {
+
+std::string number(double value, const char* format = "%.3g") {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+/// A curve's look: colour by family, one of few brightnesses within it.
+struct Look {
+  const char* colour;
+  int dash, point;
+};
+
+Look look_of(const TradeSetting& setting) {
+  static const std::map<std::string, Look> looks{
+      {"bdf", {"#1f4e9c", 1, 7}},    {"bdf of order up to 2", {"#7ba3e0", 1, 6}},
+      {"adams", {"#10899e", 1, 5}},  {"ida", {"#5b4a9e", 1, 4}},
+      {"erk2", {"#f6c28b", 1, 8}},   {"erk3", {"#f0a04b", 1, 9}},
+      {"erk4", {"#e07b16", 1, 10}},  {"erk5", {"#c25a00", 1, 11}},
+      {"erk6", {"#96400a", 1, 12}},  {"erk8", {"#5e2705", 1, 13}},
+      {"dirk2", {"#a9d49b", 1, 8}},  {"dirk3", {"#6fb35c", 1, 9}},
+      {"dirk4", {"#3a8f2a", 1, 10}}, {"dirk5", {"#1e5c14", 1, 11}},
+      {"euler", {"#b0b0b0", 2, 1}},  {"implicit_euler", {"#808080", 2, 2}},
+      {"rk4", {"#c03060", 2, 3}},    {"verlet", {"#8c1d8c", 2, 4}}};
+  const auto found = looks.find(curve_name(setting));
+  return found == looks.end() ? Look{"#000000", 1, 1} : found->second;
+}
+
+struct Curve {
+  TradeSetting setting;
+  std::vector<const TradeRow*> rows;
+};
+
+/// Rows that can be drawn, by curve: the stable ones.
+std::vector<Curve> curves_of(const Trade& trade) {
+  std::vector<Curve> curves;
+  for (const TradeRow& row : trade.rows) {
+    if (row.verdict != TradeVerdict::stable || !(row.max_error > 0.0) || !(row.cpu_seconds > 0.0)) continue;
+    if (curves.empty() || curve_name(curves.back().setting) != curve_name(row.setting))
+      curves.push_back({row.setting, {}});
+    curves.back().rows.push_back(&row);
+  }
+  return curves;
+}
+
+std::string script(const Trade& trade, std::optional<std::size_t> picked) {
+  const std::vector<Curve> curves = curves_of(trade);
+  if (curves.empty()) throw UsageError("no setting came to the end of the scene: there is nothing to draw");
+  std::ostringstream text;
+  const auto block = [&](const std::string& name, auto&& rows) {
+    text << "$" << name << " << EOD\n";
+    for (const TradeRow* row : rows)
+      text << number(row->cpu_seconds, "%.9g") << ' ' << number(row->max_error, "%.9g") << '\n';
+    text << "EOD\n";
+  };
+  for (std::size_t i = 0; i < curves.size(); ++i) block("c" + std::to_string(i), curves[i].rows);
+  std::vector<const TradeRow*> front;
+  for (const TradeRow& row : trade.rows)
+    if (row.pareto) front.push_back(&row);
+  std::sort(front.begin(), front.end(), [](auto* a, auto* b) { return a->cpu_seconds < b->cpu_seconds; });
+  block("front", front);
+  if (picked) block("picked", std::vector<const TradeRow*>{&trade.rows[*picked]});
+  text << "set terminal svg size 900,540 dynamic noenhanced font 'Helvetica,13' background '#ffffff'\n"
+          "set logscale xy\nset format x '10^{%T}'\nset format '%.0e'\n"
+          "set xlabel 'processor time of a run in s'\nset ylabel 'largest error / range of the output'\n"
+          "set key outside right top vertical samplen 2 spacing 1.1\nset grid lc rgb '#dddddd' lt 1\n"
+       << "set title '" << trade.model << ", scene " << trade.scene << "'\n"
+       << "set arrow from graph 0, first " << number(std::max(trade.reference.error, 1e-16), "%.6g")
+       << " to graph 1, first " << number(std::max(trade.reference.error, 1e-16), "%.6g")
+       << " nohead lc rgb '#888888' dashtype 3\n"
+       << "set label \"reference's own error\" at graph 0.01, first "
+       << number(1.25 * std::max(trade.reference.error, 1e-16), "%.6g") << " tc rgb '#666666' font ',10'\n"
+       << "plot $front with lines lc rgb '#000000' lw 5 dashtype 1 title 'Pareto front'";
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const Look look = look_of(curves[i].setting);
+    text << ", $c" << i << " with linespoints lc rgb '" << look.colour << "' lw 1.6 dashtype " << look.dash << " pt "
+         << look.point << " ps 0.7 title '" << curve_name(curves[i].setting) << "'";
+  }
+  text << ", $front with points pt 6 ps 1.5 lw 1.5 lc rgb '#000000' notitle";
+  if (picked) text << ", $picked with points pt 3 ps 2 lw 2 lc rgb '#d00000' title 'picked'";
+  text << "\n";
+  return text.str();
+}
+
+/// A folder of our own that is removed again.
+class Scratch {
+ public:
+  Scratch() {
+    const char* base = std::getenv("TMPDIR");
+    path_ = std::string(base != nullptr && *base != '\0' ? base : "/tmp") + "/bgsim-XXXXXX";
+    if (::mkdtemp(path_.data()) == nullptr) throw UsageError("cannot make a temporary folder " + path_);
+  }
+  ~Scratch() {
+    for (const char* name : {"script", "picture.svg", "messages"}) ::unlink(file(name).c_str());
+    ::rmdir(path_.c_str());
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+std::string read_whole(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '&')
+      out += "&amp;";
+    else
+      out += c;
+  }
+  return out;
+}
+
+void html_row(std::ostringstream& page, const TradeRow& row) {
+  const auto cell = [&](const std::string& text) { page << "<td>" << escaped(text) << "</td>"; };
+  const bool known = !row.errors.empty();
+  page << (row.pareto ? "<tr class=\"front\">" : row.verdict == TradeVerdict::stable ? "<tr>" : "<tr class=\"bad\">");
+  cell(setting_flags(row.setting));
+  cell(known ? number(row.max_error) : "");
+  cell(known ? number(row.rms_error) : "");
+  cell(number(row.cpu_seconds));
+  for (const std::uint64_t count : {row.steps, row.rates, row.jacobians, row.factorizations})
+    cell(std::to_string(count));
+  cell(row.energy_residual ? number(*row.energy_residual) : "");
+  cell(std::string(verdict_text(row.verdict)) + (row.why.empty() ? "" : ": " + row.why));
+  page << "</tr>\n";
+}
+
+}  // namespace
+
+void require_gnuplot() {
+  if (std::system("command -v gnuplot >/dev/null 2>&1") == 0) return;
+  throw UsageError(
+      "the picture is drawn by gnuplot, which is not installed (Debian: apt-get install gnuplot-nox);\n"
+      "--no-picture leaves it out");
+}
+
+std::string trade_svg(const Trade& trade, std::optional<std::size_t> picked) {
+  const Scratch scratch;
+  {
+    std::ofstream file(scratch.file("script"));
+    file << "set output '" << scratch.file("picture.svg") << "'\n" << script(trade, picked);
+    if (!file.flush()) throw UsageError("cannot write " + scratch.file("script"));
+  }
+  const std::string command =
+      "gnuplot '" + scratch.file("script") + "' 2>'" + scratch.file("messages") + "' >/dev/null </dev/null";
+  const int status = std::system(command.c_str());
+  const std::string svg = read_whole(scratch.file("picture.svg"));
+  if (status == 0 && svg.find("</svg>") != std::string::npos) return svg;
+  throw UsageError("gnuplot did not draw the picture (status " +
+                   std::to_string(WIFEXITED(status) ? WEXITSTATUS(status) : status) + "):\n" +
+                   read_whole(scratch.file("messages")));
+}
+
+std::string trade_html(const Trade& trade, const std::string& svg) {
+  std::ostringstream page;
+  const std::string title = escaped(trade.model + ", scene " + trade.scene);
+  page << "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>bgsim trade: " << title
+       << "</title>\n<style>body{font-family:sans-serif;max-width:75em;margin:2em auto;padding:0 1em}"
+          "svg{width:100%;height:auto}table{border-collapse:collapse;font-size:85%}"
+          "td,th{padding:.2em .6em;border-bottom:1px solid #ddd;text-align:right}"
+          "td:first-child,th:first-child,td:last-child,th:last-child{text-align:left}"
+          ".front{font-weight:bold}.bad{color:#888}</style></head>\n<body><h1>"
+       << title << "</h1>\n";
+  page << (svg.empty() ? svg : svg.substr(svg.find("<svg"))) << "\n<p>Errors are relative to each output's range, the "
+       << "largest over outputs and output times. Reference: <code>" << setting_flags(trade.reference.setting)
+       << "</code>; its own error, by <code>" << setting_flags(trade.reference.second)
+       << "</code>: " << number(trade.reference.error)
+       << ". Processor time: median of repeated runs without audit. Bold: on the Pareto front.</p>\n";
+  for (const TradeOutput& output : trade.outputs)
+    if (!output.judged())
+      page << "<p>" << escaped(output.name) << " is not judged: " << escaped(output.why_not) << ".</p>\n";
+  for (const std::string& note : trade.notes) page << "<p>" << escaped(note) << ".</p>\n";
+  page << "<table><tr><th>setting</th><th>max error</th><th>RMS error</th><th>time in s</th><th>steps</th>"
+          "<th>rates</th><th>Jacobians</th><th>factorizations</th><th>energy residual</th><th>stable</th></tr>\n";
+  for (const TradeRow& row : trade.rows) html_row(page, row);
+  page << "</table></body></html>\n";
+  return page.str();
+}
+
+}  // namespace bgsim::cli

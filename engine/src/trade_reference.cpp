@@ -1,0 +1,213 @@
+// The trade's reference: several methods at a tight tolerance, and how far they stay from each other.
+#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "failures.hpp"
+#include "trade_runs.hpp"
+
+namespace bgsim {
+
+namespace {
+
+/// An output that varies by less than so many times what two tight runs differ by is taken for zero, or a constant.
+constexpr double kNoise = 10.0;
+/// Part of an output's magnitude that two tight runs always agree to, so that a constant is not judged by its last
+/// bits.
+constexpr double kConstant = 1e-9;
+
+struct Candidate {
+  TradeSetting setting;
+  TimedRun run;
+  bool finished = false, hopeless = false;
+  std::string why;
+};
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  [[nodiscard]] double width() const { return high - low; }
+  [[nodiscard]] double magnitude() const { return std::max(std::abs(low), std::abs(high)); }
+};
+
+std::vector<Range> ranges_of(const Trace& trace) {
+  const std::size_t columns = trace.names.size();
+  std::vector<Range> ranges(columns);
+  for (std::size_t i = 0; i < trace.values.size(); ++i) {
+    Range& range = ranges[i % columns];
+    range.low = std::min(range.low, trace.values[i]);
+    range.high = std::max(range.high, trace.values[i]);
+  }
+  return ranges;
+}
+
+/// What is known of the outputs from two tight runs; returns the largest relative difference.
+double compare(const Trace& trace, const Trace& second, std::vector<TradeOutput>& outputs) {
+  const std::size_t columns = trace.names.size();
+  const std::vector<Range> ranges = ranges_of(trace);
+  std::vector<double> difference(columns, 0.0);
+  for (std::size_t i = 0; i < trace.values.size(); ++i)
+    difference[i % columns] = std::max(difference[i % columns], std::abs(trace.values[i] - second.values[i]));
+  outputs.assign(columns, {});
+  double largest = 0.0;
+  for (std::size_t c = 0; c < columns; ++c) {
+    TradeOutput& output = outputs[c];
+    output.name = trace.names[c];
+    output.unit = trace.units[c];
+    const double width = ranges[c].width(), magnitude = ranges[c].magnitude();
+    const bool constant = width <= kConstant * magnitude;
+    output.range = constant ? magnitude : width;
+    if (output.range == 0.0)
+      output.why_not = "zero throughout";
+    else if (output.range <= kNoise * difference[c])
+      output.why_not = "not told from zero: two tight runs differ by as much as it varies";
+    else
+      output.reference = difference[c] / output.range;
+    if (output.judged()) largest = std::max(largest, output.reference);
+  }
+  return largest;
+}
+
+[[noreturn]] void give_up(std::string situation, std::vector<Note> notes, std::string help) {
+  Diagnostic diagnostic;
+  diagnostic.code = "BG611";
+  diagnostic.situation = std::move(situation);
+  diagnostic.notes = std::move(notes);
+  diagnostic.rule = "errors are measured against a reference, and a second method must vouch for it";
+  diagnostic.help = std::move(help);
+  throw TradeFailure(std::move(diagnostic));
+}
+
+struct Best {
+  double error = std::numeric_limits<double>::infinity();
+  std::size_t first = 0, second = 0;
+  std::vector<TradeOutput> outputs;
+};
+
+/// The two that agree best. Of the two the one with the smaller distance to a third is not known; the first that ended
+/// is taken, since its error is at most the distance if the other's is not larger.
+Best best_pair(const std::vector<Candidate>& candidates) {
+  Best best;
+  for (std::size_t a = 0; a < candidates.size(); ++a)
+    for (std::size_t b = a + 1; b < candidates.size(); ++b) {
+      if (!candidates[a].finished || !candidates[b].finished) continue;
+      std::vector<TradeOutput> outputs;
+      const double error = compare(candidates[a].run.result.trace, candidates[b].run.result.trace, outputs);
+      if (error < best.error || best.outputs.empty()) best = {error, a, b, std::move(outputs)};
+    }
+  return best;
+}
+
+std::vector<Candidate> candidates_at(double relative) {
+  std::vector<Candidate> candidates;
+  for (const Method method : {Method::dirk5, Method::erk8, Method::bdf, Method::adams, Method::ida, Method::erk5})
+    candidates.push_back({{method, 0, relative, 0.0}, {}, false, false, {}});
+  return candidates;
+}
+
+/// Candidates at one tolerance, and the two of them that agree best.
+struct Attempt {
+  std::vector<Candidate> candidates;
+  Best best;
+  [[nodiscard]] bool found() const { return !best.outputs.empty(); }
+};
+
+/// Runs what has not ended yet within @p limit; ends as soon as two agree as wanted. True then.
+bool extend(TradeRuns& runs, Attempt& attempt, double limit, double wanted) {
+  for (Candidate& candidate : attempt.candidates) {
+    if (candidate.finished || candidate.hopeless || runs.ended()) continue;
+    runs.tell("reference: " + setting_flags(candidate.setting));
+    TimedRun run = runs.exact(candidate.setting, limit);
+    candidate.finished = run.completed();
+    candidate.hopeless = !run.completed() && !run.cut;
+    if (!candidate.finished) {
+      candidate.why =
+          run.cut ? "cut after " + number_text(limit, 2) + " s at t = " + number_text(run.result.report.reached, 4)
+                  : run.result.failure.value().situation;
+      continue;
+    }
+    candidate.run = std::move(run);
+    attempt.best = best_pair(attempt.candidates);
+    if (attempt.found() && attempt.best.error <= wanted) return true;
+  }
+  return false;
+}
+
+/// Every candidate gets a little time, then those that are left get more: the method that suits need not be known.
+Attempt attempt_at(TradeRuns& runs, double relative, double wanted, double budget) {
+  constexpr std::array<double, 4> kParts{1.0 / 200.0, 1.0 / 40.0, 1.0 / 10.0, 1.0 / 3.0};
+  constexpr double kAcceptable = 1e-6, kPatience = 1.0 / 50.0;
+  Attempt attempt;
+  attempt.candidates = candidates_at(relative);
+  for (const double part : kParts) {
+    if (extend(runs, attempt, part * budget, wanted)) break;
+    if (attempt.found() && (part > kPatience || attempt.best.error <= std::max(kAcceptable, wanted))) break;
+  }
+  return attempt;
+}
+
+}  // namespace
+
+ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, double budget) {
+  if (runs.program().state_names.empty())
+    give_up("the model has no states, so no method has anything to do", {}, "run it: its outputs are exact");
+  if (runs.program().output_names.empty())
+    give_up("the scene has no outputs to judge errors by", {}, "name \"outputs\" in the model");
+  if (!(runs.inputs().stop > runs.inputs().start))
+    give_up("the scene stops where it starts", {}, "let \"stop\" be later than \"start\"");
+
+  constexpr double kTight = 1e-12, kLoosest = 1e-7, kTighter = 100.0;
+  Attempt attempt = attempt_at(runs, relative, wanted, budget);
+  for (double tolerance = relative / kTighter;
+       attempt.found() && attempt.best.error > wanted && tolerance > kTight && !runs.ended(); tolerance /= kTighter) {
+    Attempt tighter = attempt_at(runs, tolerance, wanted, budget);
+    if (!tighter.found()) break;
+    if (tighter.best.error < attempt.best.error) attempt = std::move(tighter);
+  }
+  std::vector<Note> notes;
+  for (double looser = relative * kTighter; !attempt.found() && looser <= kLoosest; looser *= kTighter) {
+    for (const Candidate& candidate : attempt.candidates)
+      notes.push_back({std::nullopt, setting_flags(candidate.setting) + ": " + candidate.why});
+    attempt = attempt_at(runs, looser, wanted, budget);
+  }
+  if (runs.ended()) give_up("the trade was ended before it had a reference", {}, "let it run on");
+  if (!attempt.found())
+    give_up("no two methods come to the end of the scene with a tight tolerance", std::move(notes),
+            "a larger --budget gives each run more time; a scene that fails by itself must be mended first");
+  ReferenceTrace reference;
+  const Best& best = attempt.best;
+  Candidate& first = attempt.candidates[best.first];
+  reference.trace = std::move(first.run.result.trace);
+  reference.facts = {first.setting, attempt.candidates[best.second].setting, best.error, first.run.cpu_seconds};
+  reference.outputs = best.outputs;
+  if (std::none_of(reference.outputs.begin(), reference.outputs.end(), [](const auto& o) { return o.judged(); }))
+    give_up("no output of the scene moves: there is nothing to judge errors by", {}, "record outputs that vary");
+  return reference;
+}
+
+double fastest_rate(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs) {
+  constexpr std::size_t kMostStates = 200;
+  const std::size_t states = program.state_names.size();
+  if (states == 0 || states > kMostStates || !program.plan.explicit_form) return 0.0;
+  Evaluator evaluator(program, inputs.parameters);
+  evaluator.set_time_modes(inputs.start);
+  const std::vector<double> x = initial_states(model, system, evaluator, inputs);
+  std::vector<double> entries(program.jacobian_pattern.row.size());
+  if (!evaluator.initialize_modes(inputs.start, x.data()) ||
+      !evaluator.jacobian(inputs.start, x.data(), entries.data()))
+    return 0.0;
+  const auto size = static_cast<Eigen::Index>(states);
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(size, size);
+  const Sparsity& pattern = program.jacobian_pattern;
+  for (std::size_t column = 0; column < states; ++column)
+    for (std::int64_t k = pattern.column_start[column]; k < pattern.column_start[column + 1]; ++k)
+      jacobian(pattern.row[static_cast<std::size_t>(k)], static_cast<Eigen::Index>(column)) =
+          entries[static_cast<std::size_t>(k)];
+  if (!jacobian.allFinite()) return 0.0;
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(jacobian, false);
+  return solver.info() == Eigen::Success ? solver.eigenvalues().cwiseAbs().maxCoeff() : 0.0;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,79 @@
+/// Single runs of the trade: timed, cut when they cost too much, and judged against a reference.
+#pragma once
+
+#include <vector>
+
+#include "bgsim/trade.hpp"
+
+namespace bgsim {
+
+/// Processor time of this thread in seconds.
+double thread_seconds();
+
+struct TimedRun {
+  RunResult result;
+  double cpu_seconds = 0.0;
+  bool cut = false;  ///< by the limit
+  [[nodiscard]] bool completed() const { return result.stop == StopReason::completed; }
+};
+
+/// The scene, run with one setting or another, on the output times or on these and the times midway between them.
+class TradeRuns {
+ public:
+  TradeRuns(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
+            const TradeOptions& options);
+
+  /// On output times and midway between them, with audit.
+  TimedRun judge(const TradeSetting& setting, double limit_seconds) { return run(setting, true, limit_seconds); }
+  /// As a user would run it, without audit.
+  TimedRun plain(const TradeSetting& setting, double limit_seconds) { return run(setting, false, limit_seconds); }
+  /// Median processor time of several plain runs; the first one's counts go to @p first.
+  double median_seconds(const TradeSetting& setting, double limit_seconds, int& repeats, RunResult& first);
+
+  /// Settings for the reference ignore absolute tolerances that the scene gives.
+  TimedRun exact(const TradeSetting& setting, double limit_seconds);
+
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] const RunInputs& inputs() const { return inputs_; }
+  [[nodiscard]] const Program& program() const { return program_; }
+  /// True if the user has ended the whole.
+  [[nodiscard]] bool ended() const { return ended_; }
+  /// Tells the user what comes next.
+  void tell(const std::string& what);
+
+ private:
+  TimedRun run(const TradeSetting& setting, bool judged, double limit_seconds);
+  TimedRun simulate_within(const RunInputs& inputs, bool audit, double limit_seconds);
+
+  const Model& model_;
+  const EquationSystem& system_;
+  const Program& program_;
+  RunInputs inputs_;
+  std::vector<double> judged_times_;
+  const TradeOptions& options_;
+  std::size_t count_ = 0;
+  bool ended_ = false;
+};
+
+/// The reference's trace at output times (even rows) and midway between them (odd rows), and what is known of it.
+struct ReferenceTrace {
+  Trace trace;
+  TradeReference facts;
+  std::vector<TradeOutput> outputs;
+};
+
+/// Finds a reference: several methods at @p relative and, if their agreement is above @p wanted, tighter ones.
+/// @throws TradeFailure BG611.
+ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, double budget);
+
+struct Judgement {
+  std::vector<ErrorOfOutput> errors;
+  double max_error = 0.0, rms_error = 0.0, check_error = 0.0;
+};
+/// Errors of a judged run's trace relative to the outputs' ranges.
+Judgement judge(const Trace& trace, const ReferenceTrace& reference);
+
+/// Largest magnitude of the Jacobian's eigenvalues at the start; 0 where it is not known (or for more than 200 states).
+double fastest_rate(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs);
+
+}  // namespace bgsim

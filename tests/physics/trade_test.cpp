@@ -1,0 +1,187 @@
+// The measured trade: errors against exact solutions, verdicts, the front, the pick.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "support/run_model.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+using Catch::Contains;
+
+namespace {
+
+/// Mass, spring and damper, q(0) = 1; q and a flow that is always zero are recorded.
+std::string oscillator(const std::string& damping) {
+  const std::string damper = damping.empty() ? "" : R"(, "d": { "kind": "R", "resistance": )" + damping + " }";
+  const std::string bond = damping.empty() ? "" : R"(, { "from": "j", "to": "d" })";
+  return R"json({ "bgsim": 1, "name": "oscillator",
+    "elements": { "j": { "kind": "1" }, "m": { "kind": "I", "inertance": 1 },
+      "s": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } })json" +
+         damper + R"json( },
+    "bonds": [ { "from": "j", "to": "m" }, { "from": "j", "to": "s" })json" +
+         bond +
+         R"json( ], "outputs": { "q": "s.q", "nothing": "0*m.p" }, "scenes": { "main": { "stop": 6, "samples": 31 } } })json";
+}
+
+/// q' = -q and a store that follows within 1e-6.
+const char* const kStiff = R"json({ "bgsim": 1, "name": "stiff",
+  "elements": { "n": { "kind": "0" }, "c1": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } },
+    "r1": { "kind": "R", "resistance": 1 }, "b": { "kind": "1" }, "r2": { "kind": "R", "resistance": 1 },
+    "c2": { "kind": "C", "capacitance": 1e-6 } },
+  "bonds": [ { "from": "n", "to": "c1" }, { "from": "n", "to": "r1" }, { "from": "n", "to": "b" },
+    { "from": "b", "to": "r2" }, { "from": "b", "to": "c2" } ],
+  "outputs": { "v": "c1.e" }, "scenes": { "main": { "stop": 5, "samples": 21 } } })json";
+
+/// @param budget  seconds: several times what an optimised build needs, for those under sanitizers.
+Trade trade_of(const CompiledModel& model, double budget) {
+  TradeOptions options;
+  options.budget = budget;
+  return measure_trade(*model.model, model.system, model.program, model.inputs, options);
+}
+
+const TradeRow& row_of(const Trade& trade, Method method, double relative, int max_order = 0) {
+  for (const TradeRow& row : trade.rows)
+    if (row.setting.method == method && row.setting.max_order == max_order && row.setting.relative == relative)
+      return row;
+  throw std::invalid_argument("no such row");
+}
+
+}  // namespace
+
+TEST_CASE("a trade tells errors as they are, marks the front, and picks from it") {
+  const CompiledModel model = compile_text(oscillator("0.2"));
+  const Trade trade = trade_of(model, 8.0);
+  CHECK(trade.reference.error < 1e-8);
+  CHECK(trade.reference.setting.method != trade.reference.second.method);
+  CHECK(trade.fastest_rate == Approx(1.0));
+  CHECK(trade.outputs[0].judged());
+  CHECK(trade.outputs[1].why_not == "zero throughout");
+
+  // one row against the closed form
+  CompiledModel same = model;
+  same.inputs.method = Method::bdf;
+  same.inputs.relative = 1e-4;
+  const RunResult run = same.run();
+  const std::vector<double> q = column(run, "q");
+  const double w = std::sqrt(1.0 - 0.01);
+  double error = 0.0;
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    const double t = run.trace.times[i];
+    error = std::max(error, std::abs(q[i] - std::exp(-0.1 * t) * (std::cos(w * t) + 0.1 / w * std::sin(w * t))));
+  }
+  const TradeRow& row = row_of(trade, Method::bdf, 1e-4);
+  CHECK(row.max_error == Approx(error / trade.outputs[0].range).epsilon(1e-3));  // the reference's own error
+  CHECK(row.rms_error < row.max_error);
+  CHECK(row.steps == run.report.steps);
+  CHECK(row.rates == run.report.rate_evaluations);
+  CHECK(row.energy_residual.value() > 0.0);
+  CHECK(row.repeats >= 3);
+
+  // tighter is more exact, for every error-controlled method; Störmer-Verlet is not for a damped oscillator
+  for (const MethodFacts& facts : all_methods()) {
+    if (facts.method == Method::automatic || facts.fixed_step()) continue;
+    CAPTURE(facts.name);
+    CHECK(row_of(trade, facts.method, 1e-5).max_error < 0.1 * row_of(trade, facts.method, 1e-2).max_error);
+  }
+  CHECK_THROWS(row_of(trade, Method::verlet, 0.0));
+
+  std::size_t front = 0;
+  for (const TradeRow& one : trade.rows) {
+    if (!one.pareto) continue;
+    ++front;
+    for (const TradeRow& other : trade.rows)
+      CHECK_FALSE((other.verdict == TradeVerdict::stable && other.cpu_seconds < one.cpu_seconds &&
+                   other.max_error < one.max_error));
+  }
+  CHECK(front >= 2);
+
+  const auto picked = pick_row(trade, 1e-3);
+  REQUIRE(picked);
+  CHECK(trade.rows[*picked].max_error <= 1e-3);
+  for (const TradeRow& other : trade.rows)
+    if (other.verdict == TradeVerdict::stable && other.max_error <= 1e-3 && other.check_error <= 1e-3)
+      CHECK(trade.rows[*picked].cpu_seconds <= other.cpu_seconds);
+  CHECK_FALSE(pick_row(trade, trade.reference.error));
+
+  const std::string csv = trade_csv(trade);
+  CHECK(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')) == trade.rows.size() + 1);
+  CHECK_THAT(csv, Catch::StartsWith("method,max_order,relative,step,max_error,rms_error,error_between,cpu_seconds,"));
+  CHECK_THAT(csv, Contains(",max:q,rms:q\r\n"));
+  const auto json = nlohmann::json::parse(trade_json(trade));
+  CHECK(json["rows"].size() == trade.rows.size());
+  CHECK(json["outputs"][1]["why_not"] == "zero throughout");
+}
+
+TEST_CASE("a lossless graph is measured with Störmer-Verlet too") {
+  const Trade trade = trade_of(compile_text(oscillator("")), 4.0);
+  const auto found = std::find_if(trade.rows.begin(), trade.rows.end(),
+                                  [](const TradeRow& row) { return row.setting.method == Method::verlet; });
+  CHECK(found != trade.rows.end());
+}
+
+TEST_CASE("on a stiff scene explicit methods are cut or unstable, and the table says why") {
+  const Trade trade = trade_of(compile_text(kStiff), 6.0);
+  CHECK(trade.fastest_rate == Approx(1e6).epsilon(1e-3));
+  const TradeRow& erk = row_of(trade, Method::erk5, 1e-2);
+  CHECK(erk.verdict == TradeVerdict::too_costly);
+  CHECK_THAT(erk.why, Contains("stability holds an explicit method's steps"));
+  CHECK(row_of(trade, Method::dirk4, 1e-4).verdict == TradeVerdict::stable);
+  CHECK(row_of(trade, Method::bdf, 1e-4).verdict == TradeVerdict::stable);
+  bool unstable = false;
+  for (const TradeRow& row : trade.rows) {
+    if (row.setting.method != Method::euler || row.verdict != TradeVerdict::unstable) continue;
+    unstable = true;
+    CHECK_THAT(row.why, Contains("times what the fastest mode takes"));
+  }
+  CHECK(unstable);
+  const auto picked = pick_row(trade, 1e-4);
+  REQUIRE(picked);
+  CHECK(facts_of(trade.rows[*picked].setting.method).implicit());
+}
+
+TEST_CASE("a setting found for an accuracy has it against the exact solution") {
+  CompiledModel model = compile_text(kStiff);
+  TradeOptions options;
+  options.budget = 5.0;
+  for (const double accuracy : {1e-3, 1e-6}) {
+    const TradePick pick = find_setting(*model.model, model.system, model.program, model.inputs, accuracy, options);
+    CHECK(pick.error <= accuracy);
+    CHECK(pick.reference.error < accuracy / 2.0);
+    CHECK(facts_of(pick.setting.method).implicit());
+    CompiledModel found = model;
+    found.inputs = with_setting(model.inputs, pick.setting);
+    const RunResult run = found.run();
+    const std::vector<double> v = column(run, "v");
+    // both capacitors together discharge as one, but for terms of the size 1e-6
+    double error = 0.0;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      const double exact = i == 0 ? 1.0 : std::exp(-run.trace.times[i] / (1.0 + 1e-6)) / (1.0 + 1e-6);
+      error = std::max(error, std::abs(v[i] - exact));
+    }
+    CHECK(error <= accuracy + 3e-6);
+  }
+}
+
+TEST_CASE("what cannot be measured is refused with the reason") {
+  const auto words = [](const std::string& text, double accuracy) {
+    const CompiledModel model = compile_text(text);
+    TradeOptions options;
+    options.budget = 1.0;
+    try {
+      find_setting(*model.model, model.system, model.program, model.inputs, accuracy, options);
+    } catch (const TradeFailure& failure) {
+      return failure.diagnostic.code + " " + failure.diagnostic.situation;
+    }
+    return std::string();
+  };
+  const std::string no_states = R"json({ "bgsim": 1, "name": "divider",
+    "elements": { "s": { "kind": "Se", "effort": "sin(t)" }, "j": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r" } ],
+    "outputs": { "f": "r.f" }, "scenes": { "main": { "stop": 1, "samples": 3 } } })json";
+  CHECK_THAT(words(no_states, 1e-3), Contains("BG611 the model has no states"));
+  std::string nothing_moves = oscillator("0.2");
+  nothing_moves.replace(nothing_moves.find("\"q\": 1 }"), 8, "\"q\": 0 }");
+  CHECK_THAT(words(nothing_moves, 1e-3), Contains("BG611 no output of the scene moves"));
+  CHECK_THAT(words(oscillator("0.2"), 1e-15), Contains("BG612 the accuracy 1e-15 cannot be told"));
+}
