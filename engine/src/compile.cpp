@@ -84,11 +84,38 @@ class Compiler {
     for (const DependentStore& store : system_.dependent)
       dependents_.push_back(freeze_(order_.resolved[store.symbol.index()]));
     if (options_.energies) freeze_energies(freeze_list);
+    watch_poles();
     for (std::uint32_t i = 0; i < program_.relations.size(); ++i) {
       if (program_.relations[i].time_only) continue;
       program_.guarded.push_back(i);
       guards_.push_back(program_.relations[i].guard);
     }
+  }
+
+  /// Whatever the rates and the loops divide by.
+  void watch_poles() {
+    std::vector<bool> varies;
+    for (const SystemSymbol& symbol : system_.symbols) varies.push_back(symbol.kind != SystemSymbol::Kind::parameter);
+    Roots roots = order_.rates;
+    for (const Block& block : order_.blocks) roots.insert(roots.end(), block.residuals.begin(), block.residuals.end());
+    for (const PoleFactor& pole : pole_factors(*program_.model, order_, roots, varies)) freeze_.watch(pole);
+    find_sources(roots);
+  }
+
+  /// Expressions of time alone that stand in others, or alone.
+  void find_sources(const Roots& roots) {
+    const std::vector<ExprId> nodes = reachable(order_.pool, roots);
+    std::vector<char> inner(order_.pool.size(), 0);
+    const auto is_source = [this](ExprId e) { return order_.pool[e].op != Op::symbol && freeze_.follows_time(e); };
+    for (const ExprId e : nodes) {
+      if (is_leaf(order_.pool, e) || is_source(e)) continue;
+      const ExprNode& node = order_.pool[e];
+      const std::uint32_t children[] = {node.a, node.b, node.c};
+      for (int k = 0; k < arity(node.op); ++k) inner[children[k]] = 1;
+    }
+    for (const ExprId root : roots) inner[root.index()] = 1;
+    for (const ExprId e : nodes)
+      if (inner[e.index()] != 0 && is_source(e)) program_.sources.push_back(freeze_.plain(e));
   }
 
   template <class FreezeList>
@@ -261,10 +288,10 @@ class Compiler {
     for (const ExprId e : found) program_.once.code[0].push_back(instruction(e));
   }
 
-  [[nodiscard]] bool is_leaf(ExprId e) const {
-    const Op op = program_.pool[e].op;
-    return op == Op::constant || op == Op::symbol;
+  [[nodiscard]] static bool is_leaf(const ExprPool& pool, ExprId e) {
+    return pool[e].op == Op::constant || pool[e].op == Op::symbol;
   }
+  [[nodiscard]] bool is_leaf(ExprId e) const { return is_leaf(program_.pool, e); }
 
   Instruction instruction(ExprId e) {
     const ExprNode node = program_.pool[e];

@@ -342,9 +342,10 @@ class Derivation {
     if (element.energy.valid()) {
       part.energy = (*translate_)(element.energy);
     } else if (element.coefficient.valid()) {
+      // x/(2 c) first: the square of x may be beyond a double where the energy is not.
       const ExprId x = as_expression(part.displacements[0]);
       const ExprId twice = pool.mul(pool.constant(2.0), (*translate_)(element.coefficient));
-      part.energy = pool.div(pool.mul(x, x), twice);
+      part.energy = pool.mul(x, pool.div(x, twice));
     }
     std::vector<ExprId> roots = part.conjugates;
     if (part.energy.valid()) roots.push_back(part.energy);

@@ -42,6 +42,7 @@ EventWatch::EventWatch(const Program& program, Evaluator& evaluator, const Toler
   just_crossed_.assign(count, false);
   hold_.assign(count, 0.0);
   direction_.assign(count, 0);
+  largest_.assign(count, 0.0);
   values_.assign(count, 0.0);
   middle_ = end_ = probe_ = values_;
 }
@@ -99,8 +100,11 @@ bool EventWatch::changes_mode(std::size_t guard, int side) const {
 void EventWatch::decide(const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (side_[i] == 0 && values[i] != 0.0) side_[i] = sign_of(values[i]);
-    if (idle_[i] && values[i] > 0.0) idle_[i] = false;
+    const bool pole = program_.relations[relation_[i]].kind == Relation::Kind::pole;
+    if (idle_[i] && (values[i] > 0.0 || pole)) idle_[i] = false;
+    if (pole) side_[i] = sign_of(values[i]);
     if (values[i] * side_[i] > 0.0) hold_[i] = 0.0;
+    largest_[i] = std::max(largest_[i], std::abs(values[i]));
   }
 }
 
@@ -187,22 +191,36 @@ std::optional<double> EventWatch::dip(double from, double to, const std::vector<
 EventWatch::Search EventWatch::search(Integrator& integrator) {
   if (!any()) return Search::none;
   const double from = integrator.previous(), to = integrator.time();
-  const double middle = from + (to - from) / 2;
-  const auto failed = [this] {
-    fail_with_fault();
-    return Search::failed;
-  };
-  if (!evaluate(integrator, middle, middle_)) return failed();
-  if (any_crossed(middle_)) return locate(integrator, from, middle) ? Search::found : Search::failed;
-  if (!evaluate(integrator, to, end_)) return failed();
-  if (any_crossed(end_)) return locate(integrator, middle, to) ? Search::found : Search::failed;
-  if (const auto low = dip(from, to, middle_, end_)) {
-    if (!evaluate(integrator, *low, probe_)) return failed();
-    if (any_crossed(probe_)) return locate(integrator, from, *low) ? Search::found : Search::failed;
+  // Where a denominator passes zero without consequence, the step is searched again without it.
+  for (std::size_t round = 0; round <= side_.size(); ++round) {
+    const auto begin_and_end = bracket(integrator, from, to);
+    if (failure_) return Search::failed;
+    if (!begin_and_end) break;
+    if (!locate(integrator, begin_and_end->first, begin_and_end->second)) return Search::failed;
+    const Search outcome = judge_poles(integrator);
+    if (outcome != Search::none) return outcome;
   }
   decide(end_);
   values_ = end_;
   return Search::none;
+}
+
+/// A stretch of the step at whose end a guard has crossed; none if there is none, or failure().
+std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integrator, double from, double to) {
+  const double middle = from + (to - from) / 2;
+  const auto failed = [this] {
+    fail_with_fault();
+    return std::nullopt;
+  };
+  if (!evaluate(integrator, middle, middle_)) return failed();
+  if (any_crossed(middle_)) return std::pair(from, middle);
+  if (!evaluate(integrator, to, end_)) return failed();
+  if (any_crossed(end_)) return std::pair(middle, to);
+  const auto low = dip(from, to, middle_, end_);
+  if (!low) return std::nullopt;
+  if (!evaluate(integrator, *low, probe_)) return failed();
+  if (any_crossed(probe_)) return std::pair(from, *low);
+  return std::nullopt;
 }
 
 /// Closes in on the first crossing until the two ends are neighbours among the doubles; the event is the later one.
@@ -238,6 +256,43 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
     if (!evaluate(integrator, event_time_, end_)) return fail_with_fault();
   }
   return true;
+}
+
+/// Of the denominators that have come to zero: a pole, or a quotient that stays finite (sin(x)/x) and is left alone.
+EventWatch::Search EventWatch::judge_poles(Integrator& integrator) {
+  constexpr double kUnbounded = 1e4, kBeside = 1e-8;
+  const std::size_t states = program_.state_names.size();
+  const auto rates = [&](double t, std::vector<double>& out) {
+    out.resize(states);
+    integrator.interpolate(t, y_.data());
+    return prepare(t, y_.data()) && evaluator_.rates(t, y_.data(), out.data());
+  };
+  Search outcome = Search::found;
+  for (std::size_t i = 0; i < side_.size(); ++i) {
+    const Relation& relation = program_.relations[relation_[i]];
+    if (relation.kind != Relation::Kind::pole || !crossed(i, end_[i])) continue;
+    std::vector<double> before, beside;
+    bool pole = relation.structural || !rates(event_time_ - kBeside * integrator.step(), beside);
+    if (!pole && rates(integrator.previous(), before))
+      for (std::size_t k = 0; k < states; ++k)
+        pole = pole || (std::abs(beside[k]) > kUnbounded * std::abs(before[k]) && before[k] != 0.0);
+    if (pole) {
+      failure_ = pole_failure(program_, relation_[i], event_time_);
+      return Search::failed;
+    }
+    idle_[i] = true;  // until decide() has seen it on its other side
+    outcome = Search::none;
+  }
+  return outcome;
+}
+
+std::optional<std::size_t> EventWatch::pole_ahead(double t, const double* x) {
+  constexpr double kNothing = 1e-3;
+  if (!any() || !prepare(t, x) || !evaluator_.guards(t, x, probe_.data())) return std::nullopt;
+  for (std::size_t i = 0; i < side_.size(); ++i)
+    if (program_.relations[relation_[i]].kind == Relation::Kind::pole && std::abs(probe_[i]) < kNothing * largest_[i])
+      return relation_[i];
+  return std::nullopt;
 }
 
 bool EventWatch::cross(const double* y) {

@@ -4,6 +4,7 @@
 #include <deque>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
@@ -36,6 +37,10 @@ class EventWatch {
   /// there is no such guard.
   bool take_across(double t, const double* x, std::span<const double> tolerance);
 
+  /// The pole that a run which cannot go on at (t, x) has come to: the factor of a denominator that has fallen to next
+  /// to nothing of what it was. None if there is no such factor.
+  [[nodiscard]] std::optional<std::size_t> pole_ahead(double t, const double* x);
+
   /// Whether modes are held that depend on the point: prepare() sets them before anything is evaluated there.
   [[nodiscard]] bool holding() const { return stiction_.any(); }
   bool prepare(double t, const double* x) { return !stiction_.any() || stiction_.balance(t, x); }
@@ -57,6 +62,8 @@ class EventWatch {
                             const std::vector<double>& end) const;
   bool locate(Integrator& integrator, double from, double to);
   bool fail_with_fault();
+  Search judge_poles(Integrator& integrator);
+  std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
   bool judge_rhythm(double t);
   [[nodiscard]] std::vector<std::size_t> recent_relations() const;
 
@@ -71,6 +78,7 @@ class EventWatch {
   std::vector<double> hold_;           ///< by guard: not seen as crossed up to this size; see take_across
   std::vector<bool> idle_;             ///< by guard: beyond the last border, nothing left to change
   std::vector<bool> just_crossed_;     ///< by guard
+  std::vector<double> largest_;        ///< by guard of a pole: its largest magnitude so far
   std::vector<double> values_, middle_, end_, probe_;
   std::vector<int> direction_;
   std::vector<double> y_;

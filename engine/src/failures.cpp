@@ -126,6 +126,24 @@ Diagnostic contradiction_failure(const Program& program, std::span<const std::si
   return diagnostic;
 }
 
+Diagnostic pole_failure(const Program& program, std::size_t relation, double t) {
+  const RelationFacts facts = relation_facts(program, relation);
+  const std::string of = facts.where.empty() ? "" : " of \"" + facts.where + "\"";
+  const bool structural = program.relations[relation].structural;
+  // The time carries the error of the whole run, hence few digits.
+  Diagnostic diagnostic =
+      failure("BG613", facts.text + ", by which the law" + of + " divides, passes 0 near t = " + number_text(t, 6));
+  diagnostic.place = facts.place;
+  diagnostic.rule = structural
+                        ? "a resistance that gives a flow, a capacitance, an inertance or a modulus that is divided "
+                          "by must keep its sign"
+                        : "where a law divides by zero it has a pole, and its other side is another system";
+  diagnostic.help = structural
+                        ? "keep it away from zero: max(value, least), or turn the causality round with a store"
+                        : "add what keeps the state from there (a stop, a residual volume), or end the scene before";
+  return diagnostic;
+}
+
 std::optional<BlowUp> recognise_blow_up(const StuckPoint& point) {
   constexpr double kGrown = 1e3, kSudden = 1e-3, kOverflow = 1e290;
   std::optional<BlowUp> found;
@@ -175,6 +193,17 @@ Diagnostic stuck_failure(const StuckPoint& point) {
   diagnostic.rule = "the solution must be smooth between events at the scale of the time's own resolution";
   diagnostic.help =
       "look for a law with a jump or an infinite slope there, or for a tolerance below what rounding allows";
+  return diagnostic;
+}
+
+Diagnostic time_constant_failure(const std::string& state, double time_constant, double span, const Place& place) {
+  Diagnostic diagnostic =
+      failure("BG614", "the time constant of \"" + state + "\" is " + number_text(time_constant, 2) +
+                           ", beside a scene of " + number_text(span, 2));
+  diagnostic.place = place;
+  diagnostic.rule = "a time constant may be 1e70 times shorter than the scene at most";
+  diagnostic.help =
+      "at this scale the store is always in balance: leave it out, or give it a value of the scene's scale";
   return diagnostic;
 }
 

@@ -35,6 +35,9 @@ Diagnostic chattering_failure(const Program& program, std::span<const std::size_
                               std::size_t events, double gap, bool accumulating);
 Diagnostic contradiction_failure(const Program& program, std::span<const std::size_t> relations, double t);
 
+/// BG613: a denominator passes zero.
+Diagnostic pole_failure(const Program& program, std::size_t relation, double t);
+
 /// What is known about each unknown where the integrator gave up.
 struct StuckPoint {
   double t = 0.0, start = 0.0;
@@ -54,6 +57,9 @@ struct BlowUp {
   bool overflow = false;
 };
 std::optional<BlowUp> recognise_blow_up(const StuckPoint& point);
+
+/// BG614: a store so fast beside the scene that double precision cannot follow it.
+Diagnostic time_constant_failure(const std::string& state, double time_constant, double span, const Place& place);
 
 Diagnostic interrupted_failure(double t);                                   // BG606
 Diagnostic step_limit_failure(double t, double stop, std::uint64_t steps);  // BG607

@@ -20,6 +20,15 @@ ExprId rebuild(ExprPool& pool, const ExprNode& node, const std::vector<ExprId>& 
   }
 }
 
+Relation relation_of(Relation::Kind kind, ExprId guard, Op comparison = Op::lt, TableId table = {}) {
+  Relation relation;
+  relation.kind = kind;
+  relation.guard = guard;
+  relation.comparison = comparison;
+  relation.table = table;
+  return relation;
+}
+
 }  // namespace
 
 Freezer::Freezer(const EquationSystem& system, const BlockOrder& order, Program& program)
@@ -84,15 +93,15 @@ ExprId Freezer::copy(ExprId expression) {
   if (variation(expression) == Variation::fixed) return rebuild(program_.pool, node, frozen_, tables_);
   if (is_comparison(node.op)) return freeze_comparison(expression);
   const ExprId argument = frozen_[node.a];
-  if (node.op == Op::sign) return freeze(expression, {Relation::Kind::sign, {}, argument, Op::lt, {}, false, {}, {}});
-  if (node.op == Op::step) return freeze(expression, {Relation::Kind::step, {}, argument, Op::lt, {}, false, {}, {}});
-  if (node.op == Op::floor) return freeze(expression, {Relation::Kind::floor, {}, argument, Op::lt, {}, false, {}, {}});
+  if (node.op == Op::sign) return freeze(expression, relation_of(Relation::Kind::sign, argument));
+  if (node.op == Op::step) return freeze(expression, relation_of(Relation::Kind::step, argument));
+  if (node.op == Op::floor) return freeze(expression, relation_of(Relation::Kind::floor, argument));
   if (is_table(node.op)) {
     const TableId table = tables_[node.b];
     const auto key = cell_key(argument, table);
     if (program_.pool.tables()[table.index()].interpolation == Interpolation::linear && !cells_.contains(key)) {
       cells_[key] = static_cast<std::uint32_t>(program_.relations.size());
-      freeze(expression, {Relation::Kind::cell, {}, argument, Op::lt, table, false, {}, {}});
+      freeze(expression, relation_of(Relation::Kind::cell, argument, Op::lt, table));
     }
   }
   return rebuild(program_.pool, node, frozen_, tables_);
@@ -101,16 +110,17 @@ ExprId Freezer::copy(ExprId expression) {
 ExprId Freezer::freeze_comparison(ExprId expression) {
   const ExprNode& node = order_.pool[expression];
   const ExprId guard = program_.pool.sub(frozen_[node.a], frozen_[node.b]);
-  return freeze(expression, {Relation::Kind::condition, {}, guard, node.op, {}, false, {}, {}});
+  return freeze(expression, relation_of(Relation::Kind::condition, guard, node.op));
 }
 
 ExprId Freezer::freeze(ExprId expression, Relation relation) {
-  relation.origin = plain_[expression.index()];
+  if (!relation.origin.valid()) relation.origin = plain_[expression.index()];
   relation.time_only = variation(expression) == Variation::time_only;
-  relation.where = order_.origins[expression.index()];
+  if (relation.kind != Relation::Kind::pole) relation.where = order_.origins[expression.index()];
   const auto name = [this](SymbolId symbol) { return program_.symbol_names[symbol.index()]; };
   try {
-    relation.text = to_text(program_.pool, relation.origin, name);
+    const bool pole = relation.kind == Relation::Kind::pole;
+    relation.text = to_text(program_.pool, pole ? plain_[expression.index()] : relation.origin, name);
   } catch (const std::length_error&) {
     relation.text = "a condition too long to print";
   }
@@ -119,6 +129,17 @@ ExprId Freezer::freeze(ExprId expression, Relation relation) {
   modes_.push_back(mode);
   program_.relations.push_back(std::move(relation));
   return program_.pool.symbol(mode);
+}
+
+void Freezer::watch(const PoleFactor& pole) {
+  const ExprId factor = (*this)(pole.factor);
+  Relation relation = relation_of(Relation::Kind::pole, factor);
+  relation.origin = program_.pool.make(Op::sign, plain_[pole.factor.index()]);
+  program_.origins.resize(program_.pool.size(), pole.where);
+  relation.structural = pole.structural;
+  relation.where = pole.where;
+  freeze(pole.factor, std::move(relation));
+  program_.origins.resize(program_.pool.size(), pole.where);
 }
 
 std::uint32_t Freezer::cell_relation(ExprId argument, TableId table) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bgsim/program.hpp"
+#include "poles.hpp"
 
 namespace bgsim {
 
@@ -21,6 +22,12 @@ class Freezer {
 
   /// The same expression in the program's pool, not frozen.
   ExprId plain(ExprId expression);
+
+  /// Has the factor of a denominator watched.
+  void watch(const PoleFactor& pole);
+
+  /// Whether a frozen expression varies with time, and with nothing else.
+  [[nodiscard]] bool follows_time(ExprId expression) const { return variation(expression) == Variation::time_only; }
 
   /// Symbols of the modes, by relation.
   [[nodiscard]] const std::vector<SymbolId>& modes() const { return modes_; }

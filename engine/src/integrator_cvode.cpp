@@ -23,7 +23,7 @@ Integrator::Integrator(double span) {
   constexpr int kOrdinary = 160;
   int exponent = 0;
   std::frexp(span, &exponent);
-  if (std::abs(exponent) > kOrdinary) unit_ = std::ldexp(1.0, exponent);
+  if (std::abs(exponent) > kOrdinary) unit_ = std::ldexp(1.0, exponent - 1);
 }
 
 namespace {

@@ -177,12 +177,26 @@ std::string solution_text(const ProgramBlock& block, std::span<const double> z) 
   return result;
 }
 
-bool alike(std::span<const double> a, std::span<const double> b) {
-  // Newton leaves solutions near 1e-13; those of different branches differ by far more than this.
-  constexpr double kSame = 1e-6;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    if (std::abs(a[i] - b[i]) > kSame * std::max(std::abs(a[i]), std::abs(b[i]))) return false;
-  return true;
+/// Leaves out solutions that have been found before. Newton leaves them near 1e-13 of their size, or of the others'
+/// size where they are zero; those of different branches differ by far more than this.
+void drop_repeated(std::vector<std::vector<double>>& solutions) {
+  constexpr double kSame = 1e-6, kZero = 1e-12;
+  std::vector<double> scale;
+  for (const std::vector<double>& z : solutions) {
+    scale.resize(z.size(), 0.0);
+    for (std::size_t i = 0; i < z.size(); ++i) scale[i] = std::max(scale[i], std::abs(z[i]));
+  }
+  std::vector<std::vector<double>> kept;
+  const auto alike = [&](const std::vector<double>& a, const std::vector<double>& b) {
+    for (std::size_t i = 0; i < a.size(); ++i)
+      if (std::abs(a[i] - b[i]) > std::max(kSame * std::max(std::abs(a[i]), std::abs(b[i])), kZero * scale[i]))
+        return false;
+    return true;
+  };
+  for (std::vector<double>& z : solutions)
+    if (std::none_of(kept.begin(), kept.end(), [&](const auto& other) { return alike(z, other); }))
+      kept.push_back(std::move(z));
+  solutions = std::move(kept);
 }
 
 }  // namespace
@@ -214,9 +228,9 @@ bool Evaluator::explore_loops(double t, const double* x, std::vector<std::string
       if (start == 0.0) outcome = this_one;
       if (this_one != LoopOutcome::solved) continue;
       if (solutions.empty()) first_start = start;
-      const bool known = std::any_of(solutions.begin(), solutions.end(), [&](const auto& s) { return alike(s, z); });
-      if (!known) solutions.emplace_back(z.begin(), z.end());
+      solutions.emplace_back(z.begin(), z.end());
     }
+    drop_repeated(solutions);
     if (solutions.empty()) {
       std::fill(z.begin(), z.end(), 0.0);
       impl.load_residual(b);

@@ -12,6 +12,7 @@ double Evaluator::Impl::mode_for(const Relation& relation, double guard) const {
     case Relation::Kind::condition:
       return apply(relation.comparison, guard, 0.0);
     case Relation::Kind::sign:
+    case Relation::Kind::pole:
       return apply(Op::sign, guard);
     case Relation::Kind::step:
       return apply(Op::step, guard);

@@ -200,10 +200,10 @@ std::size_t nearest_cell(const Table& table, double x) {
   return static_cast<std::size_t>(after - table.x.begin()) - 1;
 }
 
-TimeRelation::TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time,
-                           std::span<const double> symbol_values) {
+TimeRelation::TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values,
+                           bool cells) {
   const ExprNode& top = pool[relation];
-  if (is_table(top.op)) {
+  if (cells && is_table(top.op)) {
     cells_ = &pool.tables()[top.b];
     relation = ExprId(top.a);
   }
@@ -255,10 +255,14 @@ void TimeRelation::run(const Step& step) {
   }
 }
 
-std::optional<double> TimeRelation::value_on(double begin, double end) {
+Range TimeRelation::range_on(double begin, double end) {
   for (const std::uint32_t i : time_) values_[i] = Range(begin, end);
   for (const Step& step : steps_) run(step);
-  const Range& x = values_.back();
+  return values_.back();
+}
+
+std::optional<double> TimeRelation::value_on(double begin, double end) {
+  const Range x = range_on(begin, end);
   if (is_empty(x)) return std::numeric_limits<double>::quiet_NaN();
   if (cells_ != nullptr) {
     const std::size_t first = nearest_cell(*cells_, x.lower());

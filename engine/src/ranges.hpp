@@ -20,10 +20,14 @@ using Range = boost::numeric::interval<
 /// Evaluates one relation over stretches of time, with the parameters fixed.
 class TimeRelation {
  public:
-  TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values);
+  /// @param cells  whether a table at the top stands for its cell's index instead of its value
+  TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values,
+               bool cells = true);
 
   /// The relation's value if it is the same at all times in [begin, end], NaN being a value like others.
   std::optional<double> value_on(double begin, double end);
+  /// What holds all values that it takes in [begin, end]: empty if there is none.
+  Range range_on(double begin, double end);
 
  private:
   struct Step {

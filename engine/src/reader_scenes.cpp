@@ -155,7 +155,8 @@ std::optional<double> Reader::positive(NodeId value, const std::string& what) {
   const Document& file = document(scopes_[0]);
   if (!expect(file, value, JsonKind::number, what)) return std::nullopt;
   if (file[value].number > 0.0) return file[value].number;
-  problem("BG146", what + " must be greater than 0", file.place(value));
+  problem("BG146", what + " must be greater than 0", file.place(value),
+          "leave it out: tolerances then follow each state's own size");
   return std::nullopt;
 }
 

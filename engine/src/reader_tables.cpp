@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
 #include "reader.hpp"
@@ -33,6 +34,21 @@ const CsvTable& Reader::data_file(const std::string& path, const std::function<v
 }
 
 /// A column of a CSV file over its first column. @p file and @p column are parts of the expression @p text.
+namespace {
+
+/// The first row, counted from 1, that lies next to nothing before the one after it, measured by the gaps beside.
+std::optional<std::size_t> uneven_row(const std::vector<double>& x) {
+  constexpr double kUneven = 1e6;
+  for (std::size_t i = 1; i + 1 < x.size(); ++i) {
+    const double before = x[i] - x[i - 1], after = x[i + 1] - x[i];
+    if (before > kUneven * after) return i + 1;
+    if (after > kUneven * before) return i;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 TableId Reader::load_table(const Scope& scope, std::string_view text, std::string_view file, std::string_view column,
                            Interpolation interpolation) {
   const std::string path = beside(scope.document, file);
@@ -61,7 +77,15 @@ TableId Reader::load_table(const Scope& scope, std::string_view text, std::strin
   table.interpolation = interpolation;
   table.x = data.columns.front();
   table.y = data.columns[static_cast<std::size_t>(at - data.names.begin())];
-  if (interpolation == Interpolation::spline) prepare_spline(table);
+  if (interpolation == Interpolation::spline) {
+    if (const auto row = uneven_row(table.x))
+      refuse(
+          file,
+          "rows " + std::to_string(*row) + " and " + std::to_string(*row + 1) + " of " + in_quotes(path) +
+              " lie a million times nearer to each other than their neighbours: a spline swings there beyond measure",
+          "for a jump, use two tables and step(t - t0); else interpolate linearly or drop a row");
+    prepare_spline(table);
+  }
   const TableId id = model_.pool.add_table(std::move(table));
   tables_.emplace(key, id);
   return id;

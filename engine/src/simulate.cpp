@@ -10,6 +10,7 @@
 #include "failures.hpp"
 #include "integrator.hpp"
 #include "separability.hpp"
+#include "source_pace.hpp"
 #include "tolerances.hpp"
 
 namespace bgsim {
@@ -55,6 +56,10 @@ class Run {
   bool integrate();
   bool integrate_to(double limit);
   bool after_step();
+  bool take_time_event();
+  [[nodiscard]] std::optional<double> next_edge() const;
+  std::optional<std::size_t> too_fast_state();
+  [[nodiscard]] Diagnostic too_fast_failure(std::size_t state) const;
   bool take_state_event();
   bool step_is_vital();
   void hold_or_not();
@@ -76,6 +81,8 @@ class Run {
   [[nodiscard]] std::vector<double> source_times();
   void report();
   void note_quiet_states();
+  void note_fast_sources();
+  void note_open_balance();
 
   const Model& model_;
   const EquationSystem& system_;
@@ -98,6 +105,9 @@ class Run {
                 next_estimate_ = 0, rescued_at_ = 0;
   std::vector<double> largest_early_, largest_now_;
   double early_until_ = 0.0;
+  std::vector<Pulse> pulses_;
+  std::vector<double> edges_;  ///< their ends, and some stops between, in order
+  double fastest_ = 0.0;       ///< time constant of the state that is too fast
   double integration_seconds_ = 0.0, output_seconds_ = 0.0, audit_seconds_ = 0.0;
 };
 
@@ -188,6 +198,8 @@ std::vector<double> Run::source_times() {
     t = *event;
     times.push_back(t);
   }
+  for (std::size_t i = 0; i < std::min(kEvents, pulses_.size()); ++i)
+    times.push_back(pulses_[i].begin + (pulses_[i].end - pulses_[i].begin) / 2);
   for (const double part : {0.0137, 0.113, 0.379, 0.731}) times.push_back(t_ + part * (inputs_.stop - t_));
   return times;
 }
@@ -196,18 +208,72 @@ bool Run::integrate() {
   if (!emit_at(t_, x_.data())) return false;
   if (!(inputs_.stop > t_)) return true;
   if (!choose_integrator()) return false;
+  if (const auto state = too_fast_state()) return fail(too_fast_failure(*state));
+  pulses_ = find_pulses(program_, inputs_.parameters, t_, inputs_.stop);
+  constexpr int kParts = 8;
+  for (const Pulse& pulse : pulses_)
+    for (const int part : {0, 1, 2, 3, 4, 5, 6, 7, kParts, 2 * kParts}) {  // the last: when its flank has died away
+      const double edge = pulse.begin + (pulse.end - pulse.begin) * part / kParts;
+      if (edge > t_ && edge < inputs_.stop) edges_.push_back(edge);
+    }
+  std::sort(edges_.begin(), edges_.end());
+  edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+  tolerances_.know_edges(edges_);
   tolerances_.estimate(evaluator_, t_, x_.data(), source_times());
   next_estimate_ = 20;
   while (t_ < inputs_.stop) {
-    const std::optional<double> event = evaluator_.next_time_event(t_, inputs_.stop);
+    std::optional<double> event = evaluator_.next_time_event(t_, inputs_.stop);
+    if (const auto edge = next_edge(); edge && !(event && *event <= *edge)) event = edge;
     if (!integrate_to(event.value_or(inputs_.stop))) return false;
     if (event) {
       ++time_events_;
-      evaluator_.set_time_modes(t_);
+      if (std::binary_search(edges_.begin(), edges_.end(), t_)) tolerances_.forget_noise();
+      if (!take_time_event()) return false;
       if (!events_.settle(t_, x_.data())) return fail(*events_.failure());
     }
     if (!emit_at(t_, x_.data())) return false;
   }
+  return true;
+}
+
+/// Where a pulse begins or ends next, or the next eighth of it: the integrator could step over the whole of it.
+std::optional<double> Run::next_edge() const {
+  const auto next = std::upper_bound(edges_.begin(), edges_.end(), t_);
+  return next == edges_.end() ? std::nullopt : std::optional(*next);
+}
+
+/// The state whose time constant is so far below the scene that the integrator's squares overflow.
+std::optional<std::size_t> Run::too_fast_state() {
+  constexpr double kFastest = 1e70;
+  if (implicit_) return std::nullopt;
+  const Sparsity& pattern = program_.jacobian_pattern;
+  std::vector<double> entries(pattern.row.size());
+  if (!evaluator_.jacobian(t_, x_.data(), entries.data())) return std::nullopt;
+  for (std::size_t column = 0; column < pattern.size; ++column)
+    for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
+         k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
+      if (static_cast<std::size_t>(pattern.row[k]) == column && std::abs(entries[k]) * (inputs_.stop - t_) > kFastest) {
+        fastest_ = 1.0 / std::abs(entries[k]);
+        return column;
+      }
+  return std::nullopt;
+}
+
+Diagnostic Run::too_fast_failure(std::size_t state) const {
+  return time_constant_failure(program_.state_names[state], fastest_, inputs_.stop - inputs_.start,
+                               model_.elements[system_.states[state].element.index()].place);
+}
+
+/// Modes beyond a known time. False where it is one at which a law divides by zero.
+bool Run::take_time_event() {
+  const auto side = [this](std::size_t relation) { return evaluator_.mode(relation); };
+  std::vector<std::pair<std::size_t, double>> before;
+  for (std::size_t i = 0; i < program_.relations.size(); ++i)
+    if (program_.relations[i].kind == Relation::Kind::pole && program_.relations[i].time_only)
+      before.emplace_back(i, side(i));
+  evaluator_.set_time_modes(t_);
+  for (const auto& [relation, value] : before)
+    if (side(relation) != value) return fail(pole_failure(program_, relation, t_));
   return true;
 }
 
@@ -383,6 +449,7 @@ bool Run::fail_as_stuck(const std::string& words) {
   const Fault& fault = integrator_->last_fault();
   const bool faulty = integrator_->failure().fault || (fault.kind != Fault::Kind::none &&
                                                        std::abs(fault.time - t_) <= kJustAhead * (t_ - inputs_.start));
+  if (const auto pole = events_.pole_ahead(t_, x_.data())) return fail(pole_failure(program_, *pole, t_));
   return fail(faulty && !recognise_blow_up(point) ? fault_failure(fault) : stuck_failure(point));
 }
 
@@ -447,6 +514,31 @@ void Run::note_quiet_states() {
   result_.report.notes.push_back("never above the absolute tolerance given, hence not controlled: " + names);
 }
 
+/// A source that goes up and down within a step was sampled here and there, not followed.
+void Run::note_fast_sources() {
+  constexpr double kFollowed = 0.2;  // periods a step
+  if (result_.stop != StopReason::completed || steps_ == 0 || program_.sources.empty()) return;
+  const double frequency = source_frequency(program_, inputs_.parameters, inputs_.start, inputs_.stop);
+  const double step = (inputs_.stop - inputs_.start) / static_cast<double>(steps_);
+  if (frequency * step > kFollowed)
+    result_.report.notes.push_back(
+        "a source goes up and down about " + number_text(frequency, 1) +
+        " times per unit of time, of which the steps (" + number_text(step, 1) +
+        " on average) saw samples only: tighten the tolerance, or put its mean in its place");
+}
+
+void Run::note_open_balance() {
+  constexpr double kOpen = 1e-3, kTimesTolerance = 1e3;
+  const EnergyAudit& energy = result_.report.energy;
+  if (result_.stop != StopReason::completed || !energy.done ||
+      !(energy.relative > std::max(kOpen, kTimesTolerance * inputs_.relative)))
+    return;
+  result_.report.notes.push_back("the energy balance is open by " + number_text(100.0 * energy.relative, 2) +
+                                 " %: the run is less accurate than its tolerance, or a law makes or swallows energy; "
+                                 "a smaller relative tolerance "
+                                 "tells which");
+}
+
 void Run::report() {
   RunReport& report = result_.report;
   report.model = model_.name;
@@ -473,6 +565,7 @@ void Run::report() {
     for (std::size_t i = 0; i < x_.size(); ++i)
       report.absolute.emplace_back(program_.state_names[i], tolerances_.absolute(i));
     note_quiet_states();
+    note_fast_sources();
   }
   report.loop_iterations = evaluator_.counts().loop_iterations;
   if (result_.failure && x_.empty() && !program_.state_names.empty()) {
@@ -480,6 +573,7 @@ void Run::report() {
   } else {
     const Stopwatch watch(audit_seconds_);
     report.energy = audit_.finish(t_, x_.data());
+    note_open_balance();
   }
   report.stage_seconds = {
       {"integration", integration_seconds_}, {"outputs", output_seconds_}, {"audit", audit_seconds_}};

@@ -120,7 +120,11 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
   const double stop = start_ + span_;
   std::vector<Push> pushes;
   std::vector<double> now(states_);
-  const auto lasts = [&](double from) { return evaluator.next_time_event(from, stop).value_or(stop) - from; };
+  const auto lasts = [&](double from) {
+    const double event = evaluator.next_time_event(from, stop).value_or(stop);
+    const auto edge = std::upper_bound(edges_.begin(), edges_.end(), from);
+    return std::min(event, edge == edges_.end() ? stop : *edge) - from;
+  };
   if (!evaluator.rates(t, x, now.data())) return;
   const std::vector<double> tears(evaluator.tear_values().begin(), evaluator.tear_values().end());
   pushes.push_back({now, lasts(t)});
@@ -154,7 +158,13 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
       return change;
     };
     for (const Push& push : pushes) {
-      if (kBrief * push.lasts < h) continue;
+      if (kBrief * push.lasts < h) {
+        // Over before the shortest stage: what it moves is its rate times its length, which is no mere promise.
+        constexpr double kCertain = 1e3;
+        for (std::size_t i = 0; stage == 0 && i < states_; ++i)
+          magnitude[i] = std::max(magnitude[i], kCertain * std::abs(push.rates[i]) * push.lasts);
+        continue;
+      }
       const double* change = take(push.rates, h, false);
       if (&push != &pushes.front() || change == nullptr) continue;
       for (std::size_t i = 0; i < states_; ++i) moved[i] = x[i] + change[i];
@@ -244,6 +254,11 @@ void Tolerances::see_jacobian(const Sparsity& pattern, const double* entries) {
     });
     std::swap(doubt_, next_doubt_);
   }
+}
+
+void Tolerances::forget_noise() {
+  std::fill(noise_.begin(), noise_.end(), 0.0);
+  std::fill(doubt_.begin(), doubt_.end(), 0.0);
 }
 
 void Tolerances::see_noise(const std::function<bool(double t, const double* y, double* rates)>& evaluate, double t,

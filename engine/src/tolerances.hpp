@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
@@ -20,6 +21,10 @@ class Tolerances {
   /// Estimates the scales that are not known yet, from the point (t, x); @p times are further times at which sources
   /// may act, up to inputs.stop. Leaves the evaluator's loops and time modes as they were.
   void estimate(Evaluator& evaluator, double t, const double* x, const std::vector<double>& times);
+  /// Times, in order, at which sources set in or end without a jump: what acts before them promises nothing for later.
+  void know_edges(std::vector<double> edges) { edges_ = std::move(edges); }
+  /// At such a time: what rounding did to the rates before says nothing about them behind.
+  void forget_noise();
 
   /// Weights for the error test at an accepted point @p y, reached with steps of about @p step.
   void weights(double t, double step, const double* y, double* weight);
@@ -47,8 +52,9 @@ class Tolerances {
   bool implicit_;
   std::size_t states_, size_;
   double relative_, start_, span_;
-  double reach_ = 0.0;                                 ///< the floor holds for this distance from the start
-  double step_ = 0.0;                                  ///< latest step
+  double reach_ = 0.0;  ///< the floor holds for this distance from the start
+  double step_ = 0.0;   ///< latest step
+  std::vector<double> edges_;
   std::vector<double> given_;                          ///< by unknown; negative: not given
   std::vector<double> largest_;                        ///< magnitudes so far
   std::vector<double> recent_, earlier_;               ///< magnitudes since window_start_, and in the window before it

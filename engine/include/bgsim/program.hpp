@@ -31,15 +31,18 @@ struct Routine {
 
 /// What a mode is frozen from.
 struct Relation {
-  enum class Kind : std::uint8_t { condition, sign, step, floor, cell };
+  /// pole: no mode of anything, but a denominator's factor that must not pass zero (engine/src/poles.hpp).
+  enum class Kind : std::uint8_t { condition, sign, step, floor, cell, pole };
   Kind kind = Kind::condition;
-  ExprId origin;           ///< the comparison, sign, step, floor or table expression, not frozen, in Program::pool
-  ExprId guard;            ///< condition, sign, step: changes sign where the mode changes; floor, cell: the argument
-  Op comparison = Op::lt;  ///< condition: lt, le, gt, ge of the guard against 0
-  TableId table;           ///< cell: whose knots
-  bool time_only = false;  ///< depends on time and parameters only: a scheduled event, no root function
-  std::string text;        ///< in the model's own names, for messages
-  Origin where;            ///< whose expression it is
+  ExprId
+      origin;  ///< the comparison, sign, step, floor or table expression, not frozen, in Program::pool; pole: its sign
+  ExprId guard;  ///< condition, sign, step, pole: changes sign where the mode changes; floor, cell: the argument
+  Op comparison = Op::lt;   ///< condition: lt, le, gt, ge of the guard against 0
+  TableId table;            ///< cell: whose knots
+  bool structural = false;  ///< pole: a resistance, capacitance, inertance or modulus itself
+  bool time_only = false;   ///< depends on time and parameters only: a scheduled event, no root function
+  std::string text;         ///< in the model's own names, for messages
+  Origin where;             ///< whose expression it is
 };
 
 /// A loop, ready to be solved: linear ones by elimination, the others by damped Newton iteration.
@@ -116,6 +119,7 @@ struct Program {
   Routine implicit_residual;                      ///< rates, then residuals of all blocks, with the tears as given
   std::vector<ProgramBlock> blocks;
   std::vector<Relation> relations;
+  std::vector<ExprId> sources;  ///< the largest expressions of time and parameters alone in rates and loops, not frozen
   std::vector<std::uint32_t>
       guarded;  ///< relations that are not time_only: result i of `guards` is of relation guarded[i]
   JacobianPlan plan;

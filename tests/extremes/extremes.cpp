@@ -1,0 +1,190 @@
+#include "extremes.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+namespace bgsim::test {
+
+namespace {
+
+const char* const kPath = BGSIM_SOURCE_DIR "/docs/extremes.md";
+
+const char* const kHead =
+    R"(<!-- Written by the suite tests/extremes: BGSIM_UPDATE_GOLDEN=1 build/dev/tests/test_extremes. Do not edit. -->
+
+# The extremes
+
+What breaks simulators, and what bgsim does with it: the right result within a stated tolerance, or a diagnosis with
+names, time and mend. Each row is a test of the suite `tests/extremes`, which runs it, checks it and writes this table;
+errors are given as the power of ten above them, times and values in messages to three digits, so that they do not depend
+on a machine's last bits. Unless a row says otherwise, runs have the default relative tolerance 1e-6 and method.
+What is said of plain CVODE (SUNDIALS 6.4, BDF, scalar tolerances, the same equations) was measured once and is not
+repeated by the suite.
+
+)";
+
+std::string content() {
+  std::ifstream in(kPath, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// The document with one section put in its place.
+std::string with_section(const std::string& document, const std::string& title, const std::string& section) {
+  std::string result = kHead;
+  for (const std::string& each : section_titles()) {
+    const std::string heading = "## " + each + "\n";
+    if (each == title) {
+      result += section;
+      continue;
+    }
+    const auto begin = document.find(heading);
+    if (begin == std::string::npos) continue;
+    const auto end = document.find("\n## ", begin);
+    result += document.substr(begin, end == std::string::npos ? end : end + 1 - begin);
+  }
+  return result;
+}
+
+std::string section_of(const std::string& document, const std::string& title) {
+  const auto begin = document.find("## " + title + "\n");
+  if (begin == std::string::npos) return {};
+  const auto end = document.find("\n## ", begin);
+  return document.substr(begin, end == std::string::npos ? end : end + 1 - begin);
+}
+
+std::string cell(const std::string& text) { return std::regex_replace(text, std::regex("\\|"), "\\|"); }
+
+/// Numbers with more than three digits cut to three.
+std::string rounded(const std::string& text) {
+  static const std::regex number(R"(-?\b\d+(\.\d+)?(e[-+]?\d+)?\b)");
+  std::string result;
+  auto at = text.cbegin();
+  for (std::sregex_iterator i(text.begin(), text.end(), number), end; i != end; ++i) {
+    result.append(at, (*i)[0].first);
+    char shown[40];
+    std::snprintf(shown, sizeof shown, "%.3g", std::stod(i->str()));
+    result += shown;
+    at = (*i)[0].second;
+  }
+  return result.append(at, text.cend());
+}
+
+}  // namespace
+
+const std::vector<std::string>& section_titles() {
+  static const std::vector<std::string> titles{"Sources",          "Values and units", "Laws at their borders",
+                                               "Loops and starts", "Conditions",       "Time, size and tolerance"};
+  return titles;
+}
+
+void check_section(const std::string& title, const std::vector<Extreme>& entries) {
+  std::string section = "## " + title + "\n\n| input | what must happen, and why | what bgsim does |\n|---|---|---|\n";
+  for (const Extreme& entry : entries) {
+    INFO(entry.input);
+    section += "| " + cell(entry.input) + " | " + cell(entry.must) + " | " + cell(entry.does()) + " |\n";
+  }
+  section += "\n";
+  if (std::getenv("BGSIM_UPDATE_GOLDEN") != nullptr) {
+    const std::string document = with_section(content(), title, section);
+    std::ofstream(kPath, std::ios::binary) << document;
+  }
+  CHECK(section_of(content(), title) == section);
+}
+
+TEST_CASE("docs/extremes.md holds the sections of the suite and nothing else") {
+  const std::string document = content();
+  std::string whole = kHead;
+  for (const std::string& title : section_titles()) whole += section_of(document, title);
+  CHECK(document == whole);
+}
+
+std::string Ran::note(const std::string& containing) const {
+  for (const std::string& note : result->report.notes)
+    if (note.find(containing) != std::string::npos) return note;
+  return {};
+}
+
+Ran ran(const std::string& text, const SceneOverrides& overrides, const std::string& scene) {
+  Ran outcome;
+  try {
+    const CompiledModel compiled = compile_text(text, overrides, scene);
+    outcome.warnings = compiled.inputs.warnings;
+    outcome.warnings.insert(outcome.warnings.end(), compiled.system.warnings.begin(), compiled.system.warnings.end());
+    outcome.result = compiled.run();
+    outcome.said = outcome.result->failure;
+  } catch (const ModelError& error) {
+    for (const Diagnostic& diagnostic : error.diagnostics)
+      if (diagnostic.severity == Severity::error && !outcome.said) outcome.said = diagnostic;
+    return outcome;
+  }
+  const std::vector<double>& values = outcome.result->trace.values;
+  CHECK(std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }));
+  return outcome;
+}
+
+std::string within(double error, double limit) {
+  CHECK(error <= limit);
+  if (error == 0.0) return "exact";
+  constexpr double kRounding = 1e-12;  // below this the last bits decide
+  char text[40];
+  std::snprintf(text, sizeof text, "%.0e", std::pow(10.0, std::ceil(std::log10(std::max(error, kRounding)))));
+  return std::string("error below ") + text;
+}
+
+std::string diagnosis(const Ran& ran, const std::string& code, const std::vector<std::string>& words) {
+  REQUIRE(ran.said);
+  CHECK(ran.said->code == code);
+  std::string all = ran.said->situation;
+  for (const Note& note : ran.said->notes) all += "\n" + note.text;
+  for (const std::string& word : words) {
+    INFO(all);
+    CHECK(all.find(word) != std::string::npos);
+  }
+  CHECK((!ran.said->help.empty() || !ran.said->rule.empty()));
+  return "[" + ran.said->code + "](errors.md#bg" + ran.said->code.substr(2) + "): " + rounded(ran.said->situation);
+}
+
+std::string model_of(const std::string& elements, const std::string& bonds, const std::string& outputs,
+                     const std::string& scene) {
+  std::string list;
+  std::istringstream in(bonds);
+  for (std::string bond; in >> bond;) {
+    const auto arrow = bond.find('>');
+    list += (list.empty() ? "" : ", ") + std::string("{ \"from\": \"") + bond.substr(0, arrow) + "\", \"to\": \"" +
+            bond.substr(arrow + 1) + "\" }";
+  }
+  return R"({ "bgsim": 1, "name": "extreme", "elements": { )" + elements + " }, \"bonds\": [ " + list +
+         " ], \"outputs\": { " + outputs + " }, \"scenes\": { \"main\": { " + scene + " } } }";
+}
+
+std::string charging(const std::string& effort, const std::string& resistance, const std::string& capacitance,
+                     const std::string& scene, const std::string& initial) {
+  return model_of(R"("source": { "kind": "Se", "effort": ")" + effort +
+                      R"(" }, "loop": { "kind": "1" }, "r": { "kind": "R", "resistance": ")" + resistance +
+                      R"(" }, "c": { "kind": "C", "capacitance": ")" + capacitance + "\"" +
+                      (initial.empty() ? "" : ", \"initial\": { \"q\": " + initial + " }") + " }",
+                  "source>loop loop>r loop>c", R"("q": "c.q", "u": "c.e", "i": "r.f")", scene);
+}
+
+std::string filling(const std::string& flow, const std::string& initial, const std::string& scene) {
+  return model_of(R"("source": { "kind": "MSf", "flow": ")" + flow +
+                      R"(" }, "tank": { "kind": "0" }, "store": { "kind": "C", "capacitance": 1, "initial": { "q": )" +
+                      initial + " } }",
+                  "source>tank tank>store", R"("q": "store.q")", scene);
+}
+
+std::string oscillator(const std::string& inertance, const std::string& capacitance, const std::string& initial,
+                       const std::string& scene) {
+  return model_of(R"("loop": { "kind": "1" }, "l": { "kind": "I", "inertance": )" + inertance +
+                      R"( }, "c": { "kind": "C", "capacitance": )" + capacitance + R"(, "initial": { "q": )" + initial +
+                      " } }",
+                  "loop>l c>loop", R"("q": "c.q", "p": "l.p", "i": "l.f")", scene);
+}
+
+}  // namespace bgsim::test

@@ -1,0 +1,109 @@
+// Graphs that determine too much or too little, loops with no, one or several solutions, starts that contradict.
+#include <catch2/catch.hpp>
+
+#include "extremes.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+const char* const kOne = R"("stop": 1, "samples": 11)";
+
+/// Se - 1 - R with a law, R of 0.1.
+Ran series(const std::string& effort, const std::string& law) {
+  return ran(model_of(R"("source": { "kind": "Se", "effort": ")" + effort + R"(" }, "loop": { "kind": "1" },
+      "r": { "kind": "R", "law": ")" +
+                          law + R"(" }, "r2": { "kind": "R", "resistance": 0.1 })",
+                      "source>loop loop>r loop>r2", R"("f": "r.f")", kOne));
+}
+
+const std::vector<Extreme> kEntries{
+    {"R with `e = f^3 - f` and 0.1 ohm on 0.1 V: three solutions", "the one chosen, its start and the others are told",
+     [] {
+       const Ran run = series("0.1", "e = f^3 - f");
+       REQUIRE(run.completed());
+       const std::string note = run.note("other solutions exist");
+       REQUIRE(!note.empty());
+       return "note: " + note;
+     }},
+    {"R with `e = f^2` and 0.1 ohm on -1 V: no solution", "a word with the elements of the loop",
+     [] {
+       return diagnosis(series("-1", "e = f^2"), "BG602", {"r, r2", "t = 0"});
+     }},
+    {"R with `e = f^2` on `1 - 2*t`: the solution folds away at t = 0.50125", "a word with the time",
+     [] {
+       const Ran run = ran(model_of(R"("source": { "kind": "Se", "effort": "1 - 2*t" }, "loop": { "kind": "1" },
+           "r": { "kind": "R", "law": "e = f^2" }, "r2": { "kind": "R", "resistance": 0.1 })",
+                                    "source>loop loop>r loop>r2", R"("f": "r.f")", R"("stop": 1, "samples": 1001)"));
+       CHECK(run.result->trace.times.back() == Approx(0.501).epsilon(1e-9));
+       return diagnosis(run, "BG602", {"r, r2"}).substr(0, 80) + " ...";
+     }},
+    {"a fold while a store follows: `e = f^3 - f`, 0.1 ohm and C", "the same",
+     [] {
+       const Ran run = ran(model_of(R"("source": { "kind": "Se", "effort": "1 - 2*t" }, "loop": { "kind": "1" },
+           "r": { "kind": "R", "law": "e = f^3 - f" }, "r2": { "kind": "R", "resistance": 0.1 },
+           "c": { "kind": "C", "capacitance": 1 })",
+                                    "source>loop loop>r loop>r2 loop>c", R"("f": "r.f")", kOne));
+       return diagnosis(run, "BG602", {"r, r2"}).substr(0, 82) + " ...";
+     }},
+    {"1 ohm and -1 ohm in series: any flow is a solution", "refused before the run, with the elements",
+     [] {
+       return diagnosis(ran(model_of(R"("source": { "kind": "Se", "effort": 0 }, "loop": { "kind": "1" },
+           "r": { "kind": "R", "resistance": 1 }, "r2": { "kind": "R", "resistance": -1 })",
+                                     "source>loop loop>r loop>r2", R"("f": "r.f")", kOne)),
+                        "BG411", {"\"r\"", "\"r2\""});
+     }},
+    {"two Se on one 0-junction", "refused with junction and sources",
+     [] {
+       return diagnosis(ran(model_of(R"("a": { "kind": "Se", "effort": 1 }, "b": { "kind": "Se", "effort": 2 },
+           "node": { "kind": "0" }, "r": { "kind": "R", "resistance": 1 })",
+                                     "a>node b>node node>r", "", kOne)),
+                        "BG301", {"\"node\"", "\"a\"", "\"b\""});
+     }},
+    {"two Sf on one 1-junction", "the same",
+     [] {
+       return diagnosis(ran(model_of(R"("a": { "kind": "Sf", "flow": 1 }, "b": { "kind": "Sf", "flow": 2 },
+           "loop": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 })",
+                                     "a>loop b>loop loop>r", "", kOne)),
+                        "BG302", {"\"loop\"", "\"a\"", "\"b\""});
+     }},
+    {"a ring of TF with moduli 1 and 2 through a charged C",
+     "the ring leaves no effort but 0: the charge contradicts it",
+     [] {
+       return diagnosis(ran(model_of(R"("left": { "kind": "0" }, "right": { "kind": "0" },
+           "one": { "kind": "TF", "modulus": 1 }, "two": { "kind": "TF", "modulus": 2 },
+           "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } }, "r": { "kind": "R", "resistance": 1 })",
+                                     "left>c left>one one>right left>two two>right right>r", "", kOne)),
+                        "BG405", {"c.q = 1"});
+     }},
+    {"two C in parallel with different charges per farad",
+     "the contradiction is told, with both; nothing is moved in silence",
+     [] {
+       return diagnosis(ran(model_of(R"("a": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } },
+           "b": { "kind": "C", "capacitance": 1, "initial": { "q": 0 } }, "r": { "kind": "R", "resistance": 1 },
+           "node": { "kind": "0" })",
+                                     "node>a node>b node>r", R"("q": "a.q")", kOne)),
+                        "BG405", {"b.q = 0", "a.q"});
+     }},
+    {"the bellow with C2(x) put into its two laws (`tests/data/models/bellow_naive.json`)",
+     "such laws are not reciprocal: Maxwell's relation fails, energy comes from nowhere",
+     [] {
+       std::ifstream in(BGSIM_SOURCE_DIR "/tests/data/models/bellow_naive.json");
+       const std::string text(std::istreambuf_iterator<char>(in), {});
+       const auto model = std::make_shared<const Model>(read_model_text("bellow_naive.json", text));
+       const BondGraph graph = build_bond_graph(*model);
+       const CausalGraph causal = assign_causality(*model, graph);
+       const EquationSystem system = derive_equations(*model, graph, causal);
+       std::string said;
+       for (const auto* warnings : {&causal.warnings, &system.warnings})
+         for (const Diagnostic& warning : *warnings)
+           if (warning.code == "BG306") said = warning.situation;
+       CHECK(said.find("not reciprocal") != std::string::npos);
+       return "warning [BG306](errors.md#bg306): " + said;
+     }},
+};
+
+}  // namespace
+
+TEST_CASE("extremes: loops and starts") { check_section("Loops and starts", kEntries); }

@@ -1,0 +1,72 @@
+// Pulses, edges and oscillations that an adaptive step could pass over.
+#include <catch2/catch.hpp>
+
+#include "extremes.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+const char* const kTen = R"("stop": 10, "samples": 11)";
+
+/// The end of a charge through 1 ohm into 1 F against its exact value.
+std::string charge(const std::string& effort, double exact, double limit, const std::string& scene = kTen) {
+  const Ran run = ran(charging(effort, "1", "1", scene));
+  REQUIRE(run.completed());
+  return within(std::abs(run.last("q") - exact) / std::abs(exact), limit) + " (relative)";
+}
+
+const std::vector<Extreme> kEntries{
+    {"`1000*(step(t - 5) - step(t - 5.001))` on R = C = 1, 10 s",
+     "q(10) = 1000 (exp(-4.999) - exp(-5)) = 6.741317e-3; plain CVODE reports success with 0 after 3 steps",
+     [] { return charge("1000*(step(t - 5) - step(t - 5.001))", 1000.0 * std::exp(-5.0) * std::expm1(1e-3), 1e-4); }},
+    {"a step pulse 1e-9 of the scene wide: 1e9 V for 1e-8 s", "q(10) = 10 exp(-5) (1 + 5e-9): the impulse counts",
+     [] {
+       return charge("1e9*(step(t - 5) - step(t - 5 - 1e-8))", 1e9 * std::exp(-5.0) * std::expm1(5.00000001 - 5.0),
+                     1e-4);
+     }},
+    {"a bell 1e-9 of the scene wide, `exp(-((t - 5)/1e-8)^2)` of area 1: no edge is declared",
+     "q(10) = exp(-5); plain CVODE steps over it and reports 0",
+     [] { return charge("1e8/sqrt(pi)*exp(-((t - 5)/1e-8)^2)", std::exp(-5.0), 1e-4); }},
+    {"a triangle of the same width, `1e8*max(0, 1 - abs(t - 5)/1e-8)`", "q(10) = exp(-5)",
+     [] { return charge("1e8*max(0, 1 - abs(t - 5)/1e-8)", std::exp(-5.0), 1e-4); }},
+    {"1 kHz square wave `sign(sin(2*pi*1000*t))`, 1 s: 1999 edges on its way",
+     "q(1) = -tanh(T/4)(1 - exp(-1)), T = 1e-3; plain CVODE takes 122963 steps",
+     [] {
+       return charge("sign(sin(2*pi*1000*t))", -std::tanh(0.25e-3) * (1.0 - std::exp(-1.0)), 2e-3,
+                     R"("stop": 1, "samples": 11)");
+     }},
+    {"`sin(2*pi*1e3*t)^2` summed up over 10 s: ten thousand periods", "q(10) = 5",
+     [] {
+       const Ran run = ran(filling("sin(2*pi*1e3*t)^2", "0", kTen), with_relative(1e-4));
+       REQUIRE(run.completed());
+       return within(std::abs(run.last("q") - 5.0) / 5.0, 5e-2) + " (relative, at tolerance 1e-4)";
+     }},
+    {"`sin(2*pi*1e6*t)^2` over 10 s at tolerance 1e-3: 1e7 periods, far fewer steps",
+     "the mean, 1/2, or a word that the source was not followed: more than 0.2 periods a step are samples",
+     [] {
+       const Ran run = ran(charging("sin(2*pi*1e6*t)^2", "1e6", "1", kTen), with_relative(1e-3));
+       REQUIRE(run.completed());
+       const std::string note = run.note("a source goes up and down");
+       CHECK(!note.empty());
+       return "note: " + note.substr(0, note.find(", of which")) + " ... the steps saw samples only";
+     }},
+    {"discontinuities on output times: steps at 0.3, 0.6, 0.7 with outputs every 0.1",
+     "outputs are continuous from the right: 1, 2, 3 from these times on",
+     [] {
+       const Ran run = ran(model_of(R"("source": { "kind": "Se", "effort": "step(t - 0.3) " }, "loop": { "kind": "1" },
+           "r": { "kind": "R", "resistance": 1 }, "c": { "kind": "C", "capacitance": 1 })",
+                                    "source>loop loop>r loop>c",
+                                    R"("v": "step(t - 0.3) + step(t - 0.6) + step(t - 0.7) ", "u": "source.e")",
+                                    R"("stop": 2, "samples": 21)"));
+       REQUIRE(run.completed());
+       const std::vector<double> v = column(*run.result, "v");
+       for (std::size_t i = 0; i < v.size(); ++i) CHECK(v[i] == (i >= 3) + (i >= 6) + (i >= 7));
+       return std::string("exact at all 21 output times");
+     }},
+};
+
+}  // namespace
+
+TEST_CASE("extremes: sources") { check_section("Sources", kEntries); }
