@@ -25,7 +25,24 @@ std::string quoted(const std::vector<std::string>& names) {
   return text;
 }
 
+const char* const kLoopRule = "an algebraic loop needs values that satisfy all laws on it at once";
+const char* const kLoopHelp =
+    "where a law folds back the solution can end: put a small C or I on the loop, or check the laws";
+
 }  // namespace
+
+Diagnostic branch_failure(const ProgramBlock& loop, const std::string& variable, double t, double before,
+                          double after) {
+  std::string elements;
+  for (const std::string& name : loop.elements) elements += (elements.empty() ? "" : ", ") + name;
+  Diagnostic diagnostic =
+      failure("BG602", "the solution of the loop through " + elements + " ends" + at(t) + ": " + variable +
+                           " would go from " + number_text(before, 6) + " to " + number_text(after, 6) + " at once");
+  diagnostic.rule = kLoopRule;
+  diagnostic.help = kLoopHelp;
+  diagnostic.place = loop.place;
+  return diagnostic;
+}
 
 Diagnostic fault_failure(const Fault& fault) {
   const std::string target = fault.target.empty() ? "" : ", needed for " + fault.target;
@@ -35,9 +52,8 @@ Diagnostic fault_failure(const Fault& fault) {
     case Fault::Kind::loop_no_convergence:
       diagnostic = failure("BG602", "no solution was found for " + fault.target + at(fault.time) +
                                         (fault.what.empty() ? "" : "; last tried " + fault.what));
-      diagnostic.rule = "an algebraic loop needs values that satisfy all laws on it at once";
-      diagnostic.help =
-          "where a law folds back the solution can end: put a small C or I on the loop, or check the laws";
+      diagnostic.rule = kLoopRule;
+      diagnostic.help = kLoopHelp;
       break;
     case Fault::Kind::loop_singular:
       diagnostic = failure("BG603", fault.target + " is singular" + at(fault.time) +

@@ -22,6 +22,9 @@ inline std::string number_text(double value, int digits = 10) {
 /// outside its data.
 Diagnostic fault_failure(const Fault& fault);
 
+/// BG602: the solution of a loop ends, and what is found behind is another one, from @p before to @p after at once.
+Diagnostic branch_failure(const ProgramBlock& loop, const std::string& variable, double t, double before, double after);
+
 /// A relation that came to be in doubt.
 struct RelationFacts {
   std::string text;

@@ -32,6 +32,12 @@ class Integrator {
   /// From the next restart on, the rates are these instead of the evaluator's; empty: the evaluator's. CVODE only.
   using Rates = std::function<bool(double t, const double* x, double* rates)>;
   void use_rates(Rates rates) { special_rates_ = std::move(rates); }
+  /// From the next restart on, no higher order than this. CVODE only.
+  virtual void limit_order(int /*order*/) {}
+  /// Length of the first step after the next restart, instead of the integrator's own choice. CVODE and ARKODE.
+  void begin_with(double step) { first_step_ = step; }
+  /// No step is longer than this. Call before the first restart; of no effect on steps of one length.
+  void limit_step(double longest) { longest_ = longest; }
   /// The solution at @p t within the last step: states, then tear variables if these are unknowns of the integrator.
   virtual void interpolate(double t, double* y) = 0;
   [[nodiscard]] virtual std::string method() const = 0;
@@ -64,7 +70,9 @@ class Integrator {
   int order_ = 1;
   std::size_t size_ = 0;
   Rates special_rates_;
-  double unit_ = 1.0;  ///< of the integrator's own time
+  double unit_ = 1.0;        ///< of the integrator's own time
+  double longest_ = 0.0;     ///< step; 0: any
+  double first_step_ = 0.0;  ///< after the next restart; 0: the integrator's own choice
   Failure failure_;
   Fault last_fault_;
 };

@@ -23,7 +23,7 @@ class ArkodeIntegrator final : public OdeIntegrator {
   ArkodeIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
       : OdeIntegrator(program, evaluator, tolerances, inputs.stop - inputs.start),
         facts_(facts_of(inputs.method)),
-        longest_(inputs.step),
+        fixed_step_(inputs.step),
         table_(butcher_table(inputs.method)),
         begin_(make_vector(context_.get(), size_)) {}
 
@@ -35,7 +35,7 @@ class ArkodeIntegrator final : public OdeIntegrator {
     if (!facts_.implicit() && !facts_.fixed_step()) look(t);
     begin_anew();
     if (facts_.fixed_step()) {
-      const double length = even_step(t, limit, longest_);
+      const double length = even_step(t, limit, fixed_step_);
       left_ = static_cast<std::uint64_t>(std::llround((limit - t) / length));
       ARKStepSetFixedStep(arkode_.get(), length / unit_);
     }
@@ -112,6 +112,8 @@ class ArkodeIntegrator final : public OdeIntegrator {
                     y_.get());
     }
     ARKStepSetStopTime(memory, limit_ / unit_);
+    if (!facts_.fixed_step()) ARKStepSetInitStep(memory, first_step_ / unit_);
+    first_step_ = 0.0;
   }
 
   void create(double s) {
@@ -129,6 +131,7 @@ class ArkodeIntegrator final : public OdeIntegrator {
     ARKStepSetMaxNumSteps(memory, std::numeric_limits<long>::max());
     ARKStepSetMaxErrTestFails(memory, kMostErrorTestFailures);
     ARKStepSetMaxHnilWarns(memory, -1);
+    if (longest_ > 0.0 && !facts_.fixed_step()) ARKStepSetMaxStep(memory, longest_ / unit_);
     if (implicit) {
       ARKStepSetLinearSolver(memory, algebra_.solver.get(), algebra_.matrix.get());
       ARKStepSetJacFn(memory, &on_jacobian);
@@ -223,7 +226,7 @@ class ArkodeIntegrator final : public OdeIntegrator {
   }
 
   MethodFacts facts_;
-  double longest_;  ///< step of a fixed-step method
+  double fixed_step_;  ///< step of a fixed-step method
   ButcherTableHandle table_;
   VectorHandle begin_;  ///< state at the step's beginning
   ArkodeHandle arkode_;

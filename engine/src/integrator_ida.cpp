@@ -116,6 +116,7 @@ class IdaIntegrator final : public Integrator {
     IDASetJacFn(memory, &on_jacobian);
     IDASetMaxErrTestFails(memory, kMostErrorTestFailures);
     IDASetMaxNumSteps(memory, std::numeric_limits<long>::max());
+    if (longest_ > 0.0) IDASetMaxStep(memory, longest_ / unit_);
     if (max_order_ > 0) IDASetMaxOrd(memory, max_order_);
     initialized_ = true;
   }

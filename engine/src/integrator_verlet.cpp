@@ -14,7 +14,7 @@ class VerletIntegrator final : public Integrator {
   VerletIntegrator(const Program& program, Evaluator& evaluator, const RunInputs& inputs, Halves halves)
       : Integrator(inputs.stop - inputs.start),
         evaluator_(evaluator),
-        longest_(inputs.step),
+        fixed_step_(inputs.step),
         kicked_(std::move(halves)),
         x_(program.state_names.size()),
         begin_(x_),
@@ -29,7 +29,7 @@ class VerletIntegrator final : public Integrator {
     std::copy(x, x + size_, x_.begin());
     time_ = previous_ = t;
     limit_ = limit;
-    length_ = even_step(t, limit, longest_);
+    length_ = even_step(t, limit, fixed_step_);
     left_ = static_cast<std::uint64_t>(std::llround((limit - t) / length_));
     failure_ = {};
     return evaluate(t);
@@ -100,7 +100,7 @@ class VerletIntegrator final : public Integrator {
   }
 
   Evaluator& evaluator_;
-  double longest_, length_ = 0.0, limit_ = 0.0;
+  double fixed_step_, length_ = 0.0, limit_ = 0.0;
   std::uint64_t left_ = 0;  ///< steps to the limit
   Halves kicked_;
   std::vector<double> x_, begin_, rate_, rate_at_begin_, rate_at_end_;

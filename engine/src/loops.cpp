@@ -157,6 +157,14 @@ LoopOutcome Evaluator::Impl::solve_newton(std::size_t block) {
   return LoopOutcome::no_convergence;
 }
 
+int Evaluator::orientation(std::size_t block) const {
+  const LoopScratch& scratch = impl_->loops[block];
+  if (scratch.matrix.size() == 0 || scratch.factors.rows() != scratch.matrix.rows()) return 0;
+  int sign = static_cast<int>(scratch.factors.permutationP().determinant());
+  for (const double pivot : scratch.factors.matrixLU().diagonal()) sign = pivot < 0.0 ? -sign : sign;
+  return sign;
+}
+
 namespace {
 
 /// Starts of a loop's tears: 0, then both signs over many decades (loops of any unit), all tears alike.

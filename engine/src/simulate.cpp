@@ -5,12 +5,15 @@
 #include <cmath>
 #include <limits>
 
+#include "branch_watch.hpp"
 #include "energy_audit.hpp"
 #include "events.hpp"
 #include "failures.hpp"
 #include "integrator.hpp"
+#include "run_notes.hpp"
 #include "separability.hpp"
 #include "source_pace.hpp"
+#include "spectrum.hpp"
 #include "tolerances.hpp"
 
 namespace bgsim {
@@ -46,6 +49,7 @@ class Run {
                    !program.plan.explicit_form)),
         tolerances_(program, inputs, implicit_),
         events_(program, evaluator_, tolerances_, inputs.stop - inputs.start, !implicit_),
+        branches_(program, evaluator_, inputs.start, inputs.stop),
         audit_(program, evaluator_, options.energy_audit) {}
 
   RunResult execute();
@@ -57,11 +61,12 @@ class Run {
   bool integrate_to(double limit);
   bool after_step();
   bool take_time_event();
-  [[nodiscard]] std::optional<double> next_edge() const;
   std::optional<std::size_t> too_fast_state();
   [[nodiscard]] Diagnostic too_fast_failure(std::size_t state) const;
   bool take_state_event();
   bool step_is_vital();
+  bool limit_order();
+  bool go_back();
   void hold_or_not();
   bool follow_grid();
 
@@ -80,9 +85,7 @@ class Run {
   void remember_magnitudes(double t);
   [[nodiscard]] std::vector<double> source_times();
   void report();
-  void note_quiet_states();
-  void note_fast_sources();
-  void note_open_balance();
+  void note(const std::optional<std::string>& text);
 
   const Model& model_;
   const EquationSystem& system_;
@@ -93,6 +96,7 @@ class Run {
   bool implicit_;
   Tolerances tolerances_;
   EventWatch events_;
+  BranchWatch branches_;
   EnergyAuditor audit_;
   std::unique_ptr<Integrator> integrator_;
   RunResult result_;
@@ -102,12 +106,15 @@ class Run {
   double audited_ = 0.0;  ///< energy is accounted for up to here
   std::size_t next_output_ = 0;
   std::uint64_t steps_ = 0, time_events_ = 0, tiny_steps_ = 0, empty_steps_ = 0, rows_since_progress_ = 0,
-                next_estimate_ = 0, rescued_at_ = 0;
+                next_estimate_ = 0, rescued_at_ = 0, looked_at_step_ = 0;
   std::vector<double> largest_early_, largest_now_;
   double early_until_ = 0.0;
-  std::vector<Pulse> pulses_;
-  std::vector<double> edges_;  ///< their ends, and some stops between, in order
-  double fastest_ = 0.0;       ///< time constant of the state that is too fast
+  SourcePlan sources_;
+  double strayed_at_ = 0.0;  ///< where a step last had to be made again for a loop's sake
+  int strayed_ = 0;          ///< how often there
+  double fastest_ = 0.0;     ///< time constant of the state that is too fast
+  std::optional<SpentMode> spent_;
+  double looked_at_time_ = 0.0;  ///< at the modes
   double integration_seconds_ = 0.0, output_seconds_ = 0.0, audit_seconds_ = 0.0;
 };
 
@@ -150,6 +157,8 @@ bool Run::begin() {
   for (std::string& line : found) result_.report.notes.push_back(std::move(line));
   if (!events_.settle(t_, x_.data())) return fail(*events_.failure());
 
+  note(negative_start_note(program_, x_));
+
   largest_early_.assign(x_.size(), 0.0);
   largest_now_.assign(x_.size(), 0.0);
   audited_ = t_;
@@ -182,7 +191,6 @@ bool Run::choose_integrator() {
                            : program_.blocks.empty()           ? "state equations without loops"
                                                                : "loops are solved inside the state equations";
   }
-  report.method = integrator_->method();
   report.step = inputs_.step;
   return true;
 }
@@ -198,8 +206,8 @@ std::vector<double> Run::source_times() {
     t = *event;
     times.push_back(t);
   }
-  for (std::size_t i = 0; i < std::min(kEvents, pulses_.size()); ++i)
-    times.push_back(pulses_[i].begin + (pulses_[i].end - pulses_[i].begin) / 2);
+  for (std::size_t i = 0; i < std::min(kEvents, sources_.pulses.size()); ++i)
+    times.push_back(sources_.pulses[i].begin + (sources_.pulses[i].end - sources_.pulses[i].begin) / 2);
   for (const double part : {0.0137, 0.113, 0.379, 0.731}) times.push_back(t_ + part * (inputs_.stop - t_));
   return times;
 }
@@ -209,37 +217,25 @@ bool Run::integrate() {
   if (!(inputs_.stop > t_)) return true;
   if (!choose_integrator()) return false;
   if (const auto state = too_fast_state()) return fail(too_fast_failure(*state));
-  pulses_ = find_pulses(program_, inputs_.parameters, t_, inputs_.stop);
-  constexpr int kParts = 8;
-  for (const Pulse& pulse : pulses_)
-    for (const int part : {0, 1, 2, 3, 4, 5, 6, 7, kParts, 2 * kParts}) {  // the last: when its flank has died away
-      const double edge = pulse.begin + (pulse.end - pulse.begin) * part / kParts;
-      if (edge > t_ && edge < inputs_.stop) edges_.push_back(edge);
-    }
-  std::sort(edges_.begin(), edges_.end());
-  edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
-  tolerances_.know_edges(edges_);
+  sources_ = plan_sources(program_, inputs_.parameters, t_, inputs_.stop);
+  if (sources_.longest_step > 0.0) integrator_->limit_step(sources_.longest_step);
+  tolerances_.know_edges(sources_.edges);
   tolerances_.estimate(evaluator_, t_, x_.data(), source_times());
   next_estimate_ = 20;
+  looked_at_time_ = t_;
   while (t_ < inputs_.stop) {
     std::optional<double> event = evaluator_.next_time_event(t_, inputs_.stop);
-    if (const auto edge = next_edge(); edge && !(event && *event <= *edge)) event = edge;
+    if (const auto edge = sources_.next_edge(t_); edge && !(event && *event <= *edge)) event = edge;
     if (!integrate_to(event.value_or(inputs_.stop))) return false;
     if (event) {
       ++time_events_;
-      if (std::binary_search(edges_.begin(), edges_.end(), t_)) tolerances_.forget_noise();
+      if (sources_.is_edge(t_)) tolerances_.forget_noise();
       if (!take_time_event()) return false;
       if (!events_.settle(t_, x_.data())) return fail(*events_.failure());
     }
     if (!emit_at(t_, x_.data())) return false;
   }
   return true;
-}
-
-/// Where a pulse begins or ends next, or the next eighth of it: the integrator could step over the whole of it.
-std::optional<double> Run::next_edge() const {
-  const auto next = std::upper_bound(edges_.begin(), edges_.end(), t_);
-  return next == edges_.end() ? std::nullopt : std::optional(*next);
 }
 
 /// The state whose time constant is so far below the scene that the integrator's squares overflow.
@@ -283,6 +279,7 @@ bool Run::integrate_to(double limit) {
   while (t_ < limit) {
     if (restart) hold_or_not();
     if (restart && !integrator_->restart(t_, x_.data(), limit)) return fail(fault_failure(integrator_->last_fault()));
+    if (restart) branches_.begin();
     restart = false;
     if (!integrator_->advance()) {
       if (!rescue()) return fail_as_integrator();
@@ -290,6 +287,11 @@ bool Run::integrate_to(double limit) {
       continue;
     }
     ++steps_;
+    if (auto jump = implicit_ ? std::nullopt : branches_.check(*integrator_)) {
+      if (!go_back()) return fail(std::move(*jump));
+      restart = true;
+      continue;
+    }
     if (!step_is_vital()) return fail_as_stuck("time no longer advances");
     switch (events_.search(*integrator_)) {
       case EventWatch::Search::failed:
@@ -300,10 +302,24 @@ bool Run::integrate_to(double limit) {
         break;
       case EventWatch::Search::none:
         if (!after_step()) return false;
+        restart = limit_order();
     }
     if (!goes_on(t_)) return false;
   }
   evaluator_.use_given_tears(false);
+  return true;
+}
+
+/// A step in which a loop came to another of its solutions is made again, ever shorter: the iteration may have strayed.
+/// False if that does not help: the solution ends here.
+bool Run::go_back() {
+  constexpr double kShorter = 0.1;
+  constexpr int kMostTimes = 10;
+  if (t_ > strayed_at_) strayed_ = 0;
+  strayed_at_ = t_;
+  if (++strayed_ > kMostTimes) return false;
+  integrator_->begin_with(kShorter * integrator_->step());
+  branches_.go_back();
   return true;
 }
 
@@ -328,6 +344,24 @@ bool Run::after_step() {
     next_estimate_ *= 8;
     tolerances_.estimate(evaluator_, t_, x_.data(), {});
   }
+  return true;
+}
+
+/// BDF stays below the orders in which modes that are over would live on. True if the order fell just now: the
+/// integrator has to start again. Looked at seldom: what it costs must not show in a run.
+bool Run::limit_order() {
+  constexpr std::uint64_t kFirst = 100, kMostBetween = 1000;
+  if (steps_ < looked_at_step_ + kFirst) return false;
+  const double step = (t_ - looked_at_time_) / static_cast<double>(steps_ - looked_at_step_);
+  if (steps_ < looked_at_step_ + std::min(looked_at_step_, kMostBetween)) return false;
+  looked_at_step_ = steps_;
+  looked_at_time_ = t_;
+  const bool bdf = inputs_.method == Method::automatic || inputs_.method == Method::bdf;
+  if (!bdf || implicit_ || inputs_.max_order > 0 || x_.size() > kDenseStates) return false;
+  const auto spent = spent_mode(program_, evaluator_, t_, x_.data(), inputs_.stop - inputs_.start, step);
+  if (!spent || (spent_ && spent_->order <= spent->order)) return false;
+  spent_ = spent;
+  integrator_->limit_order(spent->order);
   return true;
 }
 
@@ -500,43 +534,8 @@ bool Run::goes_on(double t) {
   return false;
 }
 
-void Run::note_quiet_states() {
-  constexpr std::size_t kMost = 5;
-  std::size_t quiet = 0;
-  std::string names;
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    if (!tolerances_.given(i) || tolerances_.largest(i) > tolerances_.absolute(i)) continue;
-    if (quiet < kMost) names += (quiet == 0 ? "\"" : ", \"") + program_.state_names[i] + "\"";
-    ++quiet;
-  }
-  if (quiet == 0) return;
-  if (quiet > kMost) names += " and " + std::to_string(quiet - kMost) + " more";
-  result_.report.notes.push_back("never above the absolute tolerance given, hence not controlled: " + names);
-}
-
-/// A source that goes up and down within a step was sampled here and there, not followed.
-void Run::note_fast_sources() {
-  constexpr double kFollowed = 0.2;  // periods a step
-  if (result_.stop != StopReason::completed || steps_ == 0 || program_.sources.empty()) return;
-  const double frequency = source_frequency(program_, inputs_.parameters, inputs_.start, inputs_.stop);
-  const double step = (inputs_.stop - inputs_.start) / static_cast<double>(steps_);
-  if (frequency * step > kFollowed)
-    result_.report.notes.push_back(
-        "a source goes up and down about " + number_text(frequency, 1) +
-        " times per unit of time, of which the steps (" + number_text(step, 1) +
-        " on average) saw samples only: tighten the tolerance, or put its mean in its place");
-}
-
-void Run::note_open_balance() {
-  constexpr double kOpen = 1e-3, kTimesTolerance = 1e3;
-  const EnergyAudit& energy = result_.report.energy;
-  if (result_.stop != StopReason::completed || !energy.done ||
-      !(energy.relative > std::max(kOpen, kTimesTolerance * inputs_.relative)))
-    return;
-  result_.report.notes.push_back("the energy balance is open by " + number_text(100.0 * energy.relative, 2) +
-                                 " %: the run is less accurate than its tolerance, or a law makes or swallows energy; "
-                                 "a smaller relative tolerance "
-                                 "tells which");
+void Run::note(const std::optional<std::string>& text) {
+  if (text) result_.report.notes.push_back(*text);
 }
 
 void Run::report() {
@@ -554,6 +553,8 @@ void Run::report() {
   report.time_events = time_events_;
   report.state_events = events_.count();
   if (integrator_) {
+    report.method = integrator_->method();
+    if (spent_) report.method_reason += "; " + spent_mode_words(*spent_);
     const Integrator::Counts counts = integrator_->counts();
     report.steps = counts.steps;
     report.rate_evaluations = counts.rates;
@@ -564,8 +565,9 @@ void Run::report() {
     report.convergence_failures = counts.convergence_failures;
     for (std::size_t i = 0; i < x_.size(); ++i)
       report.absolute.emplace_back(program_.state_names[i], tolerances_.absolute(i));
-    note_quiet_states();
-    note_fast_sources();
+    note(quiet_states_note(tolerances_, program_.state_names));
+    if (result_.stop == StopReason::completed)
+      note(fast_sources_note(sources_.frequency, inputs_.stop - inputs_.start, steps_));
   }
   report.loop_iterations = evaluator_.counts().loop_iterations;
   if (result_.failure && x_.empty() && !program_.state_names.empty()) {
@@ -573,7 +575,7 @@ void Run::report() {
   } else {
     const Stopwatch watch(audit_seconds_);
     report.energy = audit_.finish(t_, x_.data());
-    note_open_balance();
+    if (result_.stop == StopReason::completed) note(open_balance_note(report.energy, inputs_.relative));
   }
   report.stage_seconds = {
       {"integration", integration_seconds_}, {"outputs", output_seconds_}, {"audit", audit_seconds_}};

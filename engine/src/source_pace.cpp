@@ -116,11 +116,8 @@ class PulseSearch {
   double still_low_ = kFar, still_high_ = -kFar;
 };
 
-}  // namespace
-
 std::vector<Pulse> find_pulses(const Program& program, std::span<const double> parameters, double start, double stop) {
   std::vector<Pulse> pulses;
-  if (!(stop > start)) return pulses;
   const std::vector<double> values = values_of(program, parameters);
   for (const ExprId source : program.sources) {
     const auto found = PulseSearch(TimeRelation(program.pool, source, program.time, values, false), start, stop).run();
@@ -152,5 +149,39 @@ double source_frequency(const Program& program, std::span<const double> paramete
   }
   return fastest;
 }
+
+std::vector<double> edges_of(const std::vector<Pulse>& pulses, double start, double stop) {
+  constexpr int kParts = 8;
+  std::vector<double> edges;
+  for (const Pulse& pulse : pulses)
+    for (const int part : {0, 1, 2, 3, 4, 5, 6, 7, kParts, 2 * kParts}) {  // the last: when its flank has died away
+      const double edge = pulse.begin + (pulse.end - pulse.begin) * part / kParts;
+      if (edge > start && edge < stop) edges.push_back(edge);
+    }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
+
+}  // namespace
+
+SourcePlan plan_sources(const Program& program, std::span<const double> parameters, double start, double stop) {
+  constexpr double kMostSteps = 1e6;
+  SourcePlan plan;
+  if (program.sources.empty() || !(stop > start)) return plan;
+  plan.pulses = find_pulses(program, parameters, start, stop);
+  plan.edges = edges_of(plan.pulses, start, stop);
+  plan.frequency = source_frequency(program, parameters, start, stop);
+  const double longest = kFollowedPeriods / plan.frequency;
+  if (longest < stop - start && longest * kMostSteps > stop - start) plan.longest_step = longest;
+  return plan;
+}
+
+std::optional<double> SourcePlan::next_edge(double t) const {
+  const auto next = std::upper_bound(edges.begin(), edges.end(), t);
+  return next == edges.end() ? std::nullopt : std::optional(*next);
+}
+
+bool SourcePlan::is_edge(double t) const { return std::binary_search(edges.begin(), edges.end(), t); }
 
 }  // namespace bgsim

@@ -14,14 +14,30 @@ struct Pulse {
   double begin, end;
 };
 
-/// The pulses of all smooth sources of a program: bells, ramps, bursts that fill half of the scene at most,
-/// however narrow they are. Interval arithmetic proves the sources still (to a thousandth of their range) everywhere
-/// else, unless there are more pulses than some hundreds. Jumps are not among them: they are known times of their own.
-/// @param parameters  by ParameterId.
-/// @note At most 4096 interval evaluations a source, 64 for one that never rests.
-std::vector<Pulse> find_pulses(const Program& program, std::span<const double> parameters, double start, double stop);
+/// What an integrator is to mind of the sources of a scene.
+struct SourcePlan {
+  /// Of all smooth sources: bells, ramps, bursts that fill half of the scene at most, however narrow they are. Interval
+  /// arithmetic proves the sources still (to a thousandth of their range) everywhere else, unless there are more pulses
+  /// than some hundreds. Jumps are not among them: they are known times of their own.
+  std::vector<Pulse> pulses;
+  /// Times within the scene, in order, that no step may pass: pulses' ends and the eighths between, and when their
+  /// flank has died away.
+  std::vector<double> edges;
+  /// About how many times in a unit of time the fastest source goes up and down; 0 if all are slower than the scene.
+  double frequency = 0.0;
+  /// No longer step may be made, lest it pass over the part of a period in which something happens; 0: any. A source
+  /// that would take more than a million steps that way is sampled, and a note says so.
+  double longest_step = 0.0;
 
-/// About how many times in a unit of time the fastest source goes up and down, 0 if all are slower than the scene.
-double source_frequency(const Program& program, std::span<const double> parameters, double start, double stop);
+  [[nodiscard]] std::optional<double> next_edge(double t) const;
+  [[nodiscard]] bool is_edge(double t) const;
+};
+
+/// A source is followed by steps of no more than so many of its periods.
+inline constexpr double kFollowedPeriods = 0.2;
+
+/// @param parameters  by ParameterId.
+/// @note At most some 5000 interval evaluations a source, some hundred for one that never rests.
+SourcePlan plan_sources(const Program& program, std::span<const double> parameters, double start, double stop);
 
 }  // namespace bgsim

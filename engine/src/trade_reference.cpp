@@ -1,12 +1,11 @@
 // The trade's reference: several methods at a tight tolerance, and how far they stay from each other.
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "failures.hpp"
+#include "spectrum.hpp"
 #include "trade_runs.hpp"
 
 namespace bgsim {
@@ -194,20 +193,11 @@ double fastest_rate(const Model& model, const EquationSystem& system, const Prog
   Evaluator evaluator(program, inputs.parameters);
   evaluator.set_time_modes(inputs.start);
   const std::vector<double> x = initial_states(model, system, evaluator, inputs);
-  std::vector<double> entries(program.jacobian_pattern.row.size());
-  if (!evaluator.initialize_modes(inputs.start, x.data()) ||
-      !evaluator.jacobian(inputs.start, x.data(), entries.data()))
-    return 0.0;
-  const auto size = static_cast<Eigen::Index>(states);
-  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(size, size);
-  const Sparsity& pattern = program.jacobian_pattern;
-  for (std::size_t column = 0; column < states; ++column)
-    for (std::int64_t k = pattern.column_start[column]; k < pattern.column_start[column + 1]; ++k)
-      jacobian(pattern.row[static_cast<std::size_t>(k)], static_cast<Eigen::Index>(column)) =
-          entries[static_cast<std::size_t>(k)];
-  if (!jacobian.allFinite()) return 0.0;
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(jacobian, false);
-  return solver.info() == Eigen::Success ? solver.eigenvalues().cwiseAbs().maxCoeff() : 0.0;
+  if (!evaluator.initialize_modes(inputs.start, x.data())) return 0.0;
+  double fastest = 0.0;
+  for (const std::complex<double> mode : eigenvalues(program, evaluator, inputs.start, x.data()))
+    fastest = std::max(fastest, std::abs(mode));
+  return fastest;
 }
 
 }  // namespace bgsim

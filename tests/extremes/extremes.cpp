@@ -75,6 +75,12 @@ std::string rounded(const std::string& text) {
   return result.append(at, text.cend());
 }
 
+std::optional<Diagnostic> first_error(const ModelError& error) {
+  for (const Diagnostic& diagnostic : error.diagnostics)
+    if (diagnostic.severity == Severity::error) return diagnostic;
+  return std::nullopt;
+}
+
 }  // namespace
 
 const std::vector<std::string>& section_titles() {
@@ -110,22 +116,32 @@ std::string Ran::note(const std::string& containing) const {
   return {};
 }
 
-Ran ran(const std::string& text, const SceneOverrides& overrides, const std::string& scene) {
+Ran ran(const CompiledModel& compiled) {
   Ran outcome;
+  outcome.warnings = compiled.inputs.warnings;
+  outcome.warnings.insert(outcome.warnings.end(), compiled.system.warnings.begin(), compiled.system.warnings.end());
   try {
-    const CompiledModel compiled = compile_text(text, overrides, scene);
-    outcome.warnings = compiled.inputs.warnings;
-    outcome.warnings.insert(outcome.warnings.end(), compiled.system.warnings.begin(), compiled.system.warnings.end());
     outcome.result = compiled.run();
-    outcome.said = outcome.result->failure;
   } catch (const ModelError& error) {
-    for (const Diagnostic& diagnostic : error.diagnostics)
-      if (diagnostic.severity == Severity::error && !outcome.said) outcome.said = diagnostic;
+    outcome.said = first_error(error);
     return outcome;
   }
+  outcome.said = outcome.result->failure;
   const std::vector<double>& values = outcome.result->trace.values;
   CHECK(std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }));
   return outcome;
+}
+
+Ran ran(const std::string& text, const SceneOverrides& overrides, const std::string& scene) {
+  std::optional<CompiledModel> compiled;
+  try {
+    compiled = compile_text(text, overrides, scene);
+  } catch (const ModelError& error) {
+    Ran outcome;
+    outcome.said = first_error(error);
+    return outcome;
+  }
+  return ran(*compiled);
 }
 
 std::string within(double error, double limit) {

@@ -38,6 +38,9 @@ struct Ran {
 /// Reads and runs. No number of the trace may be NaN or infinite: checked here for every run of the suite.
 Ran ran(const std::string& text, const SceneOverrides& overrides = {}, const std::string& scene = {});
 
+/// The same of a compiled model.
+Ran ran(const CompiledModel& compiled);
+
 // What is told in the table
 /// "error below 1e-05": the decade above, which rounding does not change. Checks that @p error is at most @p limit.
 std::string within(double error, double limit);

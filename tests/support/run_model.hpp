@@ -26,9 +26,8 @@ struct CompiledModel {
   }
 };
 
-inline CompiledModel compile_text(const std::string& text, const SceneOverrides& overrides = {},
-                                  const std::string& scene = "") {
-  auto model = std::make_shared<const Model>(read_model_text("model.json", text));
+inline CompiledModel compile_model(std::shared_ptr<const Model> model, const SceneOverrides& overrides = {},
+                                   const std::string& scene = "") {
   RunInputs inputs = prepare_scene(*model, scene, overrides);
   const BondGraph graph = build_bond_graph(*model);
   const CausalGraph causal = assign_causality(*model, graph);
@@ -38,6 +37,17 @@ inline CompiledModel compile_text(const std::string& text, const SceneOverrides&
   options.outputs = inputs.outputs;
   Program program = compile(model, system, order, options);
   return {std::move(model), std::move(inputs), std::move(system), std::move(program)};
+}
+
+inline CompiledModel compile_text(const std::string& text, const SceneOverrides& overrides = {},
+                                  const std::string& scene = "") {
+  return compile_model(std::make_shared<const Model>(read_model_text("model.json", text)), overrides, scene);
+}
+/// @param name  relative to the project, "models/bellow.json".
+inline CompiledModel compile_file(const std::string& name, const SceneOverrides& overrides = {},
+                                  const std::string& scene = "") {
+  return compile_model(std::make_shared<const Model>(read_model(std::string(BGSIM_SOURCE_DIR) + "/" + name)), overrides,
+                       scene);
 }
 
 inline RunResult run_text(const std::string& text, const SceneOverrides& overrides = {},

@@ -49,6 +49,9 @@ class Evaluator {
 
   [[nodiscard]] std::span<const double> tear_values() const;
   void set_tears(std::span<const double> z);
+  /// Sign of the determinant of a loop's equations where they were last solved; 0 before. On the way along one solution
+  /// it changes only at a fold.
+  [[nodiscard]] int orientation(std::size_t block) const;
   /// With given tears, outputs, guards and powers take them as they are (implicit form) instead of solving the loops.
   void use_given_tears(bool given);
   /// Solves the loops from several starts and tells what was found: one line for each nonlinear loop. Call once at the
