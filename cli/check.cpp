@@ -12,6 +12,7 @@ Exit check_command(const Arguments& arguments) {
   CLI::App app("Reports strokes and why they stand where they stand, states, dependent stores and loops.",
                "bgsim check");
   app.add_option("model.json", file, "the model")->required();
+  app.footer("Example: bgsim check models/actuator.json");
   parse_arguments(app, arguments);
 
   Stages stages = run_stages(file, Stage::causality);

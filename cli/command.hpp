@@ -39,12 +39,15 @@ using Arguments = std::vector<std::string>;
 /// @throws UsageError for what the app does not take; HelpAsked after printing the app's help.
 void parse_arguments(::CLI::App& app, Arguments arguments);
 
-Exit run_command(const Arguments& arguments);        ///< run.cpp
-Exit check_command(const Arguments& arguments);      ///< check.cpp
-Exit equations_command(const Arguments& arguments);  ///< equations.cpp
-Exit show_command(const Arguments& arguments);       ///< show.cpp
-Exit reduce_command(const Arguments& arguments);     ///< reduce.cpp
-Exit trade_command(const Arguments& arguments);      ///< trade.cpp
-Exit verify_command(const Arguments& arguments);     ///< verify.cpp
+Exit run_command(const Arguments& arguments);         ///< run.cpp
+Exit check_command(const Arguments& arguments);       ///< check.cpp
+Exit equations_command(const Arguments& arguments);   ///< equations.cpp
+Exit show_command(const Arguments& arguments);        ///< show.cpp
+Exit reduce_command(const Arguments& arguments);      ///< reduce.cpp
+Exit trade_command(const Arguments& arguments);       ///< trade.cpp
+Exit verify_command(const Arguments& arguments);      ///< verify.cpp
+Exit new_command(const Arguments& arguments);         ///< new.cpp
+Exit explain_command(const Arguments& arguments);     ///< explain.cpp
+Exit completion_command(const Arguments& arguments);  ///< completion.cpp
 
 }  // namespace bgsim::cli

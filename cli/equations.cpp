@@ -13,6 +13,9 @@ Exit equations_command(const Arguments& arguments) {
   CLI::App app("Prints the state equations that the causality yields.", "bgsim equations");
   app.add_option("model.json", file, "the model")->required();
   app.add_flag("--latex", latex, "as LaTeX");
+  app.footer(
+      "Examples:\n  bgsim equations models/bellow.json           as text\n  bgsim equations models/bellow.json --latex "
+      "  as LaTeX");
   parse_arguments(app, arguments);
 
   const Stages stages = run_stages(file, Stage::order);

@@ -24,6 +24,9 @@ constexpr Command kCommands[] = {
     {"reduce", "cut out what a scene does not require", reduce_command},
     {"trade", "measure error against cost over methods and tolerances", trade_command},
     {"verify", "hold scenes against their reference traces", verify_command},
+    {"new", "write a starter model", new_command},
+    {"explain", "tell what a message's code means", explain_command},
+    {"completion", "print a script for the shell that completes what is typed", completion_command},
 };
 
 void print_help() {

@@ -49,6 +49,7 @@ ReduceArguments parse(const Arguments& arguments) {
   app.add_option("--csv", options.csv, "also write the activities as CSV, - for standard output")->type_name("FILE");
   app.add_option("--json", options.json, "also write everything that is told as JSON, - for standard output")
       ->type_name("FILE");
+  app.footer("Example: bgsim reduce models/bellow.json --scene tracking --error 1e-2");
   parse_arguments(app, arguments);
   if (options.output == "-") throw UsageError("the reduced model refers to its trace beside it: -o needs a file");
   if (options.csv == "-" && options.json == "-")

@@ -48,6 +48,7 @@ Exit show_command(const Arguments& arguments) {
       ->type_name("NAME")
       ->required()
       ->check(CLI::IsMember(kStages));
+  app.footer("Example: bgsim show models/bellow.json --stage causality");
   parse_arguments(app, arguments);
   std::cout << stage_text(file, stage);
   return Exit::done;

@@ -124,6 +124,8 @@ Exit verify_command(const Arguments& arguments) {
   std::vector<std::string> files;
   CLI::App app("Runs every scene that names a reference trace and holds it against it.", "bgsim verify");
   app.add_option("models", files, "models (default: models/*.json)");
+  app.footer(
+      "Examples:\n  bgsim verify                       every model under models/\n  bgsim verify models/bellow.json");
   parse_arguments(app, arguments);
   if (files.empty()) files = all_models();
 

@@ -1,0 +1,21 @@
+# Texts that the command carries with it (cli/texts.hpp), as one generated source: the messages' pages, the schema, the
+# starter models.
+set(texts_source ${CMAKE_CURRENT_BINARY_DIR}/texts.cpp)
+file(GLOB template_files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/cli/templates/*.json)
+set(text_inputs ${CMAKE_CURRENT_SOURCE_DIR}/docs/errors.md ${CMAKE_CURRENT_SOURCE_DIR}/docs/model.schema.json ${template_files})
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${text_inputs})
+
+file(READ ${CMAKE_CURRENT_SOURCE_DIR}/docs/errors.md messages_text)
+file(READ ${CMAKE_CURRENT_SOURCE_DIR}/docs/model.schema.json schema_text)
+set(content "// Made by cmake/Texts.cmake; not to be edited.\n#include \"texts.hpp\"\n\nnamespace bgsim::cli {\n\n")
+string(APPEND content "const std::string_view kMessagesText = R\"~text~(${messages_text})~text~\";\n")
+string(APPEND content "const std::string_view kSchemaText = R\"~text~(${schema_text})~text~\";\n")
+string(APPEND content "const ModelTemplate kModelTemplates[] = {\n")
+foreach(file IN LISTS template_files)
+  get_filename_component(name ${file} NAME_WE)
+  file(READ ${file} text)
+  string(APPEND content "{\"${name}\", R\"~text~(${text})~text~\"},\n")
+endforeach()
+list(LENGTH template_files count)
+string(APPEND content "};\nconst int kModelTemplateCount = ${count};\n\n}  // namespace bgsim::cli\n")
+file(CONFIGURE OUTPUT ${texts_source} CONTENT "${content}" @ONLY)
