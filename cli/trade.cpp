@@ -10,6 +10,7 @@
 #include "command.hpp"
 #include "files.hpp"
 #include "options.hpp"
+#include "programs.hpp"
 #include "progress.hpp"
 #include "scenes.hpp"
 #include "stages.hpp"
@@ -104,7 +105,7 @@ std::optional<std::size_t> tell_pick(const Trade& trade, double accuracy) {
 
 Exit trade_command(const Arguments& arguments) {
   TradeArguments options = parse(arguments);
-  if (!options.no_picture) require_gnuplot();
+  if (!options.no_picture) require_program(kGnuplot, "--no-picture leaves it out");
   const Stages stages = run_stages(options.file, Stage::order);
   const Model& model = *stages.model;
   const RunInputs inputs = prepare(model, options.scene, options.overrides);
@@ -133,7 +134,7 @@ Exit trade_command(const Arguments& arguments) {
     }
     write_file(base + ".html", [&](std::ostream& out) { out << trade_html(trade, svg); });
     if (!options.quiet) std::cerr << "table and picture: " << base << ".csv, .json, .svg, .html\n";
-    return watch.interrupted() || (options.accuracy && !picked) ? Exit::numerics_failed : Exit::done;
+    return SettingWatch::interrupted() || (options.accuracy && !picked) ? Exit::numerics_failed : Exit::done;
   } catch (const TradeFailure& failure) {
     watch.clear();
     std::cerr << render(failure.diagnostic, *model.sources);

@@ -1,17 +1,13 @@
 #include "trade_picture.hpp"
 
-#include <stdlib.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <array>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <sstream>
 #include <vector>
 
 #include "command.hpp"
+#include "programs.hpp"
 
 namespace bgsim::cli {
 
@@ -100,31 +96,6 @@ std::string script(const Trade& trade, std::optional<std::size_t> picked) {
   return text.str();
 }
 
-/// A folder of our own that is removed again.
-class Scratch {
- public:
-  Scratch() {
-    const char* base = std::getenv("TMPDIR");
-    path_ = std::string(base != nullptr && *base != '\0' ? base : "/tmp") + "/bgsim-XXXXXX";
-    if (::mkdtemp(path_.data()) == nullptr) throw UsageError("cannot make a temporary folder " + path_);
-  }
-  ~Scratch() {
-    for (const char* name : {"script", "picture.svg", "messages"}) ::unlink(file(name).c_str());
-    ::rmdir(path_.c_str());
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
-
-std::string read_whole(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -157,28 +128,8 @@ void html_row(std::ostringstream& page, const TradeRow& row) {
 
 }  // namespace
 
-void require_gnuplot() {
-  if (std::system("command -v gnuplot >/dev/null 2>&1") == 0) return;
-  throw UsageError(
-      "the picture is drawn by gnuplot, which is not installed (Debian: apt-get install gnuplot-nox);\n"
-      "--no-picture leaves it out");
-}
-
 std::string trade_svg(const Trade& trade, std::optional<std::size_t> picked) {
-  const Scratch scratch;
-  {
-    std::ofstream file(scratch.file("script"));
-    file << "set output '" << scratch.file("picture.svg") << "'\n" << script(trade, picked);
-    if (!file.flush()) throw UsageError("cannot write " + scratch.file("script"));
-  }
-  const std::string command =
-      "gnuplot '" + scratch.file("script") + "' 2>'" + scratch.file("messages") + "' >/dev/null </dev/null";
-  const int status = std::system(command.c_str());
-  const std::string svg = read_whole(scratch.file("picture.svg"));
-  if (status == 0 && svg.find("</svg>") != std::string::npos) return svg;
-  throw UsageError("gnuplot did not draw the picture (status " +
-                   std::to_string(WIFEXITED(status) ? WEXITSTATUS(status) : status) + "):\n" +
-                   read_whole(scratch.file("messages")));
+  return run_program(kGnuplot, {"-"}, script(trade, picked));
 }
 
 std::string trade_html(const Trade& trade, const std::string& svg) {

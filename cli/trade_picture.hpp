@@ -7,12 +7,9 @@
 
 namespace bgsim::cli {
 
-/// @throws UsageError if gnuplot is not there.
-void require_gnuplot();
-
 /// Error against processor time, both logarithmic: one curve a method, the Pareto front marked.
 /// @param picked  row to be marked, if any.
-/// @throws UsageError if gnuplot fails.
+/// @throws UsageError if gnuplot is not there or fails.
 std::string trade_svg(const Trade& trade, std::optional<std::size_t> picked);
 
 /// One self-contained page: the picture, what it was measured against, the table.

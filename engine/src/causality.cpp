@@ -44,11 +44,19 @@ class Scap {
   }
 
   CausalGraph run() {
-    assign_sources();
-    assign_one_way_laws();
-    if (problems_.empty()) choose(choices());
-    if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
+    if (!succeeds()) throw ModelError(std::move(problems_), model_.sources);
     return result();
+  }
+
+  CausalAttempt attempt() {
+    // Choices have all been taken back where none of them helped: shown is what led to the first conflict.
+    if (!succeeds() && conflicts_.empty()) choose_until_conflict();
+    CausalAttempt attempt;
+    for (std::size_t i = 0; i < strokes_.size(); ++i)
+      attempt.strokes.push_back(assigned_[i] ? std::optional(strokes_[i]) : std::nullopt);
+    attempt.conflicts = std::move(conflicts_);
+    attempt.problems = std::move(problems_);
+    return attempt;
   }
 
  private:
@@ -205,6 +213,13 @@ class Scap {
     return bonds;
   }
 
+  bool succeeds() {
+    assign_sources();
+    assign_one_way_laws();
+    if (problems_.empty()) choose(choices());
+    return problems_.empty();
+  }
+
   // --- what is fixed: sources, laws for one direction ---
 
   void assign_sources() {
@@ -239,6 +254,7 @@ class Scap {
     while (const auto conflict = propagate()) {
       problems_.push_back(explain_conflict(model_, graph_, strokes_, *conflict));
       broken_[conflict->element.index()] = true;
+      conflicts_.push_back(conflict->element);
     }
   }
 
@@ -312,6 +328,18 @@ class Scap {
         return;
       }
       i = decisions_.back().choice;
+    }
+  }
+
+  void choose_until_conflict() {
+    if (!decisions_.empty()) undo_to(decisions_.front().trail);
+    for (const Choice& choice : choices()) {
+      if (assigned_[choice.bond.index()]) continue;
+      assign(choice.bond, {choice.end, choice.reason, choice.element, {}, 0});
+      if (const auto conflict = propagate()) {
+        conflicts_.push_back(conflict->element);
+        return;
+      }
     }
   }
 
@@ -482,11 +510,14 @@ class Scap {
   std::unordered_map<BondId, std::set<BondId>> eliminated_;  // what each reversed choice gave way to
   std::size_t reversals_ = 0;
   std::vector<Diagnostic> problems_;
+  std::vector<ElementId> conflicts_;
 };
 
 }  // namespace
 
 CausalGraph assign_causality(const Model& model, const BondGraph& graph) { return Scap(model, graph).run(); }
+
+CausalAttempt attempt_causality(const Model& model, const BondGraph& graph) { return Scap(model, graph).attempt(); }
 
 std::vector<BondId> reason_chain(const BondGraph& graph, const CausalGraph& causal, BondId bond) {
   return strokes_behind(graph, causal.strokes, {bond});

@@ -9,6 +9,7 @@
 #include "bgsim/describe.hpp"
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/document.hpp"
+#include "bgsim/drawing.hpp"
 #include "bgsim/equations.hpp"
 #include "bgsim/evaluator.hpp"
 #include "bgsim/expression.hpp"

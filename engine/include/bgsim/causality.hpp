@@ -81,6 +81,16 @@ struct CausalGraph {
 /// @note Time O(B + E), unless choices have to be taken back. Ties follow the order of elements in the model.
 CausalGraph assign_causality(const Model& model, const BondGraph& graph);
 
+/// What assign_causality comes to, also where no strokes keep all rules: for pictures of a model that is being mended.
+struct CausalAttempt {
+  std::vector<std::optional<Stroke>> strokes;  ///< by BondId; those assigned up to the conflict
+  std::vector<ElementId> conflicts;            ///< whose rule or law cannot be kept; empty if all are
+  std::vector<Diagnostic> problems;            ///< what assign_causality throws
+};
+
+/// As assign_causality, but keeps the strokes assigned so far instead of throwing. Same cost.
+CausalAttempt attempt_causality(const Model& model, const BondGraph& graph);
+
 /// The chain of strokes that forces the stroke of @p bond, root first.
 std::vector<BondId> reason_chain(const BondGraph& graph, const CausalGraph& causal, BondId bond);
 

@@ -1,0 +1,28 @@
+#include "drawing.hpp"
+
+#include "programs.hpp"
+
+namespace bgsim::cli {
+
+namespace {
+
+// Beyond this many elements dot takes minutes, and sfdp seconds.
+constexpr std::size_t kMostForDot = 1500;
+
+}  // namespace
+
+std::string drawn_svg(const Model& model, const DrawnCausality& causality, const DrawingOptions& options) {
+  const bool large = model.elements.size() > kMostForDot;
+  const std::string plain = run_program(large ? kSfdp : kDot, {"-Tplain"}, layout_request(model));
+  return drawing_svg(model, causality, read_layout(model, plain), options);
+}
+
+std::string drawn_svg(const Model& model, const DrawingOptions& options) {
+  return drawn_svg(model, drawn_causality(model), options);
+}
+
+std::string png_from_svg(const std::string& svg, double zoom) {
+  return run_program(kRsvgConvert, {"--format=png", "--zoom=" + std::to_string(zoom), "--unlimited"}, svg);
+}
+
+}  // namespace bgsim::cli

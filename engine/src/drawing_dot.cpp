@@ -1,0 +1,86 @@
+// The drawing in Graphviz's language, for those who want to work on it there.
+#include <algorithm>
+#include <map>
+
+#include "drawing_plan.hpp"
+
+namespace bgsim {
+
+namespace {
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
+struct DotWriter {
+  const Model& model;
+  const DrawnCausality& causality;
+
+  std::string node(std::size_t i) const {
+    const Element& element = model.elements[i];
+    const bool faulty =
+        std::find(causality.faulty.begin(), causality.faulty.end(), ElementId(i)) != causality.faulty.end();
+    return quoted(element.name) + " [label=" +
+           quoted(kind_text(element.kind, element.modulated) + (is_junction(element.kind) ? "  " : " : ") +
+                  local_name(element.name)) +
+           (faulty ? ", fontcolor=red" : "") + "];\n";
+  }
+
+  /// "teelvee": the stroke at the end, half an arrow behind it.
+  std::string bond(std::size_t i) const {
+    const ModelBond& at = model.bonds[i];
+    const auto holds = [&](const std::vector<BondId>& list) {
+      return std::find(list.begin(), list.end(), BondId(i)) != list.end();
+    };
+    const auto& stroke = causality.strokes[i];
+    std::string text = quoted(model.elements[at.from.element.index()].name) + " -> " +
+                       quoted(model.elements[at.to.element.index()].name) + " [label=" + quoted(local_name(at.name)) +
+                       ", arrowhead=" + (stroke == BondEnd::head ? "teervee" : "rvee") +
+                       ", arrowtail=" + (stroke == BondEnd::tail ? "tee" : "none");
+    if (holds(causality.dependent)) text += ", color=\"#c2410c\"";
+    if (holds(causality.free)) text += ", color=\"#1d4ed8\"";
+    return text + "];\n";
+  }
+};
+
+}  // namespace
+
+std::string drawing_dot(const Model& model, const DrawnCausality& causality) {
+  const DotWriter write{model, causality};
+  std::string text =
+      "digraph " + quoted(model.name) + " {\nrankdir=LR;\nnode [shape=plaintext];\nedge [dir=both, fontsize=10];\n";
+  std::map<std::string, std::vector<std::size_t>> by_scope;
+  for (std::size_t i = 0; i < model.elements.size(); ++i) {
+    std::string scope = scope_of(model.elements[i].name);
+    by_scope[scope].push_back(i);
+    for (; !scope.empty(); scope = scope_of(scope.substr(0, scope.size() - 1))) by_scope[scope];
+  }
+  std::vector<std::string> open;
+  const auto close_until = [&](const std::string& scope) {
+    for (; !open.empty() && !scope.starts_with(open.back()); open.pop_back()) text += "}\n";
+  };
+  for (const auto& [scope, elements] : by_scope) {
+    close_until(scope);
+    if (!scope.empty()) {
+      const std::string name = scope.substr(0, scope.size() - 1);
+      text += "subgraph " + quoted("cluster_" + name) + " {\nlabel=" + quoted(local_name(name)) + ";\n";
+      open.push_back(scope);
+    }
+    for (const std::size_t i : elements) text += write.node(i);
+  }
+  for (; !open.empty(); open.pop_back()) text += "}\n";
+  for (std::size_t i = 0; i < model.bonds.size(); ++i) text += write.bond(i);
+  for (const ReadSignal& signal : read_signals(model)) {
+    const ElementId from = signal.from.valid() ? signal.from : model.bonds[signal.from_bond.index()].from.element;
+    text += quoted(model.elements[from.index()].name) + " -> " + quoted(model.elements[signal.to.index()].name) +
+            " [label=" + quoted(signal.label) + ", style=dashed, dir=forward, arrowhead=vee, constraint=false];\n";
+  }
+  return text + "}\n";
+}
+
+}  // namespace bgsim
