@@ -55,6 +55,7 @@ Exit equations_command(const Arguments& arguments);  ///< equations.cpp
 Exit show_command(const Arguments& arguments);       ///< show.cpp
 Exit reduce_command(const Arguments& arguments);     ///< reduce.cpp
 Exit draw_command(const Arguments& arguments);       ///< draw.cpp
+Exit plot_command(const Arguments& arguments);       ///< plot.cpp
 Exit trade_command(const Arguments& arguments);      ///< trade.cpp
 Exit verify_command(const Arguments& arguments);     ///< verify.cpp
 

@@ -21,6 +21,7 @@ constexpr Command kCommands[] = {
     {"check", "report strokes and why, states, dependent stores, loops", check_command},
     {"equations", "print the state equations, --latex for LaTeX", equations_command},
     {"draw", "draw the bond graph: SVG, PNG or DOT", draw_command},
+    {"plot", "draw a trace, or two over each other with their difference", plot_command},
     {"show", "print what a stage of the pipeline holds", show_command},
     {"reduce", "cut out what a scene does not require", reduce_command},
     {"trade", "measure error against cost over methods and tolerances", trade_command},
@@ -45,6 +46,7 @@ void print_help() {
                "  bgsim models/bellow.json -o - --quiet    the trace on standard output\n"
                "  bgsim check models/actuator.json         causality, states and loops in words\n"
                "  bgsim draw models/actuator.json          the bond graph in actuator.svg\n"
+               "  bgsim plot actuator.bending.csv          a trace in actuator.bending.svg\n"
                "  bgsim verify                             every model under models/ against its references\n\n"
                "Exit codes: 0 done, 1 the model is at fault, 2 wrong usage, 3 the numerics failed,\n"
                "4 a defect of bgsim.\n";

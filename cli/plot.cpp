@@ -1,0 +1,276 @@
+// bgsim plot: traces as pictures, and two of them over each other.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "bgsim/diagnostic.hpp"
+#include "bgsim/trace_csv.hpp"
+#include "command.hpp"
+#include "drawing.hpp"
+#include "files.hpp"
+#include "plot_picture.hpp"
+#include "table.hpp"
+
+namespace bgsim::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct PlotArguments {
+  std::string file, against, output, x, title;
+  std::vector<std::string> columns;
+  std::optional<double> from, to;
+  bool one_panel = false, each = false;
+  double zoom = 2.0;
+};
+
+PlotArguments parse(const Arguments& arguments) {
+  PlotArguments options;
+  CLI::App app("Draws columns of a trace, or of two traces with their difference.", "bgsim plot");
+  app.footer(
+      "Columns of one unit and of like size share a panel; the units are those of NAME.units.json beside NAME.csv\n"
+      "(bgsim run --units writes it). Long traces are thinned out for display; every extreme stays.\n\n"
+      "Examples:\n"
+      "  bgsim plot actuator.bending.csv                      all columns, in actuator.bending.svg\n"
+      "  bgsim plot actuator.bending.csv x_L x_R -o x.png\n"
+      "  bgsim plot run.csv theta --from 1 --to 2\n"
+      "  bgsim plot run.csv p --x q                           over another column\n"
+      "  bgsim plot run.csv --against reference.csv           both, and their difference below");
+  app.add_option("trace.csv", options.file, "the trace")->required();
+  app.add_option("columns", options.columns, "columns to be drawn (default: all)");
+  app.add_option("-o,--output", options.output,
+                 "the picture, .svg or .png; - for SVG on standard output (default: the trace's name with .svg)")
+      ->type_name("FILE");
+  app.add_option("--against", options.against, "another trace, drawn over the first, with the difference")
+      ->type_name("CSV");
+  app.add_option("--x", options.x, "the column to draw over (default: the first)")->type_name("COLUMN");
+  app.add_option("--from", options.from, "least value of the abscissa")->type_name("X");
+  app.add_option("--to", options.to, "greatest value of the abscissa")->type_name("X");
+  auto* one = app.add_flag("--one-panel", options.one_panel, "all columns in one panel");
+  app.add_flag("--each", options.each, "each column in a panel of its own")->excludes(one);
+  app.add_option("--title", options.title, "text above (default: the trace's name)")->type_name("TEXT");
+  app.add_option("--zoom", options.zoom, "pixels of a PNG for each of the picture's (default: 2)")
+      ->type_name("X")
+      ->check(CLI::Range(0.1, 20.0));
+  parse_arguments(app, arguments);
+  if (options.from && options.to && !(*options.from < *options.to)) throw UsageError("--from is to be less than --to");
+  return options;
+}
+
+/// A trace with what is known of its units.
+struct UnitTrace {
+  std::string file;
+  CsvTable table;
+  std::map<std::string, std::string> units;
+
+  [[nodiscard]] std::string unit(const std::string& column) const {
+    const auto found = units.find(column);
+    return found == units.end() ? std::string() : found->second;
+  }
+  [[nodiscard]] const std::vector<double>* find(const std::string& column) const {
+    const auto found = std::find(table.names.begin(), table.names.end(), column);
+    return found == table.names.end() ? nullptr : &table.columns[static_cast<std::size_t>(found - table.names.begin())];
+  }
+  /// @throws UsageError with the nearest name.
+  [[nodiscard]] const std::vector<double>& column(const std::string& name) const {
+    if (const auto* values = find(name)) return *values;
+    const std::string near = nearest_name(name, table.names);
+    std::string list;
+    for (const std::string& have : table.names) list += (list.empty() ? "" : ", ") + have;
+    throw UsageError(file + " has no column \"" + name + "\"" +
+                     (near.empty() ? "" : "; did you mean \"" + near + "\"?") + "\nit has: " + list);
+  }
+};
+
+std::string read_text(const std::string& path) {
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream text;
+  if (fs::is_directory(path)) throw UsageError("cannot read \"" + path + "\": it is a folder");
+  if (!stream) throw UsageError("cannot read \"" + path + "\": " + std::strerror(errno));
+  text << stream.rdbuf();
+  return text.str();
+}
+
+std::map<std::string, std::string> read_units(const std::string& csv) {
+  const std::string path = fs::path(csv).replace_extension(".units.json").string();
+  if (!fs::exists(path)) return {};
+  try {
+    return nlohmann::json::parse(read_text(path)).get<std::map<std::string, std::string>>();
+  } catch (const nlohmann::json::exception& error) {
+    throw UsageError(path + ", which is taken for the units of " + csv + ", is no object of texts: " + error.what());
+  }
+}
+
+UnitTrace read_trace(const std::string& path) {
+  const std::string text = read_text(path);
+  try {
+    UnitTrace trace{path, parse_csv(text), read_units(path)};
+    if (trace.table.columns.front().empty()) throw UsageError(path + " has a header and no records: nothing to draw");
+    return trace;
+  } catch (const CsvError& error) {
+    throw UsageError(path + ":" + std::to_string(error.line) + ": " + error.what());
+  }
+}
+
+/// The rows of a column whose abscissa lies in the range asked for.
+PlotCurve curve_of(const UnitTrace& trace, const std::string& x, const std::string& y, const PlotArguments& options) {
+  const std::vector<double>&abscissa = trace.column(x), &ordinate = trace.column(y);
+  PlotCurve curve{y, {}, {}, false};
+  for (std::size_t i = 0; i < abscissa.size(); ++i) {
+    if ((options.from && abscissa[i] < *options.from) || (options.to && abscissa[i] > *options.to)) continue;
+    curve.x.push_back(abscissa[i]);
+    curve.y.push_back(ordinate[i]);
+  }
+  if (curve.x.empty()) throw UsageError(trace.file + " has no record between --from and --to");
+  return curve;
+}
+
+double magnitude(const PlotCurve& curve) {
+  double most = 0.0;
+  for (const double y : curve.y) most = std::max(most, std::abs(y));
+  return most;
+}
+
+/// Whether a curve can be read beside others in one panel: the same unit, and no more than ten times smaller or larger.
+bool fits(const PlotPanel& panel, const std::string& unit, const PlotCurve& curve) {
+  constexpr std::size_t kMostCurves = 5;
+  if (panel.unit != unit || panel.curves.size() >= kMostCurves) return false;
+  const double size = magnitude(curve), other = magnitude(panel.curves.front());
+  return size <= 10.0 * other && other <= 10.0 * size;
+}
+
+std::vector<PlotPanel> panels_of(const UnitTrace& trace, const std::string& x, const PlotArguments& options) {
+  std::vector<PlotPanel> panels;
+  for (const std::string& column : options.columns) {
+    PlotCurve curve = curve_of(trace, x, column, options);
+    const std::string unit = trace.unit(column);
+    const auto place = std::find_if(panels.begin(), panels.end(), [&](const PlotPanel& panel) {
+      return options.one_panel || (!options.each && fits(panel, unit, curve));
+    });
+    if (place == panels.end()) {
+      panels.push_back({unit, {std::move(curve)}, false});
+    } else {
+      if (place->unit != unit) place->unit.clear();
+      place->curves.push_back(std::move(curve));
+    }
+  }
+  return panels;
+}
+
+double linear_at(const PlotCurve& curve, std::size_t& after, double x) {
+  while (curve.x[after] < x) ++after;
+  if (curve.x[after] == x) return curve.y[after];
+  const double part = (x - curve.x[after - 1]) / (curve.x[after] - curve.x[after - 1]);
+  return curve.y[after - 1] + part * (curve.y[after] - curve.y[after - 1]);
+}
+
+/// a - b, and where it was taken.
+struct Difference {
+  PlotCurve curve;
+  bool interpolated = false;
+};
+
+/// At the records at one place in both, where there are some; else at all of a's that lie within b's range, b being
+/// linear between its own.
+Difference difference(const PlotCurve& a, const PlotCurve& b) {
+  constexpr std::size_t kEnough = 10;
+  // Two programs may write one time with rounding errors of its computation.
+  const double same = 1e-12 * std::max(std::abs(a.x.front()), std::abs(a.x.back()));
+  Difference common{{a.name + ", difference", {}, {}, false}, false};
+  for (std::size_t i = 0, k = 0; i < a.x.size() && k < b.x.size();) {
+    if (std::abs(a.x[i] - b.x[k]) <= same) {
+      common.curve.x.push_back(a.x[i]);
+      common.curve.y.push_back(a.y[i++] - b.y[k++]);
+    } else {
+      ++(a.x[i] < b.x[k] ? i : k);
+    }
+  }
+  if (common.curve.x.size() >= kEnough || common.curve.x.size() == a.x.size()) return common;
+  Difference all{{a.name + ", difference (interpolated)", {}, {}, false}, true};
+  std::size_t after = 0;
+  for (std::size_t i = 0; i < a.x.size(); ++i) {
+    if (a.x[i] < b.x.front() || a.x[i] > b.x.back()) continue;
+    all.curve.x.push_back(a.x[i]);
+    all.curve.y.push_back(a.y[i] - linear_at(b, after, a.x[i]));
+  }
+  return all;
+}
+
+std::vector<PlotPanel> panels_against(const UnitTrace& a, const UnitTrace& b, const std::string& x,
+                                      const PlotArguments& options) {
+  std::vector<PlotPanel> panels;
+  for (const std::string& column : options.columns) {
+    PlotCurve mine = curve_of(a, x, column, options), other = curve_of(b, x, column, options);
+    for (const auto* curve : {&mine, &other})
+      if (!std::is_sorted(curve->x.begin(), curve->x.end()))
+        throw UsageError("column \"" + x + "\" goes back and forth: there is no difference over it to be drawn");
+    auto [apart, interpolated] = difference(mine, other);
+    if (apart.x.empty()) throw UsageError(a.file + " and " + b.file + " have no stretch of \"" + x + "\" in common");
+    const auto most =
+        std::max_element(apart.y.begin(), apart.y.end(), [](double p, double q) { return std::abs(p) < std::abs(q); });
+    std::cerr << column << ": largest difference " << number_text(*most, 4) << " at " << x << " = "
+              << number_text(apart.x[static_cast<std::size_t>(most - apart.y.begin())], 6)
+              << (interpolated ? ", the second trace being interpolated"
+                               : ", of " + std::to_string(apart.x.size()) + " records in common")
+              << "\n";
+    const auto name = [](const std::string& path) { return fs::path(path).filename().string(); };
+    const bool told_apart = name(a.file) != name(b.file);
+    mine.name = column + ", " + (told_apart ? name(a.file) : a.file);
+    other.name = column + ", " + (told_apart ? name(b.file) : b.file);
+    other.reference = true;
+    panels.push_back({a.unit(column), {std::move(mine), std::move(other)}, false});
+    panels.push_back({a.unit(column), {std::move(apart)}, true});
+  }
+  return panels;
+}
+
+/// The columns to be drawn: those asked for, or all (that both traces have).
+void choose_columns(PlotArguments& options, const std::string& x, const UnitTrace& a, const UnitTrace* b) {
+  for (const std::string& column : options.columns)
+    for (const UnitTrace* trace : {&a, b})
+      if (trace != nullptr) static_cast<void>(trace->column(column));
+  if (!options.columns.empty()) return;
+  for (const std::string& name : a.table.names)
+    if (name != x && (b == nullptr || b->find(name) != nullptr)) options.columns.push_back(name);
+  if (options.columns.empty())
+    throw UsageError(b == nullptr ? a.file + " has no column but \"" + x + "\""
+                                  : a.file + " and " + b->file + " have no column in common but \"" + x + "\"");
+}
+
+}  // namespace
+
+Exit plot_command(const Arguments& arguments) {
+  PlotArguments options = parse(arguments);
+  if (options.output.empty()) options.output = fs::path(options.file).stem().string() + ".svg";
+  const std::string ending = options.output == "-" ? ".svg" : fs::path(options.output).extension().string();
+  if (ending != ".svg" && ending != ".png")
+    throw UsageError("\"" + options.output + "\" ends with neither .svg nor .png: which picture is meant?");
+  check_writable(options.output, options.file);
+  const UnitTrace trace = read_trace(options.file);
+  std::optional<UnitTrace> other;
+  if (!options.against.empty()) other = read_trace(options.against);
+
+  const std::string x = options.x.empty() ? trace.table.names.front() : options.x;
+  static_cast<void>(trace.column(x));
+  choose_columns(options, x, trace, other ? &*other : nullptr);
+  Plot plot;
+  plot.title = options.title.empty() ? fs::path(options.file).filename().string() : options.title;
+  plot.x_label = x + (trace.unit(x).empty() ? "" : " in " + trace.unit(x));
+  plot.panels = other ? panels_against(trace, *other, x, options) : panels_of(trace, x, options);
+  std::string picture = plot_svg(plot);
+  if (ending == ".png") picture = png_from_svg(picture, options.zoom);
+  write_file(options.output, [&](std::ostream& out) { out << picture; });
+  return Exit::done;
+}
+
+}  // namespace bgsim::cli

@@ -1,0 +1,123 @@
+#include "plot_picture.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <sstream>
+
+#include "programs.hpp"
+#include "thinning.hpp"
+
+namespace bgsim::cli {
+
+namespace {
+
+constexpr std::size_t kBuckets = 1000;  // about the pixels of a panel's width
+constexpr double kWidth = 860.0, kPanelHeight = 230.0, kLowHeight = 150.0;
+// Okabe and Ito's colours, which the colour-blind can tell apart.
+constexpr std::array<const char*, 7> kColours{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                              "#e69f00", "#56b4e9", "#555555"};
+
+/// A text in gnuplot's single quotes.
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) {
+    if (c == '\'') out += '\'';
+    out += c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return out + "'";
+}
+
+std::string number(double value, const char* format) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+void add_data(std::ostringstream& script, const std::string& block, const PlotCurve& curve) {
+  script << "$" << block << " << EOD\n";
+  for (const std::size_t i : thinned(curve.x, curve.y, kBuckets))
+    script << number(curve.x[i], "%.12g") << ' ' << number(curve.y[i], "%.9g") << '\n';
+  script << "EOD\n";
+}
+
+/// Where panels stand: heights, and how many side by side.
+struct Grid {
+  std::size_t columns = 1, rows = 1;
+  double width = kWidth, height = 0.0;
+  std::vector<double> tops;  ///< of rows, from above, and the end of the last
+};
+
+Grid grid_of(const Plot& plot) {
+  Grid grid;
+  const std::size_t count = plot.panels.size();
+  grid.columns = (count + kMostStacked - 1) / kMostStacked;
+  grid.rows = (count + grid.columns - 1) / grid.columns;
+  grid.width = kWidth * (grid.columns == 1 ? 1.0 : 0.7 * static_cast<double>(grid.columns));
+  double at = 34.0;  // the title
+  for (std::size_t row = 0; row < grid.rows; ++row) {
+    grid.tops.push_back(at);
+    bool low = true;
+    for (std::size_t column = 0; column < grid.columns; ++column) {
+      const std::size_t panel = row * grid.columns + column;
+      low = low && (panel >= count || plot.panels[panel].low);
+    }
+    at += low ? kLowHeight : kPanelHeight;
+  }
+  grid.tops.push_back(at);
+  grid.height = at + 42.0;  // numbers and label of the abscissa
+  return grid;
+}
+
+void add_panel(std::ostringstream& script, const Plot& plot, const Grid& grid, std::size_t index) {
+  const PlotPanel& panel = plot.panels[index];
+  const std::size_t row = index / grid.columns, column = index % grid.columns;
+  const bool lowest = index + grid.columns >= plot.panels.size();
+  const double span = 1.0 / static_cast<double>(grid.columns), left = static_cast<double>(column) * span;
+  const auto screen = [&](double y) { return number(1.0 - y / grid.height, "%.5f"); };
+  script << "set lmargin at screen " << number(left + 86.0 / grid.width, "%.5f") << "\nset rmargin at screen "
+         << number(left + span - 30.0 / grid.width, "%.5f") << "\nset tmargin at screen "
+         << screen(grid.tops[row] + 26.0) << "\nset bmargin at screen " << screen(grid.tops[row + 1] - 12.0) << "\n"
+         << "set label 2 " << quoted(panel.unit) << " at graph 0, graph 1 right offset character -1, character 0.9\n"
+         << (lowest ? "set xlabel " + quoted(plot.x_label) + "\nset format x '%g'\n"
+                    : std::string("unset xlabel\nset format x ''\n"))
+         << "plot ";
+  for (std::size_t i = 0; i < panel.curves.size(); ++i) {
+    const PlotCurve& curve = panel.curves[i];
+    script << (i == 0 ? "" : ", ") << "$d" << index << "_" << i << " with "
+           << (curve.x.size() == 1 ? "points pt 7" : "lines") << " lc rgb '" << kColours[i % kColours.size()]
+           << (curve.reference ? "' lw 1.2 dashtype 2" : "' lw 1.7") << " title " << quoted(curve.name);
+  }
+  script << "\n";
+}
+
+}  // namespace
+
+std::string plot_svg(const Plot& plot) {
+  const Grid grid = grid_of(plot);
+  std::ostringstream script;
+  script << "set terminal svg size " << number(grid.width, "%.0f") << "," << number(grid.height, "%.0f")
+         << " dynamic noenhanced font 'Helvetica,12' background '#ffffff'\n";
+  double x_low = plot.panels.front().curves.front().x.front(), x_high = x_low;
+  for (std::size_t p = 0; p < plot.panels.size(); ++p)
+    for (std::size_t c = 0; c < plot.panels[p].curves.size(); ++c) {
+      const PlotCurve& curve = plot.panels[p].curves[c];
+      add_data(script, "d" + std::to_string(p) + "_" + std::to_string(c), curve);
+      const auto [low, high] = std::minmax_element(curve.x.begin(), curve.x.end());
+      x_low = std::min(x_low, *low);
+      x_high = std::max(x_high, *high);
+    }
+  script << "set border 3 lc rgb '#777777'\nset tics nomirror textcolor rgb '#333333'\nset grid lc rgb '#e2e2e2' lt 1\n"
+            "set key at graph 0, graph 1.01 left bottom horizontal Left reverse samplen 2 maxrows 1\n";
+  if (x_low < x_high) script << "set xrange [" << number(x_low, "%.12g") << ":" << number(x_high, "%.12g") << "]\n";
+  script << "set multiplot\nset label 1 " << quoted(plot.title) << " at screen " << number(14.0 / grid.width, "%.5f")
+         << "," << number(1.0 - 17.0 / grid.height, "%.5f") << " font ',13'\n";
+  for (std::size_t p = 0; p < plot.panels.size(); ++p) {
+    add_panel(script, plot, grid, p);
+    if (p == 0) script << "unset label 1\n";
+  }
+  script << "unset multiplot\n";
+  return run_program(kGnuplot, {"-"}, script.str());
+}
+
+}  // namespace bgsim::cli

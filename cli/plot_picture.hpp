@@ -1,0 +1,32 @@
+/// Curves over a common abscissa as a picture, by gnuplot.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace bgsim::cli {
+
+struct PlotCurve {
+  std::string name;
+  std::vector<double> x, y;
+  bool reference = false;  ///< drawn thin and dashed over the others
+};
+
+/// One diagram: curves that share an ordinate.
+struct PlotPanel {
+  std::string unit;  ///< or another text beside the ordinate
+  std::vector<PlotCurve> curves;
+  bool low = false;  ///< of half the height: differences
+};
+
+struct Plot {
+  std::string title, x_label;
+  std::vector<PlotPanel> panels;  ///< from above; more than kMostStacked stand in several columns
+};
+
+inline constexpr std::size_t kMostStacked = 8;
+
+/// @throws UsageError if gnuplot is not there or fails.
+std::string plot_svg(const Plot& plot);
+
+}  // namespace bgsim::cli

@@ -1,0 +1,72 @@
+// bgsim plot: pictures of traces, differences, extremes of long ones, refusals.
+#include <catch2/catch.hpp>
+#include <sstream>
+
+#include "command.hpp"
+
+using Catch::Contains;
+
+TEST_CASE("a trace is drawn as SVG or PNG, with the units of its side-car") {
+  const Workplace here;
+  here.write("a.csv", "t,x,y,p\n0,1,2,100\n1,2,1,200\n2,1.5,0,150\n");
+  here.write("a.units.json", R"({ "x": "m", "y": "m", "p": "Pa" })");
+  CHECK(here.bgsim("plot a.csv").code == 0);
+  const std::string svg = here.read("a.svg");
+  CHECK_THAT(svg, Contains(">x</text>") && Contains(">y</text>") && Contains(">p</text>"));
+  CHECK_THAT(svg, Contains(">m</text>") && Contains(">Pa</text>") && Contains(">a.csv</text>"));
+  CHECK(here.bgsim("plot a.csv p -o b.png --zoom 1").code == 0);
+  CHECK(here.read("b.png").substr(1, 3) == "PNG");
+  const Outcome some = here.bgsim("plot a.csv x --from 0.5 --title 'it''s' -o -");
+  CHECK(some.code == 0);
+  CHECK_THAT(some.out, !Contains(">p</text>"));
+  CHECK(here.bgsim("plot a.csv y --x x -o c.svg").code == 0);
+}
+
+TEST_CASE("two traces are drawn over each other, and the largest difference is told") {
+  const Workplace here;
+  here.write("a.csv", "t,x\n0,1\n1,2\n2,3\n");
+  here.write("b.csv", "t,x,more\n0,1,0\n1,1.5,0\n2,3,0\n");
+  const Outcome same = here.bgsim("plot a.csv --against b.csv");
+  CHECK(same.code == 0);
+  CHECK_THAT(same.err, Contains("x: largest difference 0.5 at t = 1, of 3 records in common"));
+  CHECK_THAT(here.read("a.svg"), Contains("x, difference</text>") && Contains("x, b.csv</text>"));
+  here.write("c.csv", "t,x\n0,1\n2,3.5\n");
+  CHECK_THAT(here.bgsim("plot a.csv --against c.csv -o -").err,
+             Contains("x: largest difference -0.5 at t = 2, the second trace being interpolated"));
+}
+
+TEST_CASE("extremes of a long trace are in its picture, however short they last") {
+  const Workplace here;
+  std::ostringstream text;
+  text << "t,x\n";
+  for (int i = 0; i < 200000; ++i) text << i << ',' << (i == 123457 ? 1000 : i % 2) << '\n';
+  here.write("long.csv", text.str());
+  CHECK(here.bgsim("plot long.csv").code == 0);
+  const std::string svg = here.read("long.svg");
+  CHECK_THAT(svg, Contains("<text> 1000</text>"));  // the ordinate's range follows what is drawn
+  CHECK(svg.size() < 200000);
+}
+
+TEST_CASE("what cannot be drawn is refused with its place and a mend") {
+  const Workplace here;
+  here.write("a.csv", "t,speed\n0,1\n1,2\n");
+  const auto refused = [&](const std::string& arguments, const std::string& message) {
+    const Outcome outcome = here.bgsim("plot " + arguments);
+    CHECK(outcome.code == 2);
+    CHECK_THAT(outcome.err, Contains(message));
+  };
+  refused("a.csv sped", "a.csv has no column \"sped\"; did you mean \"speed\"?");
+  refused("a.csv --x time", "a.csv has no column \"time\"");
+  refused("none.csv", "cannot read \"none.csv\": No such file or directory");
+  here.write("bad.csv", "t,x\n0,1\n1,many\n");
+  refused("bad.csv", "bad.csv:3: \"many\" in column \"x\" is no number");
+  here.write("empty.csv", "t,x\n");
+  refused("empty.csv", "empty.csv has a header and no records");
+  refused("a.csv --from 5", "no record between --from and --to");
+  refused("a.csv --from 1 --to 0", "--from is to be less than --to");
+  refused("a.csv -o a.pdf", "ends with neither .svg nor .png");
+  here.write("other.csv", "t,x\n0,1\n");
+  refused("a.csv --against other.csv", "have no column in common");
+  here.write("back.csv", "t,speed\n0,1\n1,2\n0.5,3\n");
+  refused("back.csv --against a.csv", "goes back and forth");
+}
