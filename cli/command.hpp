@@ -43,20 +43,13 @@ Exit run_command(const Arguments& arguments);         ///< run.cpp
 Exit check_command(const Arguments& arguments);       ///< check.cpp
 Exit equations_command(const Arguments& arguments);   ///< equations.cpp
 Exit show_command(const Arguments& arguments);        ///< show.cpp
+Exit draw_command(const Arguments& arguments);        ///< draw.cpp
+Exit plot_command(const Arguments& arguments);        ///< plot.cpp
 Exit reduce_command(const Arguments& arguments);      ///< reduce.cpp
 Exit trade_command(const Arguments& arguments);       ///< trade.cpp
 Exit verify_command(const Arguments& arguments);      ///< verify.cpp
 Exit new_command(const Arguments& arguments);         ///< new.cpp
 Exit explain_command(const Arguments& arguments);     ///< explain.cpp
 Exit completion_command(const Arguments& arguments);  ///< completion.cpp
-Exit run_command(const Arguments& arguments);        ///< run.cpp
-Exit check_command(const Arguments& arguments);      ///< check.cpp
-Exit equations_command(const Arguments& arguments);  ///< equations.cpp
-Exit show_command(const Arguments& arguments);       ///< show.cpp
-Exit reduce_command(const Arguments& arguments);     ///< reduce.cpp
-Exit draw_command(const Arguments& arguments);       ///< draw.cpp
-Exit plot_command(const Arguments& arguments);       ///< plot.cpp
-Exit trade_command(const Arguments& arguments);      ///< trade.cpp
-Exit verify_command(const Arguments& arguments);     ///< verify.cpp
 
 }  // namespace bgsim::cli

@@ -11,9 +11,10 @@ namespace {
 
 const char* const kBash = R"sh(# Completion of bgsim for bash and, through bashcompinit, zsh.
 _bgsim() {
-  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command=run commands each
+  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command=run commands each files='!*.json'
   commands=$(bgsim --help 2>/dev/null | sed -n '/^Commands/,/^$/s/^  \([a-z]*\) .*/\1/p')
   for each in $commands; do [[ ${COMP_WORDS[1]} == "$each" ]] && command=$each; done
+  [[ $command == plot ]] && files='!*.csv'
   COMPREPLY=()
   case $before in
     --scene)
@@ -33,7 +34,7 @@ _bgsim() {
     return
   fi
   ((COMP_CWORD == 1)) && COMPREPLY=($(compgen -W "$commands" -- "$word"))
-  COMPREPLY+=($(compgen -f -X '!*.json' -- "$word") $(compgen -d -S / -- "$word"))
+  COMPREPLY+=($(compgen -f -X "$files" -- "$word") $(compgen -d -S / -- "$word"))
 }
 complete -o nospace -o filenames -F _bgsim bgsim
 )sh";

@@ -40,8 +40,8 @@ std::string edge_text(ElementId from, ElementId to, int weight) {
 }
 
 /// Hosts by their submodel, clusters nested as the submodels are.
-void add_nodes(std::ostringstream& text, const Model& model, const std::vector<Standing>& standing) {
-  const std::vector<Extent> extent = extents(model, standing);
+void add_nodes(std::ostringstream& text, const Model& model, const std::vector<Standing>& standing,
+               const std::vector<Extent>& extent) {
   std::map<std::string, std::vector<ElementId>> by_scope;
   for (std::size_t i = 0; i < standing.size(); ++i) {
     std::string scope = scope_of(model.elements[i].name);
@@ -72,21 +72,27 @@ void add_nodes(std::ostringstream& text, const Model& model, const std::vector<S
   }
 }
 
-/// Whether signals join what no bonds do: such parts need room between them.
-bool signals_between_parts(const Model& model) {
+/// The bonded parts of the graph, as numbers by ElementId.
+std::vector<std::size_t> parts_of(const Model& model) {
   std::vector<std::size_t> parent(model.elements.size());
   std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto part = [&](ElementId id) {
-    std::size_t i = id.index();
+  const auto root = [&](std::size_t i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
-  for (const ModelBond& bond : model.bonds) parent[part(bond.from.element)] = part(bond.to.element);
-  for (const ReadSignal& signal : read_signals(model)) {
+  for (const ModelBond& bond : model.bonds) parent[root(bond.from.element.index())] = root(bond.to.element.index());
+  for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = root(i);
+  return parent;
+}
+
+/// Whether signals join what no bonds do: such parts need room between them.
+bool signals_between_parts(const Model& model) {
+  const std::vector<std::size_t> part = parts_of(model);
+  const std::vector<ReadSignal> signals = read_signals(model);
+  return std::any_of(signals.begin(), signals.end(), [&](const ReadSignal& signal) {
     const ElementId from = signal.from.valid() ? signal.from : model.bonds[signal.from_bond.index()].from.element;
-    if (part(from) != part(signal.to)) return true;
-  }
-  return false;
+    return part[from.index()] != part[signal.to.index()];
+  });
 }
 
 /// Where rows of a folded layout may be cut, and what a cut severs.
@@ -127,13 +133,13 @@ std::vector<Cut> cuts_of(const Model& model, const std::vector<Standing>& standi
 }
 
 /// Folds a strip into rows, alternately from left to right and back, where a row ends at few bonds.
-void fold(const Model& model, const std::vector<Standing>& standing, std::vector<Point>& at, double width,
-          double height) {
+void fold(const Model& model, const std::vector<Standing>& standing, const std::vector<Extent>& extent,
+          std::vector<Point>& at, double width, double height) {
   constexpr double kWideEnough = 1600.0, kRatio = 3.6, kWanted = 1.7, kGap = 40.0;
   constexpr std::size_t kMostSevered = 2;
   if (width < kWideEnough || width < kRatio * height) return;
   const double rows = std::round(std::sqrt(width / (kWanted * (height + kGap))));
-  const std::vector<Cut> cuts = cuts_of(model, standing, extents(model, standing), at);
+  const std::vector<Cut> cuts = cuts_of(model, standing, extent, at);
   std::vector<double> ends;
   for (double row = 1.0; row < rows; row += 1.0) {
     const double wanted = row * width / rows, reach = 0.4 * width / rows;
@@ -166,34 +172,56 @@ void fold(const Model& model, const std::vector<Standing>& standing, std::vector
   for (Point& point : at) point.x -= least;
 }
 
+/// Puts parts that nothing bonds together one below the other in the model's order, where each has a band of its own.
+void restack(const Model& model, const std::vector<Standing>& standing, const std::vector<Extent>& extent,
+             std::vector<Point>& at) {
+  const std::vector<std::size_t> part = parts_of(model);
+  struct Band {
+    double top = 0.0, bottom = 0.0, moved = 0.0;
+  };
+  std::map<std::size_t, Band> bands;
+  std::vector<std::size_t> wanted;  // parts in the model's order
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    if (standing[i].side != Side::none) continue;
+    if (model.elements[i].name.find('.') != std::string::npos) return;  // a frame may hold several parts
+    const Band here{at[i].y - extent[i].top, at[i].y + extent[i].bottom, 0.0};
+    const auto [band, fresh] = bands.emplace(part[i], here);
+    if (fresh) wanted.push_back(part[i]);
+    band->second.top = std::min(band->second.top, here.top);
+    band->second.bottom = std::max(band->second.bottom, here.bottom);
+  }
+  std::vector<Band> down;
+  for (const auto& [id, band] : bands) down.push_back(band);
+  std::sort(down.begin(), down.end(), [](const Band& a, const Band& b) { return a.top < b.top; });
+  for (std::size_t k = 1; k < down.size(); ++k)
+    if (down[k].top < down[k - 1].bottom) return;
+  double top = down.front().top;
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    Band& band = bands[wanted[k]];
+    band.moved = top - band.top;
+    top += band.bottom - band.top + (k + 1 < down.size() ? down[k + 1].top - down[k].bottom : 0.0);
+  }
+  for (std::size_t i = 0; i < at.size(); ++i) at[i].y += bands[part[i]].moved;
+}
+
 }  // namespace
 
 std::string layout_request(const Model& model) {
   const std::vector<Standing> standing = standings(model);
+  const Flow flow = flow_of(model, standing);
   std::ostringstream text;
   text << "digraph bonds {\nrankdir=LR; splines=false; overlap=false; "
        << (signals_between_parts(model) ? "nodesep=0.8; ranksep=1.4;" : "nodesep=0.3; ranksep=0.8;")
-       << "\n"
-          "node [shape=plain]; edge [dir=none];\n";
-  add_nodes(text, model, standing);
-  const std::vector<Hand> hand = hands(model);
-  const auto host = [&](ElementId id) { return standing[id.index()].host; };
-  for (const ModelBond& bond : model.bonds) {
-    const ElementId from = host(bond.from.element), to = host(bond.to.element);
-    const bool spine = passes_power(model.elements[from.index()].kind) && passes_power(model.elements[to.index()].kind);
-    if (from == to) continue;
-    // All half-arrows may enter a field: those at its first port come from the left, the others from the right.
-    const bool behind = (is_field(model.elements[to.index()].kind) && bond.to.port.value_or(0) > 0) ||
-                        hand[to.index()] == Hand::left || hand[from.index()] == Hand::right;
-    text << edge_text(behind ? to : from, behind ? from : to, spine ? 4 : 2);
-  }
+       << "\nnode [shape=plain]; edge [dir=none];\n";
+  add_nodes(text, model, standing, extents(model, standing, flow.hands));
+  for (const Rank& rank : flow.ranks) text << edge_text(rank.left, rank.right, rank.weight);
   text << "}\n";
   return text.str();
 }
 
 Layout read_layout(const Model& model, const std::string& plain) {
   const std::vector<Standing> standing = standings(model);
-  const std::vector<Extent> extent = extents(model, standing);
+  const std::vector<Extent> extent = extents(model, standing, flow_of(model, standing).hands);
   constexpr double kPixels = 72.0;  // a point of Graphviz is drawn as a pixel
   Layout layout;
   layout.elements.resize(model.elements.size());
@@ -224,14 +252,12 @@ Layout read_layout(const Model& model, const std::string& plain) {
   for (std::size_t i = 0; i < placed.size(); ++i)
     if (standing[i].side == Side::none && !placed[i])
       throw std::invalid_argument("element \"" + model.elements[i].name + "\" has no place");
-  const auto hang = [&] {
-    for (std::size_t i = 0; i < placed.size(); ++i)
-      if (standing[i].side != Side::none)
-        layout.elements[i] =
-            layout.elements[standing[i].host.index()] + Point{0.0, standing[i].side == Side::above ? -kDrop : kDrop};
-  };
-  hang();
-  fold(model, standing, layout.elements, width, height);
+  for (std::size_t i = 0; i < placed.size(); ++i)
+    if (standing[i].side != Side::none)
+      layout.elements[i] =
+          layout.elements[standing[i].host.index()] + Point{0.0, standing[i].side == Side::above ? -kDrop : kDrop};
+  restack(model, standing, extent, layout.elements);
+  fold(model, standing, extent, layout.elements, width, height);
   return layout;
 }
 

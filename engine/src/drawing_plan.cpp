@@ -15,13 +15,35 @@ bool may_hang(ElementKind kind) {
   return kind == ElementKind::inertia || kind == ElementKind::resistor || kind == ElementKind::capacitor;
 }
 
-std::vector<std::size_t> bond_counts(const Model& model) {
-  std::vector<std::size_t> counts(model.elements.size(), 0);
-  for (const ModelBond& bond : model.bonds) {
-    ++counts[bond.from.element.index()];
-    ++counts[bond.to.element.index()];
+/// The bonds of an element.
+struct Around {
+  std::size_t entering = 0, leaving = 0;              ///< half-arrows
+  std::size_t chain_entering = 0, chain_leaving = 0;  ///< those from and to junctions and two-ports
+  std::size_t sources = 0;                            ///< half-arrows from one-ports
+  std::size_t fields_before = 0;                      ///< those to further ports of fields, counted as entering too
+  [[nodiscard]] std::size_t bonds() const { return entering - fields_before + leaving; }
+  /// Whether something other than @p leaves one-ports stands right of it, or several bonds meet in it from the left.
+  [[nodiscard]] bool goes_on(std::size_t leaves) const {
+    return leaving - fields_before > leaves || chain_entering > 1 || (chain_entering == 1 && sources > 0);
   }
-  return counts;
+};
+
+std::vector<Around> arounds(const Model& model) {
+  std::vector<Around> around(model.elements.size());
+  for (const ModelBond& bond : model.bonds) {
+    Around &from = around[bond.from.element.index()], &to = around[bond.to.element.index()];
+    const Element &tail = model.elements[bond.from.element.index()], &head = model.elements[bond.to.element.index()];
+    ++from.leaving;
+    ++to.entering;
+    from.chain_leaving += passes_power(head.kind) ? 1U : 0U;
+    to.chain_entering += passes_power(tail.kind) ? 1U : 0U;
+    to.sources += !is_junction(tail.kind) && port_count(tail) == 1 ? 1U : 0U;
+    // A field stands before the junctions at its further ports, though their half-arrows enter it.
+    if (!is_field(head.kind) || bond.to.port.value_or(0) == 0) continue;
+    ++from.fields_before;
+    ++from.entering;
+  }
+  return around;
 }
 
 double name_width(const Element& element) { return text_width(local_name(element.name), kNameSize); }
@@ -79,34 +101,6 @@ class Reading {
 
 }  // namespace
 
-std::vector<Standing> standings(const Model& model) {
-  const std::vector<std::size_t> counts = bond_counts(model);
-  std::vector<std::vector<ElementId>> hanging(model.elements.size());
-  for (const ModelBond& bond : model.bonds)
-    for (const auto& [junction, leaf] :
-         {std::pair(bond.from.element, bond.to.element), std::pair(bond.to.element, bond.from.element)}) {
-      const Element& at = model.elements[junction.index()];
-      const Element& one_port = model.elements[leaf.index()];
-      if (is_junction(at.kind) && counts[junction.index()] > 2 && may_hang(one_port.kind) &&
-          counts[leaf.index()] == 1 && scope_of(at.name) == scope_of(one_port.name))
-        hanging[junction.index()].push_back(leaf);
-    }
-  std::vector<Standing> standing(model.elements.size());
-  for (std::size_t i = 0; i < standing.size(); ++i) standing[i].host = ElementId(i);
-  for (std::size_t i = 0; i < hanging.size(); ++i) {
-    auto& leaves = hanging[i];
-    if (leaves.empty()) continue;
-    std::sort(leaves.begin(), leaves.end(), [&](ElementId a, ElementId b) {
-      return std::pair(height_rank(model.elements[a.index()].kind), a) <
-             std::pair(height_rank(model.elements[b.index()].kind), b);
-    });
-    const bool low = leaves.size() > 1 || model.elements[leaves.back().index()].kind == ElementKind::capacitor;
-    if (low) standing[leaves.back().index()] = {ElementId(i), Side::below};
-    if (!low || leaves.size() > 1) standing[leaves.front().index()] = {ElementId(i), Side::above};
-  }
-  return standing;
-}
-
 bool is_field(ElementKind kind) {
   return kind == ElementKind::c_field || kind == ElementKind::i_field || kind == ElementKind::r_field;
 }
@@ -115,33 +109,52 @@ bool passes_power(ElementKind kind) {
   return is_junction(kind) || kind == ElementKind::transformer || kind == ElementKind::gyrator;
 }
 
-std::vector<Hand> hands(const Model& model) {
-  struct Around {
-    std::size_t entering = 0, chain_entering = 0, chain_leaving = 0;
-  };
-  std::vector<Around> around(model.elements.size());
+std::vector<Standing> standings(const Model& model) {
+  const std::vector<Around> around = arounds(model);
+  std::vector<std::vector<ElementId>> hanging(model.elements.size());
+  for (const ModelBond& bond : model.bonds)
+    for (const auto& [junction, leaf] :
+         {std::pair(bond.from.element, bond.to.element), std::pair(bond.to.element, bond.from.element)}) {
+      const Element& at = model.elements[junction.index()];
+      const Element& one_port = model.elements[leaf.index()];
+      if (is_junction(at.kind) && around[junction.index()].bonds() > 2 && may_hang(one_port.kind) &&
+          around[leaf.index()].bonds() == 1 && scope_of(at.name) == scope_of(one_port.name))
+        hanging[junction.index()].push_back(leaf);
+    }
+  std::vector<Standing> standing(model.elements.size());
+  for (std::size_t i = 0; i < standing.size(); ++i) standing[i].host = ElementId(i);
   const auto kind = [&](ElementId id) { return model.elements[id.index()].kind; };
-  for (const ModelBond& bond : model.bonds) {
-    const ElementId from = bond.from.element, to = bond.to.element;
-    around[to.index()].entering += 1;
-    around[to.index()].chain_entering += passes_power(kind(from)) ? 1U : 0U;
-    around[from.index()].chain_leaving += passes_power(kind(to)) ? 1U : 0U;
-    // A field stands before the junctions at its further ports, though their half-arrows enter it.
-    around[from.index()].entering += is_field(kind(to)) && bond.to.port.value_or(0) > 0 ? 1U : 0U;
+  for (std::size_t i = 0; i < hanging.size(); ++i) {
+    auto& leaves = hanging[i];
+    std::sort(leaves.begin(), leaves.end(), [&](ElementId a, ElementId b) {
+      return std::pair(height_rank(kind(a)), a) < std::pair(height_rank(kind(b)), b);
+    });
+    // Where nothing else does, one of them goes on to the right: of two the R, if there is one.
+    if (!leaves.empty() && !around[i].goes_on(leaves.size()) && leaves.size() < 3)
+      leaves.erase(leaves.size() == 2 && kind(leaves.front()) == ElementKind::resistor ? leaves.begin()
+                                                                                       : leaves.end() - 1);
+    if (leaves.empty()) continue;
+    const bool low = leaves.size() > 1 || kind(leaves.back()) == ElementKind::capacitor;
+    if (low) standing[leaves.back().index()] = {ElementId(i), Side::below};
+    if (!low || leaves.size() > 1) standing[leaves.front().index()] = {ElementId(i), Side::above};
   }
-  const std::vector<std::size_t> counts = bond_counts(model);
+  return standing;
+}
+
+std::vector<Hand> hands(const Model& model) {
+  const std::vector<Around> around = arounds(model);
   std::vector<Hand> hands(model.elements.size(), Hand::none);
   std::vector<char> first_of_two(model.elements.size(), 1);
   for (const ModelBond& bond : model.bonds)
     for (const bool leaves : {true, false}) {
       const ElementId at = leaves ? bond.from.element : bond.to.element;
-      const ElementId at_other = (leaves ? bond.to : bond.from).element;
+      const ElementId at_other = leaves ? bond.to.element : bond.from.element;
+      const Element &element = model.elements[at.index()], &neighbour = model.elements[at_other.index()];
       const Around& other = around[at_other.index()];
-      const Element& element = model.elements[at.index()];
-      if (is_junction(element.kind) || port_count(element) > 1 || counts[at.index()] != 1) continue;
+      if (is_junction(element.kind) || port_count(element) > 1 || around[at.index()].bonds() != 1) continue;
       // One of two at a junction alone stands on its left.
-      const bool alone = other.chain_leaving == 0 &&
-                         std::exchange(first_of_two[(leaves ? bond.to : bond.from).element.index()], 0) != 0;
+      const bool alone = is_junction(neighbour.kind) && other.chain_leaving == 0 &&
+                         std::exchange(first_of_two[at_other.index()], 0) != 0;
       const bool first = !leaves && other.entering == 0 && (other.chain_leaving > 0 || alone);
       const bool last = leaves && other.chain_entering > 0 && other.chain_leaving == 0;
       hands[at.index()] = (leaves && !last) || first ? Hand::left : Hand::right;
@@ -149,8 +162,7 @@ std::vector<Hand> hands(const Model& model) {
   return hands;
 }
 
-std::vector<Extent> extents(const Model& model, const std::vector<Standing>& standings) {
-  const std::vector<Hand> hand = hands(model);
+std::vector<Extent> extents(const Model& model, const std::vector<Standing>& standings, const std::vector<Hand>& hand) {
   std::vector<Extent> extents(model.elements.size());
   for (std::size_t i = 0; i < extents.size(); ++i) {
     const Element& element = model.elements[i];

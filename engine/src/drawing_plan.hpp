@@ -24,13 +24,6 @@ struct Standing {
 /// below. By ElementId.
 std::vector<Standing> standings(const Model& model);
 
-/// Clear space that an element and what hangs on it take around its centre, in px.
-struct Extent {
-  double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
-};
-/// By ElementId; of hosts only.
-std::vector<Extent> extents(const Model& model, const std::vector<Standing>& standings);
-
 /// On which side of its neighbour a one-port that does not hang stands; its name is beyond it. Where its half-arrow
 /// comes from or goes to, but at the ends of a chain of junctions: there it goes on with the chain.
 enum class Hand : std::uint8_t { none, left, right };
@@ -41,6 +34,28 @@ bool is_field(ElementKind kind);
 
 /// Junctions, TF and GY: what power only passes through.
 bool passes_power(ElementKind kind);
+
+/// Clear space that an element and what hangs on it take around its centre, in px.
+struct Extent {
+  double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
+};
+/// By ElementId; of hosts only.
+std::vector<Extent> extents(const Model& model, const std::vector<Standing>& standings, const std::vector<Hand>& hands);
+
+/// What Graphviz is asked to put one after the other: hosts, from left to right.
+struct Rank {
+  ElementId left, right;
+  int weight = 1;  ///< how much it should be straight
+};
+
+/// A layout's order and the hands that go with it.
+struct Flow {
+  std::vector<Rank> ranks;  ///< one for each bond between different hosts
+  std::vector<Hand> hands;  ///< by ElementId
+};
+/// Along the power; but what would be high and narrow then (a tree, whose leaves stand in one column) goes from its
+/// middle to both sides.
+Flow flow_of(const Model& model, const std::vector<Standing>& standings);
 
 /// An element's law, energy or coefficient reads something of another element or of a bond, itself or through signals.
 struct ReadSignal {

@@ -1,4 +1,5 @@
 // bgsim draw: kinds of files, faulty models, large ones.
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <regex>
@@ -33,6 +34,58 @@ std::string ladder(int sections) {
   return R"({ "bgsim": 1, "name": "ladder", "elements": { )" + elements.str() + R"( }, "bonds": [ )" + bonds.str() +
          " ] }";
 }
+
+/// A binary tree of junctions with a store at each, packets of the soft actuator at its 2^depth leaves.
+std::string tree(int depth) {
+  std::ostringstream elements, bonds;
+  elements << R"("root": { "kind": "1" }, "body": { "kind": "I", "inertance": 1 })";
+  bonds << R"({ "from": "root", "to": "body" })";
+  std::vector<std::string> level{"root"};
+  for (int deep = 1; deep <= depth; ++deep) {
+    std::vector<std::string> next;
+    for (const std::string& above : level)
+      for (const char side : {'a', 'b'}) {
+        const std::string name = above + side;
+        const std::string from = deep == depth ? name + ".body" : name;
+        bonds << R"(, { "from": ")" << from << R"(", "to": ")" << above << "\" }";
+        elements << ", \"" << name << R"(": { "kind": ")"
+                 << (deep == depth   ? "packet"
+                     : deep % 2 == 1 ? "0"
+                                     : "1")
+                 << "\" }";
+        if (deep == depth) continue;
+        elements << ", \"of_" << name
+                 << (deep % 2 == 1 ? R"(": { "kind": "C", "capacitance": 1 })"
+                                   : R"(": { "kind": "I", "inertance": 1 })");
+        bonds << R"(, { "from": ")" << name << R"(", "to": "of_)" << name << "\" }";
+        next.push_back(name);
+      }
+    level = next;
+  }
+  return R"({ "bgsim": 1, "name": "tree", "types": { "packet": ")" BGSIM_SOURCE_DIR
+         R"(/models/packet.json" }, "elements": { )" +
+         elements.str() + R"( }, "bonds": [ )" + bonds.str() + " ] }";
+}
+
+/// Where the letters of a drawing stand, and its size.
+struct Drawn {
+  std::vector<std::pair<double, double>> letters;
+  double nearest = 1e9, width = 0.0, height = 0.0;
+
+  explicit Drawn(const std::string& svg) {
+    const std::regex letter("class=\"letter\" x=\"([-0-9.]+)\" y=\"([-0-9.]+)\"");
+    for (std::sregex_iterator found(svg.begin(), svg.end(), letter), end; found != end; ++found)
+      letters.emplace_back(std::stod((*found)[1]), std::stod((*found)[2]));
+    for (std::size_t i = 0; i < letters.size(); ++i)
+      for (std::size_t k = 0; k < i; ++k)
+        nearest =
+            std::min(nearest, std::hypot(letters[i].first - letters[k].first, letters[i].second - letters[k].second));
+    std::smatch size;
+    REQUIRE(std::regex_search(svg, size, std::regex("width=\"([0-9.]+)\" height=\"([0-9.]+)\"")));
+    width = std::stod(size[1]);
+    height = std::stod(size[2]);
+  }
+};
 
 }  // namespace
 
@@ -77,18 +130,32 @@ TEST_CASE("a ladder of 300 elements is folded into rows, and nothing in it cover
   const Workplace here;
   here.write("ladder.json", ladder(60));
   REQUIRE(here.bgsim("draw ladder.json").code == 0);
-  const std::string svg = here.read("ladder.svg");
-  const std::regex letter("class=\"letter\" x=\"([-0-9.]+)\" y=\"([-0-9.]+)\"");
-  std::vector<std::pair<double, double>> at;
-  for (std::sregex_iterator found(svg.begin(), svg.end(), letter), end; found != end; ++found)
-    at.emplace_back(std::stod((*found)[1]), std::stod((*found)[2]));
-  REQUIRE(at.size() == 301);
-  double nearest = 1e9;
-  for (std::size_t i = 0; i < at.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      nearest = std::min(nearest, std::hypot(at[i].first - at[k].first, at[i].second - at[k].second));
-  CHECK(nearest > 50.0);  // letters are 20 px high, so that a bond of 20 px and more lies between any two
-  std::smatch size;
-  REQUIRE(std::regex_search(svg, size, std::regex("width=\"([0-9.]+)\" height=\"([0-9.]+)\"")));
-  CHECK(std::stod(size[1]) < 3.0 * std::stod(size[2]));
+  const Drawn drawn(here.read("ladder.svg"));
+  CHECK(drawn.letters.size() == 301);
+  CHECK(drawn.nearest > 50.0);  // letters are 20 px high, so that a bond of 20 px and more lies between any two
+  CHECK(drawn.width < 3.0 * drawn.height);
+}
+
+TEST_CASE("a tree with 32 submodels is drawn from its middle to both sides, frames beside each other") {
+  const Workplace here;
+  here.write("tree.json", tree(5));
+  REQUIRE(here.bgsim("draw tree.json").code == 0);
+  const std::string svg = here.read("tree.svg");
+  const Drawn drawn(svg);
+  CHECK(drawn.letters.size() == 2 + 2 * 30 + 6 * 32);
+  CHECK(drawn.nearest > 50.0);
+  CHECK(drawn.height < 2.0 * drawn.width);
+  const std::regex frame("<rect x=\"([-0-9.]+)\" y=\"([-0-9.]+)\" width=\"([0-9.]+)\" height=\"([0-9.]+)\" rx=\"8\"/>");
+  std::vector<std::array<double, 4>> frames;
+  for (std::sregex_iterator found(svg.begin(), svg.end(), frame), end; found != end; ++found)
+    frames.push_back({std::stod((*found)[1]), std::stod((*found)[2]), std::stod((*found)[3]), std::stod((*found)[4])});
+  CHECK(frames.size() == 32);
+  std::size_t overlapping = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      const auto &a = frames[i], &b = frames[k];
+      const bool apart = a[0] + a[2] < b[0] || b[0] + b[2] < a[0] || a[1] + a[3] < b[1] || b[1] + b[3] < a[1];
+      overlapping += apart ? 0U : 1U;
+    }
+  CHECK(overlapping == 0);
 }

@@ -161,3 +161,20 @@ TEST_CASE("what hangs on a junction is part of its node, and stands above and be
   CHECK_THROWS_AS(read_layout(model, "graph 1 5 3\nnode n0 1 1 1 1\nstop\n"), std::invalid_argument);
   CHECK_THROWS_AS(read_layout(model, "graph 1 5 3\nnode n9 1 1 1 1\nstop\n"), std::invalid_argument);
 }
+
+TEST_CASE("parts that nothing joins stand one below the other in the model's order") {
+  const Model model = model_of(sketch("Se:s R:r Sf:u C:c", "s>r u>c"));
+  const Layout layout = read_layout(model,
+                                    "graph 1 4 4\nnode n0 1 1 1 1\nnode n1 3 1 1 1\nnode n2 1 3 1 1\n"
+                                    "node n3 3 3 1 1\nstop\n");
+  CHECK(layout.elements[0].y < layout.elements[2].y);
+  CHECK(layout.elements[0].y == layout.elements[1].y);
+  CHECK(layout.elements[2].y == layout.elements[3].y);
+}
+
+TEST_CASE("where nothing else goes on to the right of a junction, one of what hangs there does") {
+  const Model model = model_of(sketch("Se:s 1:a R:r C:c", "s>a a>r a>c"));
+  CHECK_THAT(layout_request(model), Contains("n2 [") && !Contains("n3 ["));
+  const Model chain = model_of(sketch("Se:s 1:a R:r C:c 0:b I:i", "s>a a>r a>c a>b b>i"));
+  CHECK_THAT(layout_request(chain), !Contains("n2 [") && !Contains("n3 ["));
+}
