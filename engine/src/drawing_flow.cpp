@@ -139,8 +139,8 @@ std::size_t hub_of(const Model& model, const std::vector<Standing>& standings, c
 }  // namespace
 
 Flow flow_of(const Model& model, const std::vector<Standing>& standings) {
-  // Finding the middle takes time quadratic in the elements; larger graphs are not laid out in columns anyway.
-  constexpr std::size_t kMost = 1500;
+  // Finding the middle takes time quadratic in the elements: a second or so for as many as these.
+  constexpr std::size_t kMost = 5000;
   Flow flow = along_power(model, standings);
   if (model.elements.size() > kMost || !high_and_narrow(model, standings, flow)) return flow;
   const Neighbours neighbours(flow, model.elements.size());

@@ -61,8 +61,10 @@ std::string escaped(const std::string& text) {
       out += "&amp;";
     else if (c == '"')
       out += "&quot;";
-    else
+    else if (static_cast<unsigned char>(c) >= ' ' || c == '\n' || c == '\t')
       out += c;
+    else
+      out += ' ';  // XML has no place for other control characters
   }
   return out;
 }

@@ -139,10 +139,10 @@ TEST_CASE("signals are drawn from what a law reads, through named signals, and n
 
 TEST_CASE("texts of a model are escaped, ids take the prefix, and effort and flow stand in place of the bond's name") {
   Model model = model_of(sketch("Se:s R:r", "s>r"));
-  model.about = "a < b & \"c\"";
+  model.about = "a < b & \"c\"\x01";
   const Layout layout{{{0, 0}, {100, 0}}};
   const std::string svg = drawing_svg(model, drawn_causality(model), layout, {.effort_flow = true, .id_prefix = "x-"});
-  CHECK_THAT(svg, Contains("a &lt; b &amp; &quot;c&quot;"));
+  CHECK_THAT(svg, Contains("a &lt; b &amp; &quot;c&quot; </desc>"));
   CHECK_THAT(svg, Contains("id=\"x-bond-b1\""));
   CHECK_THAT(svg, Contains(">e<tspan") && Contains(">f<tspan") && !Contains("bond-name\""));
 }
