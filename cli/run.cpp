@@ -1,5 +1,6 @@
 // bgsim run: a scene of a model, from the file to the trace.
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <iostream>
 
 #include "accuracy.hpp"
@@ -64,7 +65,8 @@ RunOptions parse(const Arguments& arguments) {
       ->type_name("FILE");
   app.add_option("--report-json", options.report_json, "also write the report as JSON, - for standard output")
       ->type_name("FILE");
-  app.add_flag("--units", options.units, "also write the columns' units, to NAME.SCENE.units.json");
+  app.add_flag("--units", options.units,
+               "also write the columns' units, to NAME.SCENE.units.json or FILE with that ending");
   app.add_flag("--all-scenes", options.all_scenes, "run every scene, each to its own NAME.SCENE.csv");
   app.add_flag("--no-audit", options.no_audit, "leave out the energy audit");
   app.add_flag("--keep-all", options.keep_all, "also integrate what no recorded output depends on");
@@ -93,7 +95,10 @@ void write_results(const RunResult& result, const std::string& name, const std::
     write_file(options.report_json, [&](std::ostream& out) { out << report_json(result); });
   }
   if (options.units) {
-    write_file(name + ".units.json", [&](std::ostream& out) { out << trace_units_json(result.trace); });
+    // Beside the trace, where bgsim plot looks for it.
+    const std::string file =
+        output == "-" ? name + ".units.json" : std::filesystem::path(output).replace_extension(".units.json").string();
+    write_file(file, [&](std::ostream& out) { out << trace_units_json(result.trace); });
   }
 }
 

@@ -22,6 +22,12 @@ TEST_CASE("a trace is drawn as SVG or PNG, with the units of its side-car") {
   CHECK(here.bgsim("plot a.csv y --x x -o c.svg").code == 0);
 }
 
+TEST_CASE("units written with a trace are found by its plot, wherever the trace goes") {
+  const Workplace here;
+  CHECK(here.bgsim("decay.json -o x.csv --units --quiet").code == 0);
+  CHECK_THAT(here.bgsim("plot x.csv q -o -").out, Contains("<text>C</text>"));
+}
+
 TEST_CASE("two traces are drawn over each other, and the largest difference is told") {
   const Workplace here;
   here.write("a.csv", "t,x\n0,1\n1,2\n2,3\n");
