@@ -1,5 +1,6 @@
 // bgsim check: what the engine makes of a model, without running it.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 
 #include "command.hpp"
@@ -9,7 +10,7 @@ namespace bgsim::cli {
 
 Exit check_command(const Arguments& arguments) {
   std::string file;
-  CLI::App app("Reports strokes and why they stand where they stand, states, dependent stores and loops.",
+  CLI::App app("Reports strokes and why they stand where they stand, states, dependent stores, loops and units.",
                "bgsim check");
   app.add_option("model.json", file, "the model")->required();
   app.footer("Example: bgsim check models/actuator.json");
@@ -23,7 +24,12 @@ Exit check_command(const Arguments& arguments) {
   std::cout << describe_loops(model, *stages.system, *stages.order);
   // A scene that cannot be prepared is as much a fault of the model as a stroke that cannot be placed.
   for (const Scene& scene : model.scenes) print_warnings(prepare_scene(model, scene.name).warnings, model);
-  return Exit::done;
+  std::cout << describe_units(model, infer_units(model, *stages.graph));
+  const std::vector<Diagnostic> problems = unit_problems(model, *stages.graph);
+  print_warnings(problems, model);
+  const bool contradicts = std::any_of(problems.begin(), problems.end(),
+                                       [](const Diagnostic& problem) { return problem.severity == Severity::error; });
+  return contradicts ? Exit::model_at_fault : Exit::done;
 }
 
 }  // namespace bgsim::cli

@@ -18,7 +18,7 @@ struct Command {
 
 constexpr Command kCommands[] = {
     {"run", "simulate a scene and write its trace (the default)", run_command},
-    {"check", "report strokes and why, states, dependent stores, loops", check_command},
+    {"check", "report strokes and why, states, dependent stores, loops, units", check_command},
     {"equations", "print the state equations, --latex for LaTeX", equations_command},
     {"draw", "draw the bond graph: SVG, PNG or DOT", draw_command},
     {"plot", "draw a trace, or two over each other with their difference", plot_command},
@@ -44,7 +44,7 @@ void print_help() {
   std::cout << "\nExamples:\n"
                "  bgsim models/bellow.json                 simulate the first scene; trace in bellow.tracking.csv\n"
                "  bgsim models/bellow.json -o - --quiet    the trace on standard output\n"
-               "  bgsim check models/actuator.json         causality, states and loops in words\n"
+               "  bgsim check models/actuator.json         causality, states, loops and units in words\n"
                "  bgsim draw models/actuator.json          the bond graph in actuator.svg\n"
                "  bgsim plot actuator.bending.csv          a trace in actuator.bending.svg\n"
                "  bgsim verify                             every model under models/ against its references\n\n"

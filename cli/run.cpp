@@ -88,6 +88,22 @@ RunOptions parse(const Arguments& arguments) {
   return options;
 }
 
+/// What contradicts in units, a line each: a run uses the numbers as they stand, whatever their units.
+void warn_of_units(const Model& model, const UnitReport& units, const std::string& file) {
+  for (Diagnostic problem : units.problems) {
+    problem.severity = Severity::warning;
+    std::cerr << headline(problem, *model.sources);
+  }
+  if (!units.problems.empty()) std::cerr << "  bgsim check " << file << " tells more\n";
+}
+
+/// Columns without a unit in the model get the one that was inferred.
+void add_units(RunResult& result, const UnitReport& units, const std::vector<std::size_t>& outputs) {
+  for (std::size_t column = 0; column < outputs.size(); ++column)
+    if (result.trace.units[column].empty()) result.trace.units[column] = units.outputs[outputs[column]].text;
+  result.report.energy_unit = units.energy;
+}
+
 void write_results(const RunResult& result, const std::string& name, const std::string& output,
                    const RunOptions& options) {
   write_file(output, [&](std::ostream& out) { write_trace_csv(out, result.trace); });
@@ -123,6 +139,8 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
   if (!options.report_json.empty()) check_writable(options.report_json, options.file);
 
   auto seconds = stages.seconds;
+  const UnitReport units = timed(seconds, "units", [&] { return infer_units(model, *stages.graph, inputs.scene); });
+  warn_of_units(model, units, options.file);
   std::optional<Slice> cut;
   if (!options.keep_all) {
     cut = timed(seconds, "slice", [&] {
@@ -152,6 +170,7 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
   }();
   result.report.stage_seconds.insert(result.report.stage_seconds.begin(), seconds.begin(), seconds.end());
 
+  add_units(result, units, inputs.outputs);
   write_results(result, name, output, options);
   if (result.failure) std::cerr << render(*result.failure, *model.sources);
   if (!options.quiet) tell(result, output);

@@ -10,7 +10,7 @@ namespace bgsim::cli {
 
 namespace {
 
-const std::vector<std::string> kStages = {"model", "graph", "causality", "equations", "order", "program"};
+const std::vector<std::string> kStages = {"model", "graph", "units", "causality", "equations", "order", "program"};
 
 /// A program that computes every output.
 Program whole_program(const Stages& stages) {
@@ -24,6 +24,10 @@ std::string stage_text(const std::string& file, const std::string& stage) {
   if (stage == "graph") {
     const Stages stages = run_stages(file, Stage::graph);
     return show_graph(*stages.model, *stages.graph);
+  }
+  if (stage == "units") {
+    const Stages stages = run_stages(file, Stage::graph);
+    return show_units(*stages.model, *stages.graph, infer_units(*stages.model, *stages.graph));
   }
   if (stage == "causality") {
     const Stages stages = run_stages(file, Stage::causality);
@@ -44,7 +48,7 @@ Exit show_command(const Arguments& arguments) {
   std::string file, stage;
   CLI::App app("Prints what a stage of the pipeline makes of a model.", "bgsim show");
   app.add_option("model.json", file, "the model")->required();
-  app.add_option("--stage", stage, "model, graph, causality, equations, order or program")
+  app.add_option("--stage", stage, "model, graph, units, causality, equations, order or program")
       ->type_name("NAME")
       ->required()
       ->check(CLI::IsMember(kStages));

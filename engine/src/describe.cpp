@@ -4,49 +4,11 @@
 #include <array>
 
 #include "causal_explanation.hpp"
+#include "text_rows.hpp"
 
 namespace bgsim {
 
 namespace {
-
-// Lists longer than this are cut with a count; `show --stage causality` lists everything.
-constexpr std::size_t kMostLines = 60;
-constexpr std::size_t kMostNames = 12;
-constexpr std::size_t kWidestColumn = 44;
-
-std::string plural(std::size_t count, const std::string& one, const std::string& many) {
-  return count == 0 ? "no " + many : std::to_string(count) + " " + (count == 1 ? one : many);
-}
-
-using Row = std::pair<std::string, std::string>;
-
-/// Rows of two columns under a heading.
-void add_table(std::string& text, const std::string& heading, const std::vector<Row>& rows) {
-  if (rows.empty()) return;
-  text += heading + "\n";
-  const std::size_t shown = std::min(rows.size(), kMostLines);
-  std::size_t width = 0;
-  for (std::size_t i = 0; i < shown; ++i)
-    if (rows[i].first.size() <= kWidestColumn) width = std::max(width, rows[i].first.size());
-  for (std::size_t i = 0; i < shown; ++i) {
-    const auto& [left, right] = rows[i];
-    text += "  " + left;
-    if (!right.empty()) text += std::string(left.size() < width ? width - left.size() : 0, ' ') + "  " + right;
-    text += "\n";
-  }
-  if (rows.size() > shown) text += "  ... and " + std::to_string(rows.size() - shown) + " more\n";
-}
-
-std::string join(const std::vector<std::string>& names, bool more = false) {
-  std::string text;
-  const std::size_t shown = std::min(names.size(), kMostNames);
-  for (std::size_t i = 0; i < shown; ++i) {
-    const bool last = i + 1 == names.size() && !more;
-    text += (i == 0 ? "" : last ? " and " : ", ") + names[i];
-  }
-  if (names.size() > shown) return text + " and " + std::to_string(names.size() - shown) + " more";
-  return more ? text + " and others" : text;
-}
 
 struct View {
   const Model& model;
@@ -95,7 +57,7 @@ void describe_strokes(std::string& text, const View& view) {
   for (std::size_t i = 0; i < order.size(); ++i) order[view.causal.strokes[i].order] = BondId(i);
   text += "\nthe bar | stands where effort acts on the element, > is the half-arrow\n";
   for (const auto& [reason, heading] : kGroups) {
-    std::vector<Row> rows;
+    std::vector<TextRow> rows;
     for (const BondId bond : order)
       if (view.stroke(bond).reason == reason)
         rows.emplace_back(view.arrow(bond), rows.size() < kMostLines && reason != StrokeReason::free_choice
@@ -107,7 +69,7 @@ void describe_strokes(std::string& text, const View& view) {
 
 void describe_states(std::string& text, const View& view) {
   text += "\n";
-  std::vector<Row> states;
+  std::vector<TextRow> states;
   for (const PortId port : view.causal.integral)
     states.emplace_back(view.stored(view.graph[port].element, view.graph[port].number),
                         kind_text(view.element(view.graph[port].element).kind, false));
@@ -115,7 +77,7 @@ void describe_states(std::string& text, const View& view) {
     text += "states: none\n";
   else
     add_table(text, "states", states);
-  std::vector<Row> dependent;
+  std::vector<TextRow> dependent;
   for (const DependentPort& port : view.causal.dependent) {
     std::vector<std::string> because;
     for (const ElementId id : port.because) because.push_back('"' + view.element(id).name + '"');
@@ -127,7 +89,7 @@ void describe_states(std::string& text, const View& view) {
 }
 
 void describe_free_choices(std::string& text, const View& view) {
-  std::vector<Row> rows;
+  std::vector<TextRow> rows;
   for (const FreeChoice& choice : view.causal.free_choices) {
     std::vector<std::string> through;
     for (const ElementId id : choice.path) through.push_back('"' + view.element(id).name + '"');
@@ -139,7 +101,7 @@ void describe_free_choices(std::string& text, const View& view) {
 /// Nonlinear laws that are not used as they stand.
 void describe_laws(std::string& text, const View& view) {
   ExprPool scratch = view.model.pool;
-  std::vector<Row> rows;
+  std::vector<TextRow> rows;
   for (std::size_t i = 0; i < view.model.elements.size(); ++i) {
     const Element& element = view.model.elements[i];
     if (element.laws.empty() && !element.energy.valid()) continue;
@@ -174,7 +136,7 @@ std::string verdict_text(const Reciprocity& test) {
 
 void describe_fields(std::string& text, const View& view) {
   ExprPool scratch = view.model.pool;
-  std::vector<Row> rows;
+  std::vector<TextRow> rows;
   for (std::size_t i = 0; i < view.model.elements.size(); ++i) {
     const Element& element = view.model.elements[i];
     if (element.kind == ElementKind::c_field || element.kind == ElementKind::i_field)
@@ -186,7 +148,7 @@ void describe_fields(std::string& text, const View& view) {
 void describe_parts(std::string& text, const View& view) {
   const auto parts = connected_parts(view.graph);
   if (parts.size() < 2) return;
-  std::vector<Row> rows;
+  std::vector<TextRow> rows;
   for (const auto& part : parts) {
     std::vector<std::string> names;
     for (const ElementId id : part) names.push_back(view.element(id).name);
@@ -197,7 +159,7 @@ void describe_parts(std::string& text, const View& view) {
 
 /// Half-arrows against the custom, where a bond's variables and an element's have opposite signs.
 void describe_half_arrows(std::string& text, const View& view) {
-  std::vector<Row> rows;
+  std::vector<TextRow> rows;
   for (const Port& port : view.graph.ports) {
     const Element& element = view.element(port.element);
     const bool passive =

@@ -98,10 +98,14 @@ std::string lower(std::string text) {
 ModelError::ModelError(std::vector<Diagnostic> problems, std::shared_ptr<const Sources> files)
     : std::runtime_error(first_line(problems)), diagnostics(std::move(problems)), sources(std::move(files)) {}
 
-std::string render(const Diagnostic& diagnostic, const Sources& sources) {
+std::string headline(const Diagnostic& diagnostic, const Sources& sources) {
   const char* severity = diagnostic.severity == Severity::error ? "error" : "warning";
-  std::string result = where(diagnostic.place, sources) + severity + " " + diagnostic.code + ": " +
-                       printable(diagnostic.situation) + "\n";
+  return where(diagnostic.place, sources) + severity + " " + diagnostic.code + ": " + printable(diagnostic.situation) +
+         "\n";
+}
+
+std::string render(const Diagnostic& diagnostic, const Sources& sources) {
+  std::string result = headline(diagnostic, sources);
   result += shown(diagnostic.place, sources);
   for (const Note& note : diagnostic.notes)
     result += where(note.place, sources) + "note: " + printable(note.text) + "\n" + shown(note.place, sources);

@@ -193,6 +193,7 @@ void Reader::parse_outputs() {
     if (file[node].kind == JsonKind::object) {
       check_keys(file, node, kKeys, "an output");
       output.unit = text_of(file, node, "unit");
+      if (!output.unit.empty()) output.unit_place = file.place(file.find(node, "unit"));
       text_of(file, node, "about");
       value = file.find(node, "value");
       if (!value.valid())

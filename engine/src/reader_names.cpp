@@ -79,9 +79,11 @@ void Reader::declare_quantities(std::size_t scope, bool signals) {
     }
     NodeId value = node;
     std::string unit, about;
+    Place unit_place;
     if (file[node].kind == JsonKind::object) {
       check_keys(file, node, kKeys, what);
       unit = text_of(file, node, "unit");
+      if (!unit.empty()) unit_place = file.place(file.find(node, "unit"));
       about = text_of(file, node, "about");
       text_of(file, node, "source");
       value = file.find(node, "value");
@@ -98,11 +100,17 @@ void Reader::declare_quantities(std::size_t scope, bool signals) {
     const Place place = value.valid() ? file.place(value) : file.key_place(node);
     if (signals) {
       symbol.signal = SignalId(index);
-      model_.signals.push_back({scopes_[scope].prefix + name, {}, add_symbol(symbol), unit, about, place});
+      model_.signals.push_back({scopes_[scope].prefix + name, {}, add_symbol(symbol), unit, about, place, unit_place});
     } else {
       symbol.parameter = ParameterId(index);
-      model_.parameters.push_back(
-          {scopes_[scope].prefix + name, {}, add_symbol(symbol), unit, about, place, scopes_[scope].prefix});
+      model_.parameters.push_back({scopes_[scope].prefix + name,
+                                   {},
+                                   add_symbol(symbol),
+                                   unit,
+                                   about,
+                                   place,
+                                   scopes_[scope].prefix,
+                                   unit_place});
     }
   }
 }

@@ -67,7 +67,20 @@ void left_out_lines(std::string& out, const LeftOut& left_out) {
   line(out, "", "no output depends on these; --keep-all keeps them");
 }
 
-void energy_lines(std::string& out, const EnergyAudit& energy, const LeftOut& left_out) {
+/// "x [m], P1 [Pa], n": what the trace holds.
+std::string columns_text(const Trace& trace) {
+  constexpr std::size_t kListed = 8;
+  std::string text;
+  for (std::size_t i = 0; i < trace.names.size() && i < kListed; ++i)
+    text += (i == 0 ? "" : ", ") + trace.names[i] + (trace.units[i].empty() ? "" : " [" + trace.units[i] + "]");
+  if (trace.names.size() > kListed) text += " and " + std::to_string(trace.names.size() - kListed) + " more";
+  return text;
+}
+
+void energy_lines(std::string& out, const RunReport& report) {
+  const EnergyAudit& energy = report.energy;
+  const LeftOut& left_out = report.left_out;
+  const std::string unit = report.energy_unit.empty() ? "" : " [" + report.energy_unit + "]";
   if (!energy.done) {
     line(out, "energy", "not audited: " + energy.why_not);
     return;
@@ -75,7 +88,7 @@ void energy_lines(std::string& out, const EnergyAudit& energy, const LeftOut& le
   std::string terms = "supplied " + number_text(energy.supplied, 6) + " = stored " + number_text(energy.stored, 6) +
                       " + dissipated " + number_text(energy.dissipated, 6);
   if (energy.exchanged != 0.0) terms += " + exchanged " + number_text(energy.exchanged, 6);
-  line(out, "energy", terms);
+  line(out, "energy", terms + unit);
   line(out, "", "residual " + number_text(energy.residual, 3) + ", relative " + number_text(energy.relative, 3));
   if (!left_out.not_audited.empty())
     line(out, "", "of what is kept only, without " + names_text("", left_out.not_audited).substr(1));
@@ -118,7 +131,8 @@ std::string report_text(const RunResult& result) {
          count_text(r.time_events, "known time", "known times") + ", " +
              count_text(r.state_events, "change of a condition", "changes of conditions"));
   left_out_lines(out, r.left_out);
-  energy_lines(out, r.energy, r.left_out);
+  energy_lines(out, r);
+  if (!result.trace.names.empty()) line(out, "outputs", columns_text(result.trace));
   if (!r.stage_seconds.empty()) {
     std::string stages;
     for (const auto& [stage, seconds] : r.stage_seconds)
@@ -164,10 +178,14 @@ std::string report_json(const RunResult& result) {
     if (!r.energy.least_dissipation_element.empty())
       json["energy"]["least_dissipation"] = {{"element", r.energy.least_dissipation_element},
                                              {"power", r.energy.least_dissipation}};
+    if (!r.energy_unit.empty()) json["energy"]["unit"] = r.energy_unit;
     json["energy"]["not_audited"] = r.left_out.not_audited;
   } else {
     json["energy"] = {{"why_not", r.energy.why_not}};
   }
+  json["units"] = Json::object();
+  for (std::size_t i = 0; i < result.trace.names.size(); ++i)
+    if (!result.trace.units[i].empty()) json["units"][result.trace.names[i]] = result.trace.units[i];
   Json seconds = Json::object();
   for (const auto& [stage, value] : r.stage_seconds) seconds[stage] = value;
   json["seconds"] = std::move(seconds);

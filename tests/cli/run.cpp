@@ -89,7 +89,7 @@ TEST_CASE("report and units are written beside the trace on request") {
   const Workplace here;
   CHECK(here.bgsim("decay.json --report-json report.json --units").code == 0);
   CHECK_THAT(here.read("report.json"), StartsWith("{"));
-  CHECK(here.read("decay.first.units.json") == "{\n  \"q\": \"C\"\n}\n");
+  CHECK(here.read("decay.first.units.json") == "{\n  \"q\": \"C\",\n  \"e, twice\": \"V\"\n}\n");
 }
 
 TEST_CASE("every scene goes to its own file with --all-scenes") {

@@ -55,9 +55,28 @@ TEST_CASE("check, equations and show answer on standard output") {
   answer("check decay.json", "store");
   answer("equations decay.json", "store.q");
   answer("equations decay.json --latex", "\\");
-  for (const char* stage : {"model", "graph", "causality", "equations", "order", "program"}) {
+  for (const char* stage : {"model", "graph", "units", "causality", "equations", "order", "program"}) {
     answer(std::string("show decay.json --stage ") + stage, stage == std::string("program") ? "" : "store");
   }
+}
+
+TEST_CASE("check tells units that contradict and ends with code 1, a run warns and goes on") {
+  const Workplace here;
+  std::string model = here.read("decay.json");
+  model.replace(model.find("\"R\": 2, \"C\": 0.5"), 16,
+                R"("R": { "value": 2, "unit": "Ohm" }, "C": { "value": 0.5, "unit": "H" })");
+  here.write("henry.json", model);
+  const Outcome check = here.bgsim("check henry.json");
+  CHECK(check.code == 1);
+  CHECK_THAT(check.err, Contains("error BG161: the resistance of \"drain\""));
+  CHECK_THAT(check.err, Contains("the capacitance of \"store\" is C"));
+  CHECK_THAT(check.out, Contains("units inferred\n  output e, twice"));
+  const Outcome run = here.bgsim("henry.json");
+  CHECK(run.code == 0);
+  CHECK_THAT(run.err, Contains("warning BG161: ") && Contains("bgsim check henry.json tells more"));
+  CHECK_THAT(run.err, Contains("q [C], e, twice ["));
+  const Outcome quiet = here.bgsim("decay.json --quiet");
+  CHECK(quiet.err.empty());
 }
 
 TEST_CASE("check tells the strokes of a model whose equations are refused") {

@@ -100,6 +100,7 @@ std::string messages(const std::string& path) {
     warn(model->warnings);
     if (path.substr(0, 4) == "BG71") reduce(model, options.reduction);
     const BondGraph graph = build_bond_graph(*model);
+    if (path.substr(0, 4) == "BG16") warn(unit_problems(*model, graph));
     const CausalGraph causal = assign_causality(*model, graph);
     warn(causal.warnings);
     const EquationSystem system = derive_equations(*model, graph, causal);

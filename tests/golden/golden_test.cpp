@@ -52,12 +52,14 @@ TEST_CASE("every stage of every golden model prints what it printed before") {
   const std::filesystem::path folder = kSource / "tests" / "golden" / name;
   check_golden(folder / "model.txt", show_model(*model));
   check_golden(folder / "graph.txt", show_graph(*model, p.graph));
+  const UnitReport units = infer_units(*model, p.graph);
+  check_golden(folder / "units.txt", show_units(*model, p.graph, units));
   check_golden(folder / "causality.txt", show_causality(*model, p.graph, p.causal));
   check_golden(folder / "equations.txt", show_equations(*model, p.system));
   check_golden(folder / "order.txt", show_order(*model, p.system, p.order));
   check_golden(folder / "program.txt", show_program(p.program));
-  check_golden(folder / "check.txt",
-               describe_causality(*model, p.graph, p.causal) + describe_loops(*model, p.system, p.order));
+  check_golden(folder / "check.txt", describe_causality(*model, p.graph, p.causal) +
+                                         describe_loops(*model, p.system, p.order) + describe_units(*model, units));
   check_golden(folder / "state_equations.txt", equations_text(*model, p.system, p.order));
   check_golden(folder / "state_equations.tex", equations_latex(*model, p.system, p.order));
 }

@@ -15,6 +15,7 @@
 #include "bgsim/expression.hpp"
 #include "bgsim/flat_model.hpp"
 #include "bgsim/id.hpp"
+#include "bgsim/infer_units.hpp"
 #include "bgsim/method.hpp"
 #include "bgsim/model.hpp"
 #include "bgsim/ordering.hpp"
@@ -26,5 +27,6 @@
 #include "bgsim/time_event.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "bgsim/trade.hpp"
+#include "bgsim/unit.hpp"
 #include "bgsim/verify.hpp"
 // IWYU pragma: end_exports

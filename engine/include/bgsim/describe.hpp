@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "bgsim/infer_units.hpp"
 #include "bgsim/ordering.hpp"
 #include "bgsim/program.hpp"
 
@@ -12,6 +13,8 @@ namespace bgsim {
 /// fields' reciprocity, unconnected parts.
 std::string describe_causality(const Model& model, const BondGraph& graph, const CausalGraph& causal);
 std::string describe_loops(const Model& model, const EquationSystem& system, const BlockOrder& order);
+/// Which units are given, which follow from them, which remain unknown.
+std::string describe_units(const Model& model, const UnitReport& units);
 
 /// `bgsim equations`: the state equations in the model's own names.
 std::string equations_text(const Model& model, const EquationSystem& system, const BlockOrder& order);
@@ -21,6 +24,7 @@ std::string equations_latex(const Model& model, const EquationSystem& system, co
 std::string show_model(const Model& model);
 std::string show_graph(const Model& model, const BondGraph& graph);
 std::string show_causality(const Model& model, const BondGraph& graph, const CausalGraph& causal);
+std::string show_units(const Model& model, const BondGraph& graph, const UnitReport& units);
 std::string show_equations(const Model& model, const EquationSystem& system);
 std::string show_order(const Model& model, const EquationSystem& system, const BlockOrder& order);
 std::string show_program(const Program& program);

@@ -43,6 +43,8 @@ class ModelError : public std::runtime_error {
 /// Lines and columns count from 1; columns count characters, not bytes.
 std::string render(const Diagnostic& diagnostic, const Sources& sources);
 std::string render(const ModelError& error);
+/// Its first line alone: `file:line:col: severity CODE: situation`.
+std::string headline(const Diagnostic& diagnostic, const Sources& sources);
 
 /// The candidate nearest to @p name by edit distance, if near enough to be a slip of the pen; else empty.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates);

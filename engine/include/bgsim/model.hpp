@@ -74,6 +74,7 @@ struct Parameter {
   std::string unit, about;
   Place place;        ///< the value's place
   std::string scope;  ///< "" or "left.": names in --set and in scenes are full names
+  Place unit_place;   ///< of the unit's text, where there is one
 };
 
 struct Signal {
@@ -82,6 +83,7 @@ struct Signal {
   SymbolId symbol;
   std::string unit, about;
   Place place;
+  Place unit_place;  ///< of the unit's text, where there is one
 };
 
 /// One constitutive equation: `variable of port = right`.
@@ -145,6 +147,7 @@ struct Output {
   ExprId value;
   std::string unit;
   Place place;
+  Place unit_place;  ///< of the unit's text, where there is one
 };
 
 /// The reference that a scene is held against (bgsim verify).

@@ -50,6 +50,7 @@ struct RunReport {
   std::uint64_t time_events = 0, state_events = 0;
   std::vector<std::pair<std::string, double>> stage_seconds;  ///< wall time by stage, in order
   EnergyAudit energy;
+  std::string energy_unit;         ///< what efforts times flows times t are in, if that is one unit and known
   LeftOut left_out;                ///< what slice() took away before the run
   std::vector<std::string> notes;  ///< loops' starts and solutions, states never above their tolerance, ...
 };
