@@ -10,6 +10,33 @@ namespace bgsim {
 
 namespace {
 
+using Findings = std::vector<Finding>;
+
+void add(Findings& findings, std::string heading, std::vector<TextRow> rows, bool new_section = false) {
+  if (rows.empty()) return;
+  Finding finding{std::move(heading), std::move(rows), 0, new_section};
+  if (finding.rows.size() > kMostLines) {
+    finding.more = finding.rows.size() - kMostLines;
+    finding.rows.resize(kMostLines);
+  }
+  findings.push_back(std::move(finding));
+}
+
+/// The heading, then the rows, whose second column is aligned.
+std::string text_of(const Finding& finding) {
+  std::string text = (finding.new_section ? "\n" : "") + finding.heading + "\n";
+  std::size_t width = 0;
+  for (const auto& [left, right] : finding.rows)
+    if (left.size() <= kWidestColumn) width = std::max(width, left.size());
+  for (const auto& [left, right] : finding.rows) {
+    text += "  " + left;
+    if (!right.empty()) text += std::string(left.size() < width ? width - left.size() : 0, ' ') + "  " + right;
+    text += "\n";
+  }
+  if (finding.more > 0) text += "  ... and " + std::to_string(finding.more) + " more\n";
+  return text;
+}
+
 struct View {
   const Model& model;
   const BondGraph& graph;
@@ -33,18 +60,22 @@ struct View {
   }
 };
 
-void describe_counts(std::string& text, const View& view) {
+void describe_counts(Findings& findings, const View& view) {
   const auto junctions = static_cast<std::size_t>(std::count_if(view.graph.kinds.begin(), view.graph.kinds.end(),
                                                                 [](ElementKind kind) { return is_junction(kind); }));
-  text += "model \"" + view.model.name + "\": " + plural(view.graph.kinds.size() - junctions, "element", "elements") +
-          " and " + plural(junctions, "junction", "junctions") + ", " +
-          plural(view.graph.bonds.size(), "bond", "bonds") + "\n" +
-          plural(view.causal.integral.size(), "state", "states") + ", " +
-          plural(view.causal.dependent.size(), "dependent store", "dependent stores") + ", " +
-          plural(view.causal.free_choices.size(), "free choice of a stroke", "free choices of a stroke") + "\n";
+  findings.push_back({"model \"" + view.model.name +
+                          "\": " + plural(view.graph.kinds.size() - junctions, "element", "elements") + " and " +
+                          plural(junctions, "junction", "junctions") + ", " +
+                          plural(view.graph.bonds.size(), "bond", "bonds"),
+                      {}});
+  findings.push_back(
+      {plural(view.causal.integral.size(), "state", "states") + ", " +
+           plural(view.causal.dependent.size(), "dependent store", "dependent stores") + ", " +
+           plural(view.causal.free_choices.size(), "free choice of a stroke", "free choices of a stroke"),
+       {}});
 }
 
-void describe_strokes(std::string& text, const View& view) {
+void describe_strokes(Findings& findings, const View& view) {
   constexpr std::array<std::pair<StrokeReason, const char*>, 7> kGroups{
       {{StrokeReason::source, "strokes fixed by sources"},
        {StrokeReason::one_way_law, "strokes fixed by laws that can be used in one direction only"},
@@ -55,7 +86,7 @@ void describe_strokes(std::string& text, const View& view) {
        {StrokeReason::propagated, "strokes that follow"}}};
   std::vector<BondId> order(view.causal.strokes.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[view.causal.strokes[i].order] = BondId(i);
-  text += "\nthe bar | stands where effort acts on the element, > is the half-arrow\n";
+  findings.push_back({"the bar | stands where effort acts on the element, > is the half-arrow", {}, 0, true});
   for (const auto& [reason, heading] : kGroups) {
     std::vector<TextRow> rows;
     for (const BondId bond : order)
@@ -63,20 +94,19 @@ void describe_strokes(std::string& text, const View& view) {
         rows.emplace_back(view.arrow(bond), rows.size() < kMostLines && reason != StrokeReason::free_choice
                                                 ? stroke_reason_text(view.model, view.graph, view.causal.strokes, bond)
                                                 : std::string());
-    add_table(text, heading, rows);
+    add(findings, heading, std::move(rows));
   }
 }
 
-void describe_states(std::string& text, const View& view) {
-  text += "\n";
+void describe_states(Findings& findings, const View& view) {
   std::vector<TextRow> states;
   for (const PortId port : view.causal.integral)
     states.emplace_back(view.stored(view.graph[port].element, view.graph[port].number),
                         kind_text(view.element(view.graph[port].element).kind, false));
   if (states.empty())
-    text += "states: none\n";
+    findings.push_back({"states: none", {}, 0, true});
   else
-    add_table(text, "states", states);
+    add(findings, "states", std::move(states), true);
   std::vector<TextRow> dependent;
   for (const DependentPort& port : view.causal.dependent) {
     std::vector<std::string> because;
@@ -85,21 +115,21 @@ void describe_states(std::string& text, const View& view) {
                                                                      ? std::string("the structure leaves it no choice")
                                                                      : "is determined by " + join(because, port.more));
   }
-  add_table(text, "dependent stores (derivative causality): no states of their own", dependent);
+  add(findings, "dependent stores (derivative causality): no states of their own", std::move(dependent));
 }
 
-void describe_free_choices(std::string& text, const View& view) {
+void describe_free_choices(Findings& findings, const View& view) {
   std::vector<TextRow> rows;
   for (const FreeChoice& choice : view.causal.free_choices) {
     std::vector<std::string> through;
     for (const ElementId id : choice.path) through.push_back('"' + view.element(id).name + '"');
     rows.emplace_back(view.bond(choice.bond), "decides the strokes at " + join(through));
   }
-  add_table(text, "algebraic loops run through the bonds whose strokes were free", rows);
+  add(findings, "algebraic loops run through the bonds whose strokes were free", std::move(rows));
 }
 
 /// Nonlinear laws that are not used as they stand.
-void describe_laws(std::string& text, const View& view) {
+void describe_laws(Findings& findings, const View& view) {
   ExprPool scratch = view.model.pool;
   std::vector<TextRow> rows;
   for (std::size_t i = 0; i < view.model.elements.size(); ++i) {
@@ -115,7 +145,7 @@ void describe_laws(std::string& text, const View& view) {
         rows.emplace_back(port_name(element, number), "solved numerically during the run, to give its " + given);
     }
   }
-  add_table(text, "\nlaws not used as written", rows);
+  add(findings, "laws not used as written", std::move(rows), true);
 }
 
 std::string verdict_text(const Reciprocity& test) {
@@ -134,7 +164,7 @@ std::string verdict_text(const Reciprocity& test) {
   return {};
 }
 
-void describe_fields(std::string& text, const View& view) {
+void describe_fields(Findings& findings, const View& view) {
   ExprPool scratch = view.model.pool;
   std::vector<TextRow> rows;
   for (std::size_t i = 0; i < view.model.elements.size(); ++i) {
@@ -142,10 +172,10 @@ void describe_fields(std::string& text, const View& view) {
     if (element.kind == ElementKind::c_field || element.kind == ElementKind::i_field)
       rows.emplace_back(element.name, verdict_text(test_reciprocity(view.model, scratch, ElementId(i))));
   }
-  add_table(text, "\nfields", rows);
+  add(findings, "fields", std::move(rows), true);
 }
 
-void describe_parts(std::string& text, const View& view) {
+void describe_parts(Findings& findings, const View& view) {
   const auto parts = connected_parts(view.graph);
   if (parts.size() < 2) return;
   std::vector<TextRow> rows;
@@ -154,11 +184,12 @@ void describe_parts(std::string& text, const View& view) {
     for (const ElementId id : part) names.push_back(view.element(id).name);
     rows.emplace_back(join(names), "");
   }
-  add_table(text, "\nthe graph falls into " + std::to_string(parts.size()) + " parts that no bond connects", rows);
+  add(findings, "the graph falls into " + std::to_string(parts.size()) + " parts that no bond connects",
+      std::move(rows), true);
 }
 
 /// Half-arrows against the custom, where a bond's variables and an element's have opposite signs.
-void describe_half_arrows(std::string& text, const View& view) {
+void describe_half_arrows(Findings& findings, const View& view) {
   std::vector<TextRow> rows;
   for (const Port& port : view.graph.ports) {
     const Element& element = view.element(port.element);
@@ -172,22 +203,28 @@ void describe_half_arrows(std::string& text, const View& view) {
     meaning.append(".f is counted into the element: ").append(name).append(".f = -").append(bond).append(".f");
     rows.emplace_back(std::move(leaves), std::move(meaning));
   }
-  add_table(text, "\nhalf-arrows that leave a passive element", rows);
+  add(findings, "half-arrows that leave a passive element", std::move(rows), true);
 }
 
 }  // namespace
 
-std::string describe_causality(const Model& model, const BondGraph& graph, const CausalGraph& causal) {
+std::vector<Finding> causal_findings(const Model& model, const BondGraph& graph, const CausalGraph& causal) {
   const View view{model, graph, causal};
+  Findings findings;
+  describe_counts(findings, view);
+  describe_strokes(findings, view);
+  describe_states(findings, view);
+  describe_free_choices(findings, view);
+  describe_laws(findings, view);
+  describe_fields(findings, view);
+  describe_parts(findings, view);
+  describe_half_arrows(findings, view);
+  return findings;
+}
+
+std::string describe_causality(const Model& model, const BondGraph& graph, const CausalGraph& causal) {
   std::string text;
-  describe_counts(text, view);
-  describe_strokes(text, view);
-  describe_states(text, view);
-  describe_free_choices(text, view);
-  describe_laws(text, view);
-  describe_fields(text, view);
-  describe_parts(text, view);
-  describe_half_arrows(text, view);
+  for (const Finding& finding : causal_findings(model, graph, causal)) text += text_of(finding);
   return text;
 }
 

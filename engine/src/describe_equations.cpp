@@ -10,12 +10,14 @@
 namespace bgsim {
 namespace {
 
+enum class Notation : std::uint8_t { text, latex, mathml };
+
 /// The equations to be shown: loops of one linear unknown are solved in closed form, signals keep their names, and
 /// large shared parts get names of their own, so that the text stays as small as the model.
 class ReadableEquations {
  public:
-  ReadableEquations(const Model& model, const EquationSystem& system, const BlockOrder& order)
-      : system_(system), order_(order), pool_(order.pool) {
+  ReadableEquations(const Model& model, const EquationSystem& system, const BlockOrder& order, Notation notation)
+      : notation_(notation), system_(system), order_(order), pool_(order.pool) {
     for (const SystemSymbol& symbol : system.symbols) names_.push_back(symbol.name);
     solve_small_loops();
     for (const Signal& signal : model.signals) collect_signal(signal);
@@ -28,15 +30,14 @@ class ReadableEquations {
     prepare_display();
   }
 
-  struct Line {
-    std::string left_text, left_latex, right_text, right_latex;
-  };
+  /// The right side in the pieces between which it may be broken; text and LaTeX have one.
+  using Line = EquationLine;
 
   std::vector<Line> states() {
     std::vector<Line> lines;
     for (std::size_t i = 0; i < rates_.size(); ++i) {
       const SymbolId symbol = system_.states[i].symbol;
-      lines.push_back(line(names_[symbol.index()] + "'", "\\dot{" + latex(symbol) + "}", rates_[i]));
+      lines.push_back(line(rate_name(symbol), rates_[i]));
     }
     return lines;
   }
@@ -49,7 +50,7 @@ class ReadableEquations {
     std::vector<Line> lines;
     for (const Block& block : order_.blocks) {
       if (closed(block)) continue;
-      for (const ExprId residual : block.residuals) lines.push_back(line("0", "0", rename(close(residual))));
+      for (const ExprId residual : block.residuals) lines.push_back(line(zero(), rename(close(residual))));
     }
     return lines;
   }
@@ -62,8 +63,7 @@ class ReadableEquations {
   std::vector<Line> outputs() {
     std::vector<Line> lines;
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      const std::string& name = system_.outputs[i].name;
-      lines.push_back(line(name, "\\mathrm{" + escaped(name) + "}", rename(outputs_[i])));
+      lines.push_back(line(upright(system_.outputs[i].name), rename(outputs_[i])));
     }
     return lines;
   }
@@ -220,29 +220,53 @@ class ReadableEquations {
   [[nodiscard]] SymbolName name() const {
     return [this](SymbolId symbol) { return names_[symbol.index()]; };
   }
-  std::string latex(SymbolId symbol) { return to_latex(display_->pool(), display_->symbol(symbol), name()); }
-  Line definition(SymbolId symbol, ExprId expression) {
-    return line(names_[symbol.index()], latex(symbol), expression);
-  }
-  [[nodiscard]] Line line(std::string text, std::string tex, ExprId right) {
-    Line result{std::move(text), std::move(tex), {}, {}};
-    const ExprId tidy = (*display_)(right);
-    try {
-      result.right_text = to_text(display_->pool(), tidy, name());
-      result.right_latex = to_latex(display_->pool(), tidy, name());
-    } catch (const std::length_error&) {
-      result.right_text = "(too long to print)";
-      result.right_latex = "\\text{(too long to print)}";
+  [[nodiscard]] std::vector<std::string> written(ExprId expression, const SymbolName& name) const {
+    switch (notation_) {
+      case Notation::text:
+        return {to_text(display_->pool(), expression, name)};
+      case Notation::latex:
+        return {to_latex(display_->pool(), expression, name)};
+      case Notation::mathml:
+        return to_mathml(display_->pool(), expression, name);
     }
-    return result;
+    return {};
   }
-  static std::string escaped(const std::string& text) {
-    std::string result;
+  std::string rate_name(SymbolId symbol) {
+    const std::string& of = names_[symbol.index()];
+    const ExprId expression = display_->symbol(symbol);
+    if (notation_ == Notation::text) return of + "'";
+    return written(expression, [&](SymbolId) { return "der(" + of + ")"; }).front();
+  }
+  [[nodiscard]] std::string zero() const { return notation_ == Notation::mathml ? "<mn>0</mn>" : "0"; }
+  [[nodiscard]] std::string upright(const std::string& text) const {
+    if (notation_ == Notation::text) return text;
+    std::string escaped;
     for (const char c : text) {
-      if (c == '_') result += '\\';
-      result += c;
+      if (notation_ == Notation::latex)
+        escaped += c == '_' ? std::string("\\_") : std::string(1, c);
+      else
+        escaped += c == '&' ? std::string("&amp;") : c == '<' ? std::string("&lt;") : std::string(1, c);
     }
-    return result;
+    return notation_ == Notation::latex ? "\\mathrm{" + escaped + "}" : "<mtext>" + escaped + "</mtext>";
+  }
+  Line definition(SymbolId symbol, ExprId expression) {
+    return line(written(display_->symbol(symbol), name()).front(), expression);
+  }
+  [[nodiscard]] Line line(std::string left, ExprId right) {
+    try {
+      return {std::move(left), written((*display_)(right), name())};
+    } catch (const std::length_error&) {
+      const std::string words = "(too long to print)";
+      switch (notation_) {
+        case Notation::text:
+          return {std::move(left), {words}};
+        case Notation::latex:
+          return {std::move(left), {"\\text{" + words + "}"}};
+        case Notation::mathml:
+          return {std::move(left), {"<mtext>" + words + "</mtext>"}};
+      }
+      throw;
+    }
   }
 
   /// In products, parameters stand before time, time before what varies.
@@ -252,6 +276,7 @@ class ReadableEquations {
     display_.emplace(pool_, symbols);
   }
 
+  Notation notation_;
   const EquationSystem& system_;
   const BlockOrder& order_;
   ExprPool pool_;
@@ -267,31 +292,36 @@ std::string count_text(std::size_t n, const std::string& one) {
   return std::to_string(n) + " " + one + (n == 1 ? "" : "s");
 }
 
-std::string block_text(const std::string& title, const std::vector<ReadableEquations::Line>& lines) {
-  if (lines.empty()) return {};
+std::vector<EquationGroup> groups_of(const Model& model, const EquationSystem& system, const BlockOrder& order,
+                                     Notation notation) {
+  ReadableEquations equations(model, system, order, notation);
+  // Symbols stand in products in the order in which they are first met: that of the outputs, which read most easily.
+  std::vector<EquationGroup> groups;
+  groups.push_back({"outputs", equations.outputs()});
+  groups.push_back({"dependent stores", equations.dependent()});
+  groups.push_back({"loops, to be solved for " + equations.loop_unknowns(), equations.loops()});
+  groups.push_back({"where", equations.where()});
+  groups.push_back({"state equations", equations.states()});
+  std::reverse(groups.begin(), groups.end());
+  std::erase_if(groups, [](const EquationGroup& group) { return group.lines.empty(); });
+  return groups;
+}
+
+std::string group_text(const EquationGroup& group) {
   std::size_t width = 0;
-  for (const auto& line : lines) width = std::max(width, line.left_text.size());
-  std::string result = "\n" + title + "\n";
-  for (const auto& line : lines)
-    result += "  " + line.left_text + std::string(width - line.left_text.size(), ' ') + " = " + line.right_text + "\n";
+  for (const auto& line : group.lines) width = std::max(width, line.left.size());
+  std::string result = "\n" + group.title + "\n";
+  for (const auto& line : group.lines)
+    result += "  " + line.left + std::string(width - line.left.size(), ' ') + " = " + line.right.front() + "\n";
   return result;
 }
 
-std::string block_latex(const std::string& title, const std::vector<ReadableEquations::Line>& lines) {
-  if (lines.empty()) return {};
-  std::string result = "% " + title + "\n\\begin{align*}\n";
-  for (std::size_t i = 0; i < lines.size(); ++i)
-    result += "  " + lines[i].left_latex + " &= " + lines[i].right_latex + (i + 1 < lines.size() ? " \\\\\n" : "\n");
+std::string group_latex(const EquationGroup& group) {
+  std::string result = "% " + group.title + "\n\\begin{align*}\n";
+  for (std::size_t i = 0; i < group.lines.size(); ++i)
+    result += "  " + group.lines[i].left + " &= " + group.lines[i].right.front() +
+              (i + 1 < group.lines.size() ? " \\\\\n" : "\n");
   return result + "\\end{align*}\n";
-}
-
-template <class Format>
-std::string all_blocks(const Model& model, const EquationSystem& system, const BlockOrder& order, Format format) {
-  ReadableEquations equations(model, system, order);
-  std::string loops = "loops, to be solved for " + equations.loop_unknowns();
-  return format("state equations", equations.states()) + format("where", equations.where()) +
-         format(loops, equations.loops()) + format("dependent stores", equations.dependent()) +
-         format("outputs", equations.outputs());
 }
 
 }  // namespace
@@ -299,11 +329,18 @@ std::string all_blocks(const Model& model, const EquationSystem& system, const B
 std::string equations_text(const Model& model, const EquationSystem& system, const BlockOrder& order) {
   std::string result = model.name + ": " + count_text(system.states.size(), "state") + ", " +
                        count_text(order.blocks.size(), "algebraic loop") + "\n";
-  return result + all_blocks(model, system, order, block_text);
+  for (const EquationGroup& group : groups_of(model, system, order, Notation::text)) result += group_text(group);
+  return result;
 }
 
 std::string equations_latex(const Model& model, const EquationSystem& system, const BlockOrder& order) {
-  return "% " + model.name + "\n" + all_blocks(model, system, order, block_latex);
+  std::string result = "% " + model.name + "\n";
+  for (const EquationGroup& group : groups_of(model, system, order, Notation::latex)) result += group_latex(group);
+  return result;
+}
+
+std::vector<EquationGroup> equations_mathml(const Model& model, const EquationSystem& system, const BlockOrder& order) {
+  return groups_of(model, system, order, Notation::mathml);
 }
 
 std::string describe_loops(const Model& model, const EquationSystem& system, const BlockOrder& order) {

@@ -91,6 +91,10 @@ void EnergyAuditor::begin(double t, const double* x, double stop) {
   if (!evaluator_.stored(t, x, energy_before_.data()) ||
       (!displaced_before_.empty() && !evaluator_.displacements(t, x, displaced_before_.data())))
     give_up("the stored energy at the start could not be evaluated: " + evaluator_.fault().what);
+  if (record_times_.empty() || !measuring_) return;
+  for (auto* const term :
+       {&course_.times, &course_.supplied, &course_.stored, &course_.dissipated, &course_.exchanged, &course_.residual})
+    term->assign(1, term == &course_.times ? t : 0.0);
 }
 
 void EnergyAuditor::start_stretch() { std::fill(stretch_.begin(), stretch_.end(), 0.0); }
@@ -170,34 +174,71 @@ std::optional<double> EnergyAuditor::change_of_store(std::size_t part) const {
   return std::isnan(change) ? std::nullopt : std::optional(change);
 }
 
-EnergyAudit EnergyAuditor::finish(double t, const double* x) {
-  EnergyAudit audit;
-  if (measuring_ && (!evaluator_.stored(t, x, energy_after_.data()) ||
-                     (!displaced_after_.empty() && !evaluator_.displacements(t, x, displaced_after_.data()))))
-    give_up("the stored energy at the end could not be evaluated: " + evaluator_.fault().what);
-  audit.why_not = why_not_;
-  if (!measuring_) return audit;
+/// What the stores say they hold now. False, and the audit is given up, if that has no value.
+bool EnergyAuditor::look_at_stores(double t, const double* x, const char* when) {
+  if (evaluator_.stored(t, x, energy_after_.data()) &&
+      (displaced_after_.empty() || evaluator_.displacements(t, x, displaced_after_.data())))
+    return true;
+  give_up(std::string("the stored energy ") + when + " could not be evaluated: " + evaluator_.fault().what);
+  return false;
+}
 
-  CompensatedSum supplied, stored, dissipated, exchanged, residual;
+/// The balance from the start to where look_at_stores() last looked.
+EnergyAuditor::Terms EnergyAuditor::terms() const {
+  Terms terms;
   for (std::size_t i = 0; i < total_.size(); ++i) {
     const double taken = total_[i].value();
     if (program_.energy_roles[i] == EnergyPart::Role::source) {
-      supplied.add(taken);
-      residual.add(taken);
+      terms.supplied.add(taken);
+      terms.residual.add(taken);
       continue;
     }
     const bool store = program_.energy_roles[i] == EnergyPart::Role::store;
     const std::optional<double> change = store ? change_of_store(i) : std::nullopt;
-    (change ? stored : store ? exchanged : dissipated).add(change.value_or(taken));
-    residual.add(-change.value_or(taken));
+    (change ? terms.stored : store ? terms.exchanged : terms.dissipated).add(change.value_or(taken));
+    terms.residual.add(-change.value_or(taken));
   }
+  return terms;
+}
+
+void EnergyAuditor::record_course(const std::vector<double>& output_times, std::size_t points) {
+  if (!measuring_ || points == 0 || output_times.empty()) return;
+  const std::size_t stride = (output_times.size() + points - 1) / points;
+  for (std::size_t i = stride; i < output_times.size(); i += stride) record_times_.push_back(output_times[i]);
+  if (output_times.size() > 1 && (record_times_.empty() || record_times_.back() != output_times.back()))
+    record_times_.push_back(output_times.back());
+}
+
+/// The terms at @p t, with the solution there in y_.
+void EnergyAuditor::record(double t) {
+  if (look_at_stores(t, y_.data(), "during the run")) append(t, terms());
+}
+
+void EnergyAuditor::append(double t, const Terms& now) {
+  course_.times.push_back(t);
+  course_.supplied.push_back(now.supplied.value());
+  course_.stored.push_back(now.stored.value());
+  course_.dissipated.push_back(now.dissipated.value());
+  course_.exchanged.push_back(now.exchanged.value());
+  course_.residual.push_back(now.residual.value());
+}
+
+EnergyAudit EnergyAuditor::finish(double t, const double* x) {
+  EnergyAudit audit;
+  if (measuring_) look_at_stores(t, x, "at the end");
+  audit.why_not = why_not_;
+  if (!measuring_) return audit;
+
+  const Terms end = terms();
   audit.done = true;
   audit.activity = activity_;
-  audit.supplied = supplied.value();
-  audit.stored = stored.value();
-  audit.dissipated = dissipated.value();
-  audit.exchanged = exchanged.value();
-  audit.residual = residual.value();
+  audit.supplied = end.supplied.value();
+  audit.stored = end.stored.value();
+  audit.dissipated = end.dissipated.value();
+  audit.exchanged = end.exchanged.value();
+  audit.residual = end.residual.value();
+  if (!course_.times.empty() && course_.times.back() < t) append(t, end);
+  audit.course = std::move(course_);
   const double largest = std::max({gross_source_, gross_dissipation_, swing_, std::abs(audit.stored)});
   audit.relative = largest > 0.0 ? std::abs(audit.residual) / largest : 0.0;
   if (least_part_) {

@@ -25,11 +25,37 @@ class EnergyAuditor {
  public:
   EnergyAuditor(const Program& program, Evaluator& evaluator, bool wanted);
 
+  /// Asks for the terms at about @p points of the output times. To be called before begin().
+  void record_course(const std::vector<double>& output_times, std::size_t points);
+
   /// @param stop  the run's end.
   void begin(double t, const double* x, double stop);
   /// A stretch on which the solution is smooth; @p solution(t, y) gives it, @p order is that of its polynomial.
   template <class Solution>
   void add(double from, double to, int order, Solution&& solution) {
+    while (next_record_ < record_times_.size() && record_times_[next_record_] <= to) {
+      const double at = record_times_[next_record_++];
+      add_smooth(from, at, order, solution);
+      if (!measuring_) return;
+      solution(at, y_.data());
+      record(at);
+      from = at;
+    }
+    add_smooth(from, to, order, solution);
+  }
+  EnergyAudit finish(double t, const double* x);
+  [[nodiscard]] bool measuring() const { return measuring_; }
+
+ private:
+  struct Rule {
+    std::vector<double> position, weight;   ///< on [0, 1]
+    std::vector<std::vector<double>> fine;  ///< values at equal distances from the values at the positions
+  };
+  struct Terms {
+    CompensatedSum supplied, stored, dissipated, exchanged, residual;
+  };
+  template <class Solution>
+  void add_smooth(double from, double to, int order, Solution&& solution) {
     if (!measuring_ || !(to > from)) return;
     // Where the solution is a straight line a step may be most of the run, but powers need not be polynomials of it.
     const double pieces = std::max(1.0, std::ceil((to - from) / longest_));
@@ -46,14 +72,6 @@ class EnergyAuditor {
     }
     finish_stretch();
   }
-  EnergyAudit finish(double t, const double* x);
-  [[nodiscard]] bool measuring() const { return measuring_; }
-
- private:
-  struct Rule {
-    std::vector<double> position, weight;   ///< on [0, 1]
-    std::vector<std::vector<double>> fine;  ///< values at equal distances from the values at the positions
-  };
   template <unsigned kPoints>
   static Rule gauss_rule();
   [[nodiscard]] std::size_t rule_for(int order) const;
@@ -62,6 +80,10 @@ class EnergyAuditor {
   void add_activities(const Rule& rule, double length);
   void finish_stretch();
   void give_up(const std::string& why);
+  bool look_at_stores(double t, const double* x, const char* when);
+  [[nodiscard]] Terms terms() const;
+  void record(double t);
+  void append(double t, const Terms& now);
   [[nodiscard]] std::optional<double> change_of_store(std::size_t part) const;
 
   const Program& program_;
@@ -76,6 +98,9 @@ class EnergyAuditor {
   double least_power_ = 0.0, largest_power_ = 0.0;
   std::optional<std::size_t> least_part_;
   std::vector<double> energy_before_, energy_after_, displaced_before_, displaced_after_;
+  std::vector<double> record_times_;  ///< none left: no course is asked for, or it is complete
+  std::size_t next_record_ = 0;
+  EnergyCourse course_;
 };
 
 }  // namespace bgsim

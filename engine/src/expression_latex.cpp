@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <array>
 
 #include "bgsim/expression.hpp"
@@ -9,59 +8,30 @@ namespace bgsim {
 
 namespace {
 
-constexpr std::array<std::string_view, 36> kGreek{
-    "alpha", "beta",   "gamma", "delta", "epsilon", "zeta",    "eta", "theta", "iota",  "kappa", "lambda", "mu",
-    "nu",    "xi",     "rho",   "sigma", "tau",     "upsilon", "phi", "chi",   "psi",   "omega", "Gamma",  "Delta",
-    "Theta", "Lambda", "Xi",    "Pi",    "Sigma",   "Upsilon", "Phi", "Psi",   "Omega", "ell",   "varphi", "vartheta"};
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 /// A word of a name: a Greek letter, one letter in italics, or upright.
 std::string word_latex(const std::string& word) {
-  if (std::find(kGreek.begin(), kGreek.end(), word) != kGreek.end()) return "\\" + word;
-  if (word.size() == 1 || std::all_of(word.begin(), word.end(), is_digit)) return word;
+  if (!greek_letter(word).empty()) return "\\" + word;
+  if (word.size() == 1 || is_number_word(word)) return word;
   std::string escaped;
   for (const char c : word) escaped += c == '_' ? std::string("\\_") : std::string(1, c);
   return "\\mathrm{" + escaped + "}";
 }
 
 /// "packet.wall.q" is q_{\mathrm{packet.wall}}, "R_b" is R_{b}, "C2" is C_{2}, "omega" is \omega.
-std::string name_latex(std::string name) {
-  if (name.rfind("der(", 0) == 0 && name.back() == ')')
-    return "\\dot{" + name_latex(name.substr(4, name.size() - 5)) + "}";
-  std::vector<std::string> indices;
-  std::string owner;
-  if (const std::size_t dot = name.rfind('.'); dot != std::string::npos) {
-    owner = name.substr(0, dot);
-    name = name.substr(dot + 1);
-  }
-  if (const std::size_t bar = name.find('_'); bar != std::string::npos && bar > 0 && bar + 1 < name.size()) {
-    indices.push_back(word_latex(name.substr(bar + 1)));
-    name.resize(bar);
-  }
-  std::size_t letters = name.size();
-  while (letters > 0 && is_digit(name[letters - 1])) --letters;
-  if (letters > 0 && letters < name.size()) {
-    indices.insert(indices.begin(), name.substr(letters));
-    name.resize(letters);
-  }
-  if (!owner.empty()) indices.push_back(word_latex(owner));
-  std::string text = word_latex(name);
-  if (indices.empty()) return text;
-  text += "_{";
-  for (std::size_t i = 0; i < indices.size(); ++i) text += (i == 0 ? "" : ",") + indices[i];
-  return text + "}";
+std::string name_latex(const std::string& name) {
+  const NameParts parts = name_parts(name);
+  std::string text = word_latex(parts.base);
+  for (std::size_t i = 0; i < parts.indices.size(); ++i) text += (i == 0 ? "_{" : ",") + word_latex(parts.indices[i]);
+  if (!parts.indices.empty()) text += "}";
+  for (std::size_t i = 0; i < parts.dots; ++i) text.insert(0, "\\dot{").append("}");
+  return text;
 }
 
 /// 1.5e-07 is 1.5 \cdot 10^{-7}.
 std::string number_latex(double value) {
-  std::string text = number_text(value);
-  const std::size_t e = text.find('e');
-  if (e == std::string::npos) return text;
-  std::string mantissa = text.substr(0, e), exponent = text.substr(e + 1);
-  const bool negative = exponent.front() == '-';
-  exponent.erase(0, std::min(exponent.find_first_not_of("+-0"), exponent.size() - 1));
-  std::string power = "10^{" + std::string(negative ? "-" : "") + exponent + "}";
+  const auto [mantissa, exponent] = typeset_number(value);
+  if (exponent.empty()) return mantissa;
+  std::string power = "10^{" + exponent + "}";
   if (mantissa == "1") return power;
   if (mantissa == "-1") return "-" + power;
   return mantissa + " \\cdot " + power;
@@ -152,19 +122,9 @@ class LatexWriter : public ExpressionWriter {
  private:
   using ExpressionWriter::push;
 
-  [[nodiscard]] Binding own_binding(const ExprNode& node) const {
-    if (node.op == Op::constant) {
-      if (node.constant < 0.0) return Binding::minus;
-      return number_text(node.constant).find('e') == std::string::npos ? Binding::atom : Binding::product;
-    }
-    if (node.op == Op::neg) return Binding::product;  // -a b needs no parentheses in print
-    if (node.op == Op::select) return Binding::none;
-    return node.op == Op::div ? Binding::power : binding_of(node.op);
-  }
-
   void begin(ExprId id, Binding least) override {
     const ExprNode& node = pool_[id];
-    const Binding own = own_binding(node);
+    const Binding own = typeset_binding(node);
     if (own < least) {
       text_ += "\\left(";
       push("\\right)");

@@ -1,4 +1,4 @@
-/// What the two ways of writing an expression, text and LaTeX, have in common: which operand is written first, and
+/// What the ways of writing an expression, text, LaTeX and MathML, have in common: which operand is written first, and
 /// where parentheses are needed so that reading gives the same expression again.
 #pragma once
 
@@ -54,7 +54,8 @@ class ExpressionWriter {
   ExpressionWriter(const ExpressionWriter&) = delete;
   ExpressionWriter& operator=(const ExpressionWriter&) = delete;
 
-  std::string write(ExprId root);
+  /// @param least  what binds weaker than this is put into parentheses.
+  std::string write(ExprId root, Binding least = Binding::none);
 
  protected:
   /// Appends the beginning of the expression to text_ and pushes the rest, last piece first.
@@ -79,5 +80,27 @@ class ExpressionWriter {
 
 /// Shortest decimal form that reads back as the same number.
 std::string number_text(double value);
+
+/// A name as it is typeset: "packet.wall.q" is q with the index packet.wall, "R_b" is R with b, "C2" is C with 2;
+/// "der(x)" is x with a dot.
+struct NameParts {
+  std::string base;
+  std::vector<std::string> indices;
+  std::size_t dots = 0;
+};
+NameParts name_parts(std::string name);
+
+/// The Greek letter that a word names ("omega", "Delta") in UTF-8; empty if it names none.
+std::string_view greek_letter(std::string_view word);
+bool is_number_word(std::string_view word);
+
+/// The binding of an operator where quotients are fractions and powers of ten are written out.
+Binding typeset_binding(const ExprNode& node);
+
+/// 1.5e-07 is 1.5 times 10 to the -7; without an exponent where the shortest text has none.
+struct TypesetNumber {
+  std::string mantissa, exponent;
+};
+TypesetNumber typeset_number(double value);
 
 }  // namespace bgsim

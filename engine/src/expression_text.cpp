@@ -90,8 +90,8 @@ std::string number_text(double value) {
   return {buffer.data(), result.ptr};
 }
 
-std::string ExpressionWriter::write(ExprId root) {
-  push(root, Binding::none);
+std::string ExpressionWriter::write(ExprId root, Binding least) {
+  push(root, least);
   while (!rest_.empty()) {
     const Piece piece = std::move(rest_.back());
     rest_.pop_back();

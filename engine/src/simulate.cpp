@@ -163,6 +163,7 @@ bool Run::begin() {
   largest_now_.assign(x_.size(), 0.0);
   audited_ = t_;
   const Stopwatch watch(audit_seconds_);
+  audit_.record_course(inputs_.output_times, options_.energy_course);
   audit_.begin(t_, x_.data(), inputs_.stop);
   return true;
 }

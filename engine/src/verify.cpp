@@ -70,12 +70,16 @@ Range range_within(const std::vector<double>& times, const std::vector<double>& 
   return range;
 }
 
-ColumnCheck check_column(const Trace& trace, std::size_t output, const std::vector<double>& times,
-                         const std::vector<double>& values, const Reference& reference) {
+double limit_of(const std::vector<double>& values, const Reference& reference) {
   double largest = 0.0;
   for (const double value : values) largest = std::max(largest, std::abs(value));
+  return reference.relative * largest + reference.absolute;
+}
+
+ColumnCheck check_column(const Trace& trace, std::size_t output, const std::vector<double>& times,
+                         const std::vector<double>& values, const Reference& reference) {
   ColumnCheck check;
-  check.limit = reference.relative * largest + reference.absolute;
+  check.limit = limit_of(values, reference);
   // The trace may begin earlier than the reference (see at_reference_times), never end later.
   const std::size_t first = trace.times.size() - times.size();
   for (std::size_t row = 0; row < times.size(); ++row) {
@@ -94,10 +98,10 @@ ColumnCheck check_column(const Trace& trace, std::size_t output, const std::vect
 }
 
 /// The reference's column for each output of the trace; none where the reference has no such column.
-std::vector<std::optional<std::size_t>> pair_columns(const Model& model, const Trace& trace, const CsvTable& table,
-                                                     const Reference& reference) {
+std::vector<std::optional<std::size_t>> pair_columns(const Model& model, const std::vector<std::string>& outputs,
+                                                     const CsvTable& table, const Reference& reference) {
   for (const auto& [output, column] : reference.columns) {
-    if (position(trace.names, output) == trace.names.size()) {
+    if (position(outputs, output) == outputs.size()) {
       fail(model, reference, "BG152", "the scene has no output \"" + output + "\" to be held against a reference",
            "\"columns\" maps outputs of the scene to columns of the reference",
            "add it to the model's outputs, or leave it out here");
@@ -109,7 +113,7 @@ std::vector<std::optional<std::size_t>> pair_columns(const Model& model, const T
   }
   std::vector<std::optional<std::size_t>> pairs;
   bool any = false;
-  for (const std::string& output : trace.names) {
+  for (const std::string& output : outputs) {
     const auto mapped = reference.columns.find(output);
     const std::size_t column = position(table.names, mapped == reference.columns.end() ? output : mapped->second);
     pairs.emplace_back(column == table.names.size() ? std::nullopt : std::optional(column));
@@ -166,7 +170,7 @@ RunInputs at_reference_times(const Model& model, const RunInputs& inputs, const 
 }
 
 ReferenceCheck hold_against(const Model& model, const Trace& trace, const CsvTable& table, const Reference& reference) {
-  const auto pairs = pair_columns(model, trace, table, reference);
+  const auto pairs = pair_columns(model, trace.names, table, reference);
   std::vector<bool> used(table.names.size(), false);
   used.front() = true;
   ReferenceCheck check;
@@ -182,6 +186,25 @@ ReferenceCheck hold_against(const Model& model, const Trace& trace, const CsvTab
     if (!used[column]) check.unused.push_back(table.names[column]);
   }
   return check;
+}
+
+std::vector<ReferenceBand> reference_bands(const Model& model, const std::vector<std::string>& outputs,
+                                           const CsvTable& table, const Reference& reference) {
+  const auto pairs = pair_columns(model, outputs, table, reference);
+  const std::vector<double>& times = table.columns.front();
+  std::vector<ReferenceBand> bands;
+  for (std::size_t output = 0; output < outputs.size(); ++output) {
+    if (!pairs[output]) continue;
+    const std::vector<double>& values = table.columns[*pairs[output]];
+    ReferenceBand band{outputs[output], table.names[*pairs[output]], limit_of(values, reference), values, {}, {}};
+    for (std::size_t row = 0; row < times.size(); ++row) {
+      const Range range = range_within(times, values, row, reference.tube);
+      band.low.push_back(range.low - band.limit);
+      band.high.push_back(range.high + band.limit);
+    }
+    bands.push_back(std::move(band));
+  }
+  return bands;
 }
 
 }  // namespace bgsim

@@ -130,3 +130,43 @@ TEST_CASE("the audit can be switched off") {
   CHECK(!result.report.energy.done);
   CHECK(result.report.energy.why_not == "switched off");
 }
+
+TEST_CASE("the course of the balance holds what the stores hold, at output times, and costs nothing unless asked for") {
+  std::string text = kRlc;
+  text.replace(text.find("\"p\": \"l.p\""), 10, "\"E\": \"c.q^2/0.5 + l.p^2/2\"");
+  SimulateOptions options;
+  options.energy_course = 1000;
+  for (const Method method : {Method::bdf, Method::ida, Method::erk5}) {
+    const RunResult result = run_text(text, with_method(method, 1e-8), options);
+    const EnergyAudit& audit = result.report.energy;
+    const EnergyCourse& course = audit.course;
+    REQUIRE(course.times == result.trace.times);
+    const std::vector<double> energy = column(result, "E");
+    const double turned_over = std::abs(audit.residual) / audit.relative;
+    for (std::size_t i = 0; i < energy.size(); ++i) {
+      // The same expression of the same interpolated states: rounding alone.
+      CHECK(course.stored[i] == Approx(energy[i] - energy[0]).margin(1e-12));
+      CHECK(course.supplied[i] - course.stored[i] - course.dissipated[i] == Approx(course.residual[i]).margin(1e-12));
+      CHECK(std::abs(course.residual[i]) < 100 * 1e-8 * turned_over);  // a hundred times the tolerance, as above
+    }
+    CHECK(course.dissipated.back() == Approx(audit.dissipated).margin(1e-12));
+  }
+  CHECK(run_text(text).report.energy.course.times.empty());
+}
+
+TEST_CASE("the course of a model without stores is exact, and its points are spread over the output times") {
+  const std::string text = R"json({ "bgsim": 1, "name": "ohm",
+    "elements": { "u": { "kind": "Se", "effort": "3*t" }, "r": { "kind": "R", "resistance": 2 } },
+    "bonds": [ { "from": "u", "to": "r" } ],
+    "outputs": { "i": "r.f" }, "scenes": { "main": { "stop": 1, "samples": 101 } } })json";
+  SimulateOptions options;
+  options.energy_course = 10;
+  const EnergyCourse course = run_text(text, {}, options).report.energy.course;
+  REQUIRE(course.times.size() == 11);  // the start, every eleventh, the end
+  CHECK(course.times.back() == 1.0);
+  for (std::size_t i = 0; i < course.times.size(); ++i) {
+    const double t = course.times[i];
+    CHECK(course.supplied[i] == Approx(1.5 * t * t * t).margin(1e-14));  // the integral of (3t)^2/2; rounding alone
+    CHECK(course.dissipated[i] == Approx(course.supplied[i]).margin(1e-14));
+  }
+}

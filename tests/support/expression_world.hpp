@@ -58,6 +58,9 @@ struct World {
   [[nodiscard]] std::string latex(ExprId e) const {
     return to_latex(pool, e, [this](SymbolId s) { return names[s.index()]; });
   }
+  [[nodiscard]] std::vector<std::string> mathml(ExprId e) const {
+    return to_mathml(pool, e, [this](SymbolId s) { return names[s.index()]; });
+  }
   [[nodiscard]] double value(ExprId e, std::span<const double> values) const { return evaluate(pool, e, values); }
   double value(std::string_view expression, std::vector<double> values = {}) {
     return evaluate(pool, parse(expression), values);

@@ -97,3 +97,60 @@ TEST_CASE("LaTeX has fractions, roots, cases, indices and Greek letters") {
   CHECK(latex("ssqrt(x, omega)*1.5e-7") == "1.5 \\cdot 10^{-7} \\, \\operatorname{ssqrt}\\left(x, \\omega\\right)");
   CHECK(latex("table('data.csv', 'u', t)") == "u\\left(t\\right)");
 }
+
+TEST_CASE("MathML has the same layout as LaTeX, in the terms of the outermost sum") {
+  World w;
+  w.names.insert(w.names.end(), {"C2", "x_ref", "omega", "a<b"});
+  const auto terms = [&](const char* text) { return w.mathml(w.parse(text)); };
+  const auto one = [&](const char* text) {
+    const std::vector<std::string> all = terms(text);
+    return all.size() == 1 ? all.front() : "not one term";
+  };
+  using Terms = std::vector<std::string>;
+  CHECK(one("x/C2") ==
+        "<mrow><mfrac><mrow><mi>x</mi></mrow><mrow><msub><mi>C</mi><mrow><mn>2</mn></mrow></msub></mrow>"
+        "</mfrac></mrow>");
+  CHECK(terms("x - omega + 2") == Terms{"<mrow><mi>x</mi></mrow>",
+                                        "<mrow><mo form=\"infix\">\u2212</mo><mi>\u03c9</mi></mrow>",
+                                        "<mrow><mo form=\"infix\">+</mo><mn>2</mn></mrow>"});
+  CHECK(one("sqrt(1 + omega^2)") ==
+        "<mrow><msqrt><msup><mrow><mi>\u03c9</mi></mrow><mrow><mn>2</mn></mrow></msup>"
+        "<mo form=\"infix\">+</mo><mn>1</mn></msqrt></mrow>");
+  CHECK(one("(x + 1)^2") ==
+        "<mrow><msup><mrow><mrow><mo>(</mo><mi>x</mi><mo form=\"infix\">+</mo><mn>1</mn><mo>)</mo>"
+        "</mrow></mrow><mrow><mn>2</mn></mrow></msup></mrow>");
+  CHECK(one("der(packet.wall.q)*2") ==
+        "<mrow><mn>2</mn><mo>\u2062</mo><mspace width=\"0.17em\"/><msub><mover accent=\"true\"><mi>q</mi>"
+        "<mo>\u02d9</mo></mover><mrow><mi>packet.wall</mi></mrow></msub></mrow>");
+  CHECK(one("-1.5e-7*x") ==
+        "<mrow><mrow><mrow><mo form=\"prefix\">\u2212</mo><mn>1.5</mn></mrow><mo>\u00b7</mo><msup><mn>10</mn>"
+        "<mrow><mo form=\"prefix\">\u2212</mo><mn>7</mn></mrow></msup></mrow><mo>\u2062</mo><mspace width=\"0.17em\"/>"
+        "<mi>x</mi></mrow>");
+  CHECK(
+      one("if(x < 0, 1, x)") ==
+      "<mrow><mrow><mo form=\"prefix\" stretchy=\"true\">{</mo><mtable class=\"cases\"><mtr><mtd><mn>1</mn></mtd><mtd>"
+      "<mtext>if\u00a0</mtext><mi>x</mi><mo>&lt;</mo><mn>0</mn></mtd></mtr><mtr><mtd><mi>x</mi></mtd><mtd>"
+      "<mtext>otherwise</mtext></mtd></mtr></mtable></mrow></mrow>");
+  CHECK(w.mathml(w.symbol("a<b")) == Terms{"<mrow><mi>a&lt;b</mi></mrow>"});  // names are text, never markup
+}
+
+TEST_CASE("elements of MathML are closed in order, whatever is written") {
+  World w;
+  RandomExpressions random(w, 7);
+  for (int i = 0; i < 100; ++i) {
+    for (const std::string& term : w.mathml(random.number(12))) {
+      std::vector<std::string> open;
+      for (std::size_t at = term.find('<'); at != std::string::npos; at = term.find('<', at + 1)) {
+        const std::string tag = term.substr(at + 1, term.find('>', at) - at - 1);
+        if (tag.front() == '/') {
+          REQUIRE(!open.empty());
+          REQUIRE(tag.substr(1) == open.back());
+          open.pop_back();
+        } else if (tag.back() != '/') {
+          open.push_back(tag.substr(0, tag.find(' ')));
+        }
+      }
+      CHECK(open.empty());
+    }
+  }
+}

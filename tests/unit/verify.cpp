@@ -151,3 +151,22 @@ TEST_CASE("a reference beyond the scene's times is an error") {
   CHECK(fault([&] { at_reference_times(model_without_files(), inputs, parse_csv("t,x\n0,0\n2,0\n")); }) ==
         "BG151: scene \"fall\" runs from 0 to 1, its reference from 0 to 2");
 }
+
+TEST_CASE("a reference's band is what is accepted at each of its times") {
+  const CsvTable table = parse_csv("t,x,other\n0,0,1\n1,10,1\n2,10,1\n");
+  const Reference reference = reference_with(0.1, 0.5, 0.5);
+  const std::vector<ReferenceBand> bands = reference_bands(model_without_files(), {"y", "x"}, table, reference);
+  REQUIRE(bands.size() == 1);
+  CHECK(bands[0].output == "x");
+  CHECK(bands[0].limit == 1.5);
+  CHECK(bands[0].values == std::vector<double>{0, 10, 10});
+  CHECK(bands[0].low == std::vector<double>{-1.5, 3.5, 8.5});  // halfway to the neighbour at 0, less the limit
+  CHECK(bands[0].high == std::vector<double>{6.5, 11.5, 11.5});
+  for (std::size_t row = 0; row < 3; ++row) {
+    std::vector<double> x{0, 10, 10};
+    x[row] = bands[0].high[row];
+    CHECK(hold_against(model_without_files(), trace_of(x), parse_csv("t,x\n0,0\n1,10\n2,10\n"), reference).ok());
+    x[row] += 1e-9;
+    CHECK(!hold_against(model_without_files(), trace_of(x), parse_csv("t,x\n0,0\n1,10\n2,10\n"), reference).ok());
+  }
+}

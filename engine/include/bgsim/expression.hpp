@@ -202,5 +202,8 @@ using SymbolName = std::function<std::string(SymbolId)>;
 std::string to_text(const ExprPool& pool, ExprId root, const SymbolName& name);
 /// The expression as LaTeX (fractions, roots, cases). Names like "packet.wall.q" become q_{\mathrm{packet.wall}}.
 std::string to_latex(const ExprPool& pool, ExprId root, const SymbolName& name);
+/// The expression as presentation MathML (Core), one piece for each term of its outermost sum, each with its sign, so
+/// that a line may be broken between them. A piece is the inside of one <math> element.
+std::vector<std::string> to_mathml(const ExprPool& pool, ExprId root, const SymbolName& name);
 
 }  // namespace bgsim

@@ -19,6 +19,12 @@ struct Trace {
   std::vector<double> values;  ///< times.size() * names.size()
 };
 
+/// The terms of the energy balance over time: each the integral from the run's start to that time, in EnergyAudit's
+/// sense. Vectors of one length.
+struct EnergyCourse {
+  std::vector<double> times, supplied, stored, dissipated, exchanged, residual;
+};
+
 /// The energy balance of a run: supplied = change of stored + dissipated + residual. Every term is an integral over the
 /// run (docs/theory.md). In joules if the model is in SI units.
 struct EnergyAudit {
@@ -33,6 +39,7 @@ struct EnergyAudit {
   double least_dissipation = 0.0;  ///< smallest power of a single R or RR met; negative: an active element
   std::string least_dissipation_element;
   std::vector<double> activity;  ///< by EquationSystem::energy: integral of |power| (activity.hpp)
+  EnergyCourse course;           ///< empty unless asked for (SimulateOptions::energy_course)
 };
 
 /// What a run took. Machine-readable form: report_json.
@@ -69,7 +76,8 @@ using Progress = std::function<bool(double time)>;
 
 struct SimulateOptions {
   bool energy_audit = true;
-  std::uint64_t max_steps = 0;  ///< 0: no limit
+  std::size_t energy_course = 0;  ///< also the audit's terms at about that many of the output times; 0: at none
+  std::uint64_t max_steps = 0;    ///< 0: no limit
   Progress progress;
 };
 

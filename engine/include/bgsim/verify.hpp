@@ -43,4 +43,17 @@ RunInputs at_reference_times(const Model& model, const RunInputs& inputs, const 
 /// @note Cost: the trace's size times the reference's records within one tube.
 ReferenceCheck hold_against(const Model& model, const Trace& trace, const CsvTable& table, const Reference& reference);
 
+/// A column of a reference as an output is held against it, for drawing: at each of the reference's times the record,
+/// and the least and greatest value that is accepted there.
+struct ReferenceBand {
+  std::string output, reference;  ///< names as in ColumnCheck
+  double limit = 0.0;
+  std::vector<double> values, low, high;
+};
+
+/// The bands of all outputs that @p table has a column for, in the order of @p outputs.
+/// @throws ModelError BG152 as hold_against.
+std::vector<ReferenceBand> reference_bands(const Model& model, const std::vector<std::string>& outputs,
+                                           const CsvTable& table, const Reference& reference);
+
 }  // namespace bgsim
