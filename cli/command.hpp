@@ -46,6 +46,7 @@ Exit show_command(const Arguments& arguments);        ///< show.cpp
 Exit draw_command(const Arguments& arguments);        ///< draw.cpp
 Exit plot_command(const Arguments& arguments);        ///< plot.cpp
 Exit reduce_command(const Arguments& arguments);      ///< reduce.cpp
+Exit report_command(const Arguments& arguments);      ///< report.cpp
 Exit trade_command(const Arguments& arguments);       ///< trade.cpp
 Exit verify_command(const Arguments& arguments);      ///< verify.cpp
 Exit new_command(const Arguments& arguments);         ///< new.cpp

@@ -24,6 +24,7 @@ constexpr Command kCommands[] = {
     {"plot", "draw a trace, or two over each other with their difference", plot_command},
     {"show", "print what a stage of the pipeline holds", show_command},
     {"reduce", "cut out what a scene does not require", reduce_command},
+    {"report", "scenes on one HTML page: plots, equations, energy audit", report_command},
     {"trade", "measure error against cost over methods and tolerances", trade_command},
     {"verify", "hold scenes against their reference traces", verify_command},
     {"new", "write a starter model", new_command},

@@ -6,6 +6,7 @@ project=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
 
 run_packages="g++ cmake ninja-build libeigen3-dev libboost-graph-dev nlohmann-json3-dev libsundials-dev libsuitesparse-dev libcli11-dev graphviz gnuplot-nox librsvg2-bin"
 test_packages="$run_packages catch2 python3 python3-jsonschema clang-format"
+browser_packages="chromium"
 lint_packages="$test_packages clang-tidy"
 
 say() { printf '%s\n' "$*" >&2; }
@@ -48,6 +49,10 @@ install_packages() {
   fi
   rm -f "$log"
 }
+
+# npm fetches the plotting library of the report's page (cmake/Web.cmake). Any npm will do; Debian's package brings
+# Node.js and some three hundred small ones, so it is installed only where there is none.
+install_npm() { command -v npm >/dev/null || install_packages npm; }
 
 # A build folder that was made for another place (a copied checkout) is of no use to CMake: start it again.
 drop_foreign_build() {

@@ -1,0 +1,34 @@
+/// Pieces of HTML.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bgsim::cli {
+
+/// @p text as content of an element or of a quoted attribute.
+std::string html(std::string_view text);
+
+/// <NAME>escaped text</NAME>.
+std::string element(const std::string& name, std::string_view text);
+
+/// A table with a header; cells are HTML already. The first cell of each row heads it. Wide tables scroll by
+/// themselves.
+/// @param numeric  columns to be set flush right.
+std::string html_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,
+                       const std::vector<std::size_t>& numeric = {});
+
+/// JSON as the content of a <script> element, which it cannot end.
+std::string script_json(const nlohmann::ordered_json& json);
+
+/// Little-endian doubles in base 64 (RFC 4648).
+std::string base64(std::span<const double> values);
+
+/// A style sheet or script as the content of its element.
+/// @throws std::logic_error if it would end the element.
+std::string_view raw_text(std::string_view text, std::string_view element);
+
+}  // namespace bgsim::cli
