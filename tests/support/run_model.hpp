@@ -46,8 +46,7 @@ inline CompiledModel compile_text(const std::string& text, const SceneOverrides&
 /// @param name  relative to the project, "models/bellow.json".
 inline CompiledModel compile_file(const std::string& name, const SceneOverrides& overrides = {},
                                   const std::string& scene = "") {
-  return compile_model(std::make_shared<const Model>(read_model(std::string(BGSIM_SOURCE_DIR) + "/" + name)), overrides,
-                       scene);
+  return compile_model(std::make_shared<const Model>(read_model(BGSIM_SOURCE_DIR "/" + name)), overrides, scene);
 }
 
 inline RunResult run_text(const std::string& text, const SceneOverrides& overrides = {},
