@@ -6,34 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "bgsim/xml_text.hpp"
+
 namespace bgsim::cli {
 
-std::string html(std::string_view text) {
-  std::string result;
-  result.reserve(text.size());
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
-
 std::string element(const std::string& name, std::string_view text) {
-  return "<" + name + ">" + html(text) + "</" + name + ">";
+  return "<" + name + ">" + xml_text(text) + "</" + name + ">";
 }
 
 std::string html_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,

@@ -9,9 +9,6 @@
 
 namespace bgsim::cli {
 
-/// @p text as content of an element or of a quoted attribute.
-std::string html(std::string_view text);
-
 /// <NAME>escaped text</NAME>.
 std::string element(const std::string& name, std::string_view text);
 

@@ -13,7 +13,18 @@ CLI::Validator positive_number() {
   return {check, ""};
 }
 
-void add_method_options(CLI::App& app, SceneOverrides& overrides) {
+void add_set_option(CLI::App& app, SceneOverrides& overrides) {
+  app.add_option("--set", overrides.set, "a parameter or an initial value; may be given again")
+      ->type_name("NAME=EXPR")
+      ->allow_extra_args(false);
+}
+
+void add_solver_options(CLI::App& app, SceneOverrides& overrides) {
+  const CLI::Validator positive = positive_number();
+  app.add_option("--relative", overrides.relative, "relative tolerance")->type_name("X")->check(positive);
+  app.add_option("--absolute", overrides.absolute, "absolute tolerance of every state")
+      ->type_name("X")
+      ->check(positive);
   app.add_option_function<std::string>(
          "--method",
          [&overrides](const std::string& name) {
@@ -26,7 +37,7 @@ void add_method_options(CLI::App& app, SceneOverrides& overrides) {
       ->type_name("NAME");
   app.add_option("--step", overrides.step, "length of the steps of euler, implicit_euler, rk4 and verlet")
       ->type_name("H")
-      ->check(positive_number());
+      ->check(positive);
   app.add_option("--max-order", overrides.max_order, "highest order that auto, bdf, ida (5) and adams (12) may use")
       ->type_name("N")
       ->check(CLI::Range(1, 12));

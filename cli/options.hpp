@@ -10,7 +10,10 @@ namespace bgsim::cli {
 /// Accepts finite numbers above zero.
 CLI::Validator positive_number();
 
-/// --method, --step and --max-order.
-void add_method_options(CLI::App& app, SceneOverrides& overrides);
+/// --set, may be given again.
+void add_set_option(CLI::App& app, SceneOverrides& overrides);
+
+/// --relative, --absolute, --method, --step and --max-order.
+void add_solver_options(CLI::App& app, SceneOverrides& overrides);
 
 }  // namespace bgsim::cli

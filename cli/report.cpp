@@ -39,15 +39,8 @@ ReportArguments parse(const Arguments& arguments) {
       ->type_name("NAME")
       ->allow_extra_args(false);
   app.add_flag("--all", options.all, "every scene");
-  app.add_option("--set", options.overrides.set, "a parameter or an initial value; may be given again")
-      ->type_name("NAME=EXPR")
-      ->allow_extra_args(false);
-  const CLI::Validator positive = positive_number();
-  app.add_option("--relative", options.overrides.relative, "relative tolerance")->type_name("X")->check(positive);
-  app.add_option("--absolute", options.overrides.absolute, "absolute tolerance of every state")
-      ->type_name("X")
-      ->check(positive);
-  add_method_options(app, options.overrides);
+  add_set_option(app, options.overrides);
+  add_solver_options(app, options.overrides);
   app.add_option("--points", options.points, "samples of a curve to keep for drawing, at most (default: 20000)")
       ->type_name("N")
       ->check(CLI::Range(std::size_t{100}, std::size_t{100'000'000}));

@@ -3,6 +3,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bgsim/xml_text.hpp"
 #include "html.hpp"
 #include "report_assets.hpp"
 #include "report_content.hpp"
@@ -133,7 +134,7 @@ Json page_data(const ReportContent& content) {
 
 std::string outcome(const ReportedScene& scene) {
   const auto badge = [](const char* kind, const std::string& text) {
-    return std::string("<span class=\"badge ") + kind + "\">" + html(text) + "</span>";
+    return std::string("<span class=\"badge ") + kind + "\">" + xml_text(text) + "</span>";
   };
   const std::string reached = " at t = " + short_number(scene.result.report.reached, 6);
   switch (scene.result.stop) {
@@ -165,8 +166,8 @@ std::string summary_section(const ReportContent& content) {
   std::string text = "<section id=\"summary\"><h2>Summary</h2>\n";
   std::vector<Cells> rows;
   for (const ReportedScene& scene : content.scenes) {
-    std::string name = html(scene.inputs.scene);
-    if (!scene.about.empty()) name += "<br><small>" + html(scene.about) + "</small>";
+    std::string name = xml_text(scene.inputs.scene);
+    if (!scene.about.empty()) name += "<br><small>" + xml_text(scene.about) + "</small>";
     rows.push_back({name, outcome(scene),
                     short_number(scene.inputs.start, 6) + " to " + short_number(scene.inputs.stop, 6),
                     reference_verdict(scene), energy_verdict(scene.result.report.energy)});
@@ -174,23 +175,23 @@ std::string summary_section(const ReportContent& content) {
   text += html_table({"Scene", "Run", "Time", "Reference", "Energy residual, relative"}, rows);
   for (const ReportedScene& scene : content.scenes)
     if (scene.result.failure)
-      text += "<div class=\"failure\"><p>Scene <b>" + html(scene.inputs.scene) +
+      text += "<div class=\"failure\"><p>Scene <b>" + xml_text(scene.inputs.scene) +
               "</b> did not run to its end. The curves show what there is up to t = " +
               short_number(scene.result.report.reached, 6) + ".</p><pre tabindex=\"0\">" +
-              html(render(*scene.result.failure, *model.sources)) + "</pre></div>\n";
+              xml_text(render(*scene.result.failure, *model.sources)) + "</pre></div>\n";
   std::vector<Diagnostic> warnings = model.warnings;
   for (const auto* const more : {&content.stages.causal->warnings, &content.stages.system->warnings})
     warnings.insert(warnings.end(), more->begin(), more->end());
   for (const ReportedScene& scene : content.scenes)
     warnings.insert(warnings.end(), scene.inputs.warnings.begin(), scene.inputs.warnings.end());
   for (const Diagnostic& warning : warnings)
-    text += "<pre class=\"warning\" tabindex=\"0\">" + html(render(warning, *model.sources)) + "</pre>\n";
+    text += "<pre class=\"warning\" tabindex=\"0\">" + xml_text(render(warning, *model.sources)) + "</pre>\n";
   return text + "</section>\n";
 }
 
 std::string drawing_section(const ReportContent& content) {
   std::string text = "<section id=\"drawing\"><h2>Bond graph</h2>\n";
-  if (!content.svg) return text + "<p class=\"note\">" + html(content.why_no_drawing) + "</p>\n</section>\n";
+  if (!content.svg) return text + "<p class=\"note\">" + xml_text(content.why_no_drawing) + "</p>\n</section>\n";
   // What stands before the element (XML declaration, document type) belongs to a file, not into a page.
   return text + "<div class=\"drawing\" tabindex=\"0\">" + content.svg->substr(content.svg->find("<svg")) +
          "</div>\n</section>\n";
@@ -205,9 +206,9 @@ std::string output_table(const ReportContent& content) {
       const std::vector<double> values = column_of(trace, i);
       if (values.empty()) continue;
       const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
-      Cells row{html(trace.names[i]),
-                html(scene.inputs.scene),
-                html(trace.units[i]),
+      Cells row{xml_text(trace.names[i]),
+                xml_text(scene.inputs.scene),
+                xml_text(trace.units[i]),
                 short_number(*least, 6),
                 short_number(*greatest, 6),
                 "",
@@ -249,10 +250,10 @@ std::string energy_section(const ReportContent& content) {
   for (const ReportedScene& scene : content.scenes) {
     const EnergyAudit& audit = scene.result.report.energy;
     if (!audit.done) {
-      rows.push_back({html(scene.inputs.scene), "not audited: " + html(audit.why_not), "", "", "", "", ""});
+      rows.push_back({xml_text(scene.inputs.scene), "not audited: " + xml_text(audit.why_not), "", "", "", "", ""});
       continue;
     }
-    Cells row{html(scene.inputs.scene)};
+    Cells row{xml_text(scene.inputs.scene)};
     for (const double term :
          {audit.supplied, audit.stored, audit.dissipated, audit.exchanged, audit.residual, audit.relative})
       row.push_back(short_number(term, 5));
@@ -263,8 +264,8 @@ std::string energy_section(const ReportContent& content) {
   for (const ReportedScene& scene : content.scenes) {
     const EnergyAudit& audit = scene.result.report.energy;
     if (audit.done && audit.least_dissipation < 0.0)
-      text += "<p class=\"note\">Scene " + html(scene.inputs.scene) + ": the resistor <code>" +
-              html(audit.least_dissipation_element) + "</code> is active; it gave off up to " +
+      text += "<p class=\"note\">Scene " + xml_text(scene.inputs.scene) + ": the resistor <code>" +
+              xml_text(audit.least_dissipation_element) + "</code> is active; it gave off up to " +
               short_number(-audit.least_dissipation, 4) + ".</p>\n";
   }
   return text + "<div id=\"energies\" class=\"plots\"></div>\n</section>\n";
@@ -278,7 +279,7 @@ std::string head(const ReportContent& content) {
       "style-src 'unsafe-inline'; img-src data:\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
-      html(content.stages.model->name) + " - bgsim report</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>";
+      xml_text(content.stages.model->name) + " - bgsim report</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>";
   text.append(raw_text(kUplotStyle, "style")).append("\n").append(raw_text(kPageStyle, "style"));
   // Before anything is drawn: light or dark, and canvases fine enough for paper (uPlot asks for the ratio).
   return text + "</style>\n<script>\n" +
@@ -291,8 +292,8 @@ std::string head(const ReportContent& content) {
 std::string body_begin(const ReportContent& content) {
   const Model& model = *content.stages.model;
   std::string text =
-      "<body>\n<a class=\"skip\" href=\"#main\">To the content</a>\n<header><h1>" + html(model.name) + "</h1>\n";
-  if (!model.about.empty()) text += "<p>" + html(model.about) + "</p>\n";
+      "<body>\n<a class=\"skip\" href=\"#main\">To the content</a>\n<header><h1>" + xml_text(model.name) + "</h1>\n";
+  if (!model.about.empty()) text += "<p>" + xml_text(model.about) + "</p>\n";
   text += "</header>\n<nav aria-label=\"Sections\"><div>";
   for (const Section& section : kSections)
     if (!model.parameters.empty() || section.id != std::string_view("parameters"))
@@ -316,7 +317,7 @@ std::string report_page(const ReportContent& content) {
   page += parameters_section(content) + equations_section(content) + outputs_section(content);
   page += energy_section(content) + activity_section(content) + statistics_section(content);
   page += reproduction_section(content);
-  page += "</main>\n<footer>Made by bgsim " + html(content.version) + ", " + html(content.date) +
+  page += "</main>\n<footer>Made by bgsim " + xml_text(content.version) + ", " + xml_text(content.date) +
           ". Plots by uPlot.</footer>\n";
   return page + scripts(content) + "</body>\n</html>\n";
 }

@@ -4,6 +4,7 @@
 #include <map>
 #include <sstream>
 
+#include "bgsim/xml_text.hpp"
 #include "html.hpp"
 #include "report_content.hpp"
 
@@ -14,13 +15,13 @@ namespace {
 using Cells = std::vector<std::string>;
 
 std::string heading(const std::string& id, const std::string& title) {
-  return "<section id=\"" + id + "\"><h2>" + html(title) + "</h2>\n";
+  return "<section id=\"" + id + "\"><h2>" + xml_text(title) + "</h2>\n";
 }
 constexpr const char* kEnd = "</section>\n";
 
 /// A part that can be folded away.
 std::string folded(const std::string& title, const std::string& inside, bool open) {
-  return std::string("<details") + (open ? " open" : "") + "><summary>" + html(title) + "</summary>\n" + inside +
+  return std::string("<details") + (open ? " open" : "") + "><summary>" + xml_text(title) + "</summary>\n" + inside +
          "</details>\n";
 }
 
@@ -39,7 +40,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 
 Cells scene_names(const ReportContent& content) {
   Cells names;
-  for (const ReportedScene& scene : content.scenes) names.push_back(html(scene.inputs.scene));
+  for (const ReportedScene& scene : content.scenes) names.push_back(xml_text(scene.inputs.scene));
   return names;
 }
 
@@ -55,10 +56,10 @@ std::string by_scene(const ReportContent& content, const std::vector<std::string
     else
       known->second += ", " + scene;
   }
-  if (distinct.size() == 1) return html(texts.front());
+  if (distinct.size() == 1) return xml_text(texts.front());
   std::string cell;
   for (const auto& [text, scenes] : distinct)
-    cell += "<span class=\"of-scene\">" + html(text) + " <small>in " + html(scenes) + "</small></span>";
+    cell += "<span class=\"of-scene\">" + xml_text(text) + " <small>in " + xml_text(scenes) + "</small></span>";
   return cell;
 }
 
@@ -84,22 +85,22 @@ std::string causality_section(const ReportContent& content) {
   std::string text = heading("causality", "Causality");
   for (const Finding& finding : causal_findings(model, *stages.graph, *stages.causal)) {
     if (finding.rows.empty()) {
-      text += "<p>" + html(capital(finding.heading)) + "</p>\n";
+      text += "<p>" + xml_text(capital(finding.heading)) + "</p>\n";
       continue;
     }
     std::string table = "<div class=\"scroll\" tabindex=\"0\"><table class=\"plain\"><tbody>\n";
     for (const auto& [left, right] : finding.rows)
-      table += "<tr><td><code>" + html(left) + "</code></td><td>" + html(right) + "</td></tr>\n";
+      table += "<tr><td><code>" + xml_text(left) + "</code></td><td>" + xml_text(right) + "</td></tr>\n";
     table += "</tbody></table></div>\n";
     if (finding.more > 0)
       table += "<p>... and " + std::to_string(finding.more) + " more: <code>bgsim show --stage causality " +
-               html(content.file) + "</code></p>\n";
+               xml_text(content.file) + "</code></p>\n";
     text += folded(capital(finding.heading) + " (" + std::to_string(finding.rows.size() + finding.more) + ")", table,
                    finding.heading.rfind("strokes", 0) != 0);
   }
   const std::vector<std::string> loops = lines_of(describe_loops(model, *stages.system, *stages.order));
-  text += "<p>" + html(capital(loops.front())) + "</p>\n";
-  for (std::size_t i = 1; i < loops.size(); ++i) text += "<p class=\"indented\">" + html(loops[i]) + "</p>\n";
+  text += "<p>" + xml_text(capital(loops.front())) + "</p>\n";
+  for (std::size_t i = 1; i < loops.size(); ++i) text += "<p class=\"indented\">" + xml_text(loops[i]) + "</p>\n";
   return text + kEnd;
 }
 
@@ -114,12 +115,12 @@ std::string parameters_section(const ReportContent& content) {
     for (const ReportedScene& scene : content.scenes) values.push_back(short_number(scene.inputs.parameters[i], 10));
     std::string value = by_scene(content, values);
     if (!model.pool.is_constant(parameter.value))
-      value += " <small>= <code>" + html(to_text(model.pool, parameter.value, name)) + "</code></small>";
-    rows.push_back({"<code>" + html(parameter.name) + "</code>", value, html(parameter.unit), html(parameter.about),
-                    "<code>" + html(file_and_line(model, parameter.place)) + "</code>"});
+      value += " <small>= <code>" + xml_text(to_text(model.pool, parameter.value, name)) + "</code></small>";
+    rows.push_back({"<code>" + xml_text(parameter.name) + "</code>", value, xml_text(parameter.unit),
+                    xml_text(parameter.about), "<code>" + xml_text(file_and_line(model, parameter.place)) + "</code>"});
   }
   std::string text = heading("parameters", "Parameters");
-  if (!model.source.empty()) text += "<p>Source: " + html(model.source) + "</p>\n";
+  if (!model.source.empty()) text += "<p>Source: " + xml_text(model.source) + "</p>\n";
   return text + html_table({"Name", "Value", "Unit", "Meaning", "Given in"}, rows) + kEnd;
 }
 
@@ -129,7 +130,7 @@ std::string equations_section(const ReportContent& content) {
   std::string text = heading("equations", "State equations");
   if (stages.system->states.size() > kMostStates)
     return text + "<p>" + std::to_string(stages.system->states.size()) +
-           " equations are too many to be read here: <code>bgsim equations " + html(content.file) +
+           " equations are too many to be read here: <code>bgsim equations " + xml_text(content.file) +
            "</code> prints them.</p>\n" + kEnd;
   const auto formula = [](const std::string& inside) { return "<math displaystyle=\"true\">" + inside + "</math>"; };
   for (const EquationGroup& group : equations_mathml(*stages.model, *stages.system, *stages.order)) {
@@ -183,7 +184,7 @@ std::string activity_section(const ReportContent& content) {
   std::vector<Cells> rows;
   for (std::size_t i = 0; i < std::min(order.size(), kMostRows); ++i) {
     const Element& element = model.elements[order[i].index()];
-    Cells row{"<code>" + html(element.name) + "</code>", html(kind_text(element.kind, element.modulated))};
+    Cells row{"<code>" + xml_text(element.name) + "</code>", xml_text(kind_text(element.kind, element.modulated))};
     for (const ElementActivity* const activity : by_element[order[i]]) {
       row.push_back(activity != nullptr ? short_number(activity->activity, 4) : "");
       row.push_back(share_bar(activity != nullptr ? activity->share : 0.0));
@@ -242,7 +243,7 @@ const Statistic kStatistics[] = {
 void add_stage_times(std::vector<Cells>& rows, const ReportContent& content) {
   const auto& stages = content.scenes.front().result.report.stage_seconds;
   for (std::size_t i = 0; i < stages.size(); ++i) {
-    Cells row{"Wall time: " + html(stages[i].first)};
+    Cells row{"Wall time: " + xml_text(stages[i].first)};
     for (const ReportedScene& scene : content.scenes)
       row.push_back(short_number(1e3 * scene.result.report.stage_seconds[i].second, 3) + " ms");
     rows.push_back(std::move(row));
@@ -257,15 +258,15 @@ std::string statistics_section(const ReportContent& content) {
   header.insert(header.begin(), "");
   std::vector<Cells> rows;
   for (const Statistic& statistic : kStatistics) {
-    Cells row{html(statistic.name)};
-    for (const ReportedScene& scene : content.scenes) row.push_back(html(statistic.text(scene)));
+    Cells row{xml_text(statistic.name)};
+    for (const ReportedScene& scene : content.scenes) row.push_back(xml_text(statistic.text(scene)));
     rows.push_back(std::move(row));
   }
   add_stage_times(rows, content);
   text += html_table(header, rows);
   for (const ReportedScene& scene : content.scenes)
     for (const std::string& note : scene.result.report.notes)
-      text += "<p class=\"note\"><b>" + html(scene.inputs.scene) + ":</b> " + html(note) + "</p>\n";
+      text += "<p class=\"note\"><b>" + xml_text(scene.inputs.scene) + ":</b> " + xml_text(note) + "</p>\n";
   return text + kEnd;
 }
 
@@ -305,12 +306,13 @@ std::string settings_of(const ReportContent& content, const ReportedScene& scene
 std::string reproduction_section(const ReportContent& content) {
   constexpr std::size_t kLongestSource = 1U << 18U;
   std::string text = heading("reproduce", "How to reproduce it");
-  text += "<p>bgsim " + html(content.version) + ", " + html(content.date) + ":</p>\n<pre tabindex=\"0\">" +
-          html(command_line(content.command)) + "</pre>\n<p>One scene's trace alone, as CSV:</p>\n<pre tabindex=\"0\">";
+  text += "<p>bgsim " + xml_text(content.version) + ", " + xml_text(content.date) + ":</p>\n<pre tabindex=\"0\">" +
+          xml_text(command_line(content.command)) +
+          "</pre>\n<p>One scene's trace alone, as CSV:</p>\n<pre tabindex=\"0\">";
   for (const ReportedScene& scene : content.scenes) {
     std::vector<std::string> words{"bgsim", content.file, "--scene", scene.inputs.scene, "--keep-all"};
     words.insert(words.end(), content.settings.begin(), content.settings.end());
-    text += html(command_line(words)) + "\n";
+    text += xml_text(command_line(words)) + "\n";
   }
   text += "</pre>\n<dl>\n";
   for (const ReportedScene& scene : content.scenes)
@@ -319,7 +321,7 @@ std::string reproduction_section(const ReportContent& content) {
   for (const Document& document : *content.stages.model->sources) {
     const bool whole = document.text().size() <= kLongestSource;
     text += folded(document.path(),
-                   whole ? "<pre tabindex=\"0\">" + html(document.text()) + "</pre>\n"
+                   whole ? "<pre tabindex=\"0\">" + xml_text(document.text()) + "</pre>\n"
                          : "<p>Too long to be shown: " + std::to_string(document.text().size()) + " bytes.</p>\n",
                    false);
   }

@@ -48,19 +48,12 @@ RunOptions parse(const Arguments& arguments) {
   app.footer(kExamples);
   app.add_option("model.json", options.file, "the model")->required();
   app.add_option("--scene", options.scene, "scene to run (default: the model's first)")->type_name("NAME");
-  app.add_option("--set", options.overrides.set, "a parameter or an initial value; may be given again")
-      ->type_name("NAME=EXPR")
-      ->allow_extra_args(false);
-  const CLI::Validator positive = positive_number();
-  app.add_option("--relative", options.overrides.relative, "relative tolerance")->type_name("X")->check(positive);
-  app.add_option("--absolute", options.overrides.absolute, "absolute tolerance of every state")
-      ->type_name("X")
-      ->check(positive);
-  add_method_options(app, options.overrides);
+  add_set_option(app, options.overrides);
+  add_solver_options(app, options.overrides);
   app.add_option("--accuracy", options.accuracy,
                  "error wanted in the outputs, relative to their ranges: the cheapest setting is found, then run")
       ->type_name("X")
-      ->check(positive);
+      ->check(positive_number());
   app.add_option("-o,--output", options.output, "file for the trace, - for standard output (default: NAME.SCENE.csv)")
       ->type_name("FILE");
   app.add_option("--report-json", options.report_json, "also write the report as JSON, - for standard output")

@@ -37,9 +37,7 @@ TradeArguments parse(const Arguments& arguments) {
       "Example: bgsim trade models/bellow.json --scene tracking --accuracy 1e-4");
   app.add_option("model.json", options.file, "the model")->required();
   app.add_option("--scene", options.scene, "scene to measure (default: the model's first)")->type_name("NAME");
-  app.add_option("--set", options.overrides.set, "a parameter or an initial value; may be given again")
-      ->type_name("NAME=EXPR")
-      ->allow_extra_args(false);
+  add_set_option(app, options.overrides);
   app.add_option("--accuracy", options.accuracy,
                  "error wanted in the outputs, relative to their ranges: the cheapest setting that achieves it is told")
       ->type_name("X")

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <vector>
 
+#include "bgsim/xml_text.hpp"
 #include "command.hpp"
 #include "programs.hpp"
 
@@ -96,23 +97,8 @@ std::string script(const Trade& trade, std::optional<std::size_t> picked) {
   return text.str();
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
-}
-
 void html_row(std::ostringstream& page, const TradeRow& row) {
-  const auto cell = [&](const std::string& text) { page << "<td>" << escaped(text) << "</td>"; };
+  const auto cell = [&](const std::string& text) { page << "<td>" << xml_text(text) << "</td>"; };
   const bool known = !row.errors.empty();
   page << (row.pareto ? "<tr class=\"front\">" : row.verdict == TradeVerdict::stable ? "<tr>" : "<tr class=\"bad\">");
   cell(setting_flags(row.setting));
@@ -134,7 +120,7 @@ std::string trade_svg(const Trade& trade, std::optional<std::size_t> picked) {
 
 std::string trade_html(const Trade& trade, const std::string& svg) {
   std::ostringstream page;
-  const std::string title = escaped(trade.model + ", scene " + trade.scene);
+  const std::string title = xml_text(trade.model + ", scene " + trade.scene);
   page << "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>bgsim trade: " << title
        << "</title>\n<style>body{font-family:sans-serif;max-width:75em;margin:2em auto;padding:0 1em}"
           "svg{width:100%;height:auto}table{border-collapse:collapse;font-size:85%}"
@@ -149,8 +135,8 @@ std::string trade_html(const Trade& trade, const std::string& svg) {
        << ". Processor time: median of repeated runs without audit. Bold: on the Pareto front.</p>\n";
   for (const TradeOutput& output : trade.outputs)
     if (!output.judged())
-      page << "<p>" << escaped(output.name) << " is not judged: " << escaped(output.why_not) << ".</p>\n";
-  for (const std::string& note : trade.notes) page << "<p>" << escaped(note) << ".</p>\n";
+      page << "<p>" << xml_text(output.name) << " is not judged: " << xml_text(output.why_not) << ".</p>\n";
+  for (const std::string& note : trade.notes) page << "<p>" << xml_text(note) << ".</p>\n";
   page << "<table><tr><th>setting</th><th>max error</th><th>RMS error</th><th>time in s</th><th>steps</th>"
           "<th>rates</th><th>Jacobians</th><th>factorizations</th><th>energy residual</th><th>stable</th></tr>\n";
   for (const TradeRow& row : trade.rows) html_row(page, row);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "bgsim/xml_text.hpp"
 #include "drawing_scene.hpp"
 
 namespace bgsim {
@@ -50,25 +51,6 @@ constexpr const char* kStyle = R"(
 }
 )";
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else if (c == '"')
-      out += "&quot;";
-    else if (static_cast<unsigned char>(c) >= ' ' || c == '\n' || c == '\t')
-      out += c;
-    else
-      out += ' ';  // XML has no place for other control characters
-  }
-  return out;
-}
-
 /// A coordinate, to a hundredth of a pixel.
 std::string px(double value) {
   std::array<char, 32> text{};
@@ -86,7 +68,7 @@ std::string path(const Curve& line) {
 }
 
 std::string tagged(const char* tag, const std::string& text) {
-  return std::string("<") + tag + ">" + escaped(text) + "</" + tag + ">";
+  return std::string("<") + tag + ">" + xml_text(text) + "</" + tag + ">";
 }
 
 class SvgWriter {
@@ -137,7 +119,7 @@ class SvgWriter {
   }
 
   std::string id(const std::string& what, const std::string& name) const {
-    return " id=\"" + escaped(options_.id_prefix + what + "-" + name) + "\" data-" + what + "=\"" + escaped(name) +
+    return " id=\"" + xml_text(options_.id_prefix + what + "-" + name) + "\" data-" + what + "=\"" + xml_text(name) +
            "\"";
   }
 
@@ -145,12 +127,13 @@ class SvgWriter {
     if (text.text.empty()) return;
     const char* anchor = text.anchor == Anchor::middle ? "middle" : text.anchor == Anchor::start ? "start" : "end";
     out_ += "<text class=\"halo " + css + "\" x=\"" + px(text.at.x) + "\" y=\"" + px(text.at.y) + "\" font-size=\"" +
-            px(text.size) + "\" text-anchor=\"" + anchor + "\">" + escaped(text.text);
+            px(text.size) + "\" text-anchor=\"" + anchor + "\">" + xml_text(text.text);
     if (!text.subscript.empty()) out_ += subscript(text.subscript, text.size, 0.75);
     out_ += "</text>";
   }
   static std::string subscript(const std::string& text, double size, double scale) {
-    return "<tspan dy=\"" + px(0.22 * size) + "\" font-size=\"" + px(scale * size) + "\">" + escaped(text) + "</tspan>";
+    return "<tspan dy=\"" + px(0.22 * size) + "\" font-size=\"" + px(scale * size) + "\">" + xml_text(text) +
+           "</tspan>";
   }
 
   std::string described() const {
@@ -165,8 +148,8 @@ class SvgWriter {
     out_ += "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"bg-drawing\" role=\"img\" aria-labelledby=\"" + prefix +
             "title " + prefix + "desc\" viewBox=\"" + px(all.low) + " " + px(all.width()) + " " + px(all.height()) +
             "\" width=\"" + px(all.width()) + "\" height=\"" + px(all.height()) + "\">\n<title id=\"" + prefix +
-            "title\">" + escaped("Bond graph of " + model_.name) + "</title>\n<desc id=\"" + prefix + "desc\">" +
-            escaped(described()) + "</desc>\n<style>" + kStyle + "</style>\n<rect class=\"paper\" x=\"" +
+            "title\">" + xml_text("Bond graph of " + model_.name) + "</title>\n<desc id=\"" + prefix + "desc\">" +
+            xml_text(described()) + "</desc>\n<style>" + kStyle + "</style>\n<rect class=\"paper\" x=\"" +
             px(all.low.x) + "\" y=\"" + px(all.low.y) + "\" width=\"" + px(all.width()) + "\" height=\"" +
             px(all.height()) + "\"/>\n";
   }
@@ -218,7 +201,7 @@ class SvgWriter {
     const Curve& line = drawn.line;
     const Point along = line.tangent(1.0), across{-along.y, along.x};
     const Point left = line.end - 7.0 * along + 3.2 * across, right = line.end - 7.0 * along - 3.2 * across;
-    out_ += "<g class=\"signal\" data-to=\"" + escaped(model_.elements[drawn.signal.to.index()].name) + "\">" +
+    out_ += "<g class=\"signal\" data-to=\"" + xml_text(model_.elements[drawn.signal.to.index()].name) + "\">" +
             tagged("title", drawn.signal.about) + "<path d=\"" + path(line) + "\"/><path d=\"M" + px(left) + "L" +
             px(line.end) + "L" + px(right) + "\"/>";
     if (drawn.label) write_text(*drawn.label, "signal-name");
@@ -236,7 +219,7 @@ class SvgWriter {
             "<rect class=\"mark\" x=\"" + px(disc.low.x) + "\" y=\"" + px(disc.low.y) + "\" width=\"" +
             px(disc.width()) + "\" height=\"" + px(disc.height()) + "\" rx=\"" + px(disc.height() / 2) +
             "\"/><text class=\"letter\" x=\"" + px(drawn.at.x) + "\" y=\"" + px(drawn.at.y + 0.355 * kLetterSize) +
-            "\" font-size=\"" + px(kLetterSize) + "\" text-anchor=\"middle\">" + escaped(drawn.letters.base);
+            "\" font-size=\"" + px(kLetterSize) + "\" text-anchor=\"middle\">" + xml_text(drawn.letters.base);
     if (!drawn.letters.subscript.empty()) out_ += subscript(drawn.letters.subscript, kLetterSize, 0.7);
     out_ += "</text>";
     write_text(drawn.name, "name");
@@ -249,7 +232,7 @@ class SvgWriter {
     const Point at{scene_.bounds.low.x + 14.0, scene_.bounds.high.y + legend_height_ + 8.0};
     text += "<g class=\"" + css + "\" transform=\"translate(" + px(at.x) + "," + px(at.y) + ")\">" + sample +
             "</g><text class=\"name\" x=\"" + px(at.x + 40.0) + "\" y=\"" + px(at.y + 4.0) + "\" font-size=\"11.5\">" +
-            escaped(words) + "</text>\n";
+            xml_text(words) + "</text>\n";
     legend_height_ += 19.0;
     legend_width_ = std::max(legend_width_, 70.0 + text_width(words, 11.5));
   }

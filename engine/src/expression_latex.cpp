@@ -1,8 +1,5 @@
-#include <array>
-
 #include "bgsim/expression.hpp"
-#include "expression_graph.hpp"
-#include "expression_layout.hpp"
+#include "typeset.hpp"
 
 namespace bgsim {
 
@@ -37,11 +34,7 @@ std::string number_latex(double value) {
   return mantissa + " \\cdot " + power;
 }
 
-/// How a function is written around its arguments.
-struct Form {
-  std::string_view before, between, after;
-};
-Form form_of(Op op) {
+TypesetForm function_latex(Op op) {
   switch (op) {
     case Op::abs:
       return {"\\left|", "", "\\right|"};
@@ -84,8 +77,12 @@ Form form_of(Op op) {
     case Op::div:
       return {"\\frac{", "}{", "}"};
     default:
-      return {"", ", ", "\\right)"};
+      return {"\\operatorname{" + std::string(name_of(op)) + "}\\left(", ", ", "\\right)"};
   }
+}
+
+TypesetForm table_latex(const std::string& column, std::size_t derivatives) {
+  return {word_latex(column) + std::string(derivatives, '\'') + "\\left(", ", ", "\\right)"};
 }
 
 std::string_view sign_latex(Op op) {
@@ -115,120 +112,25 @@ std::string_view sign_latex(Op op) {
   }
 }
 
-class LatexWriter : public ExpressionWriter {
- public:
-  using ExpressionWriter::ExpressionWriter;
-
- private:
-  using ExpressionWriter::push;
-
-  void begin(ExprId id, Binding least) override {
-    const ExprNode& node = pool_[id];
-    const Binding own = typeset_binding(node);
-    if (own < least) {
-      text_ += "\\left(";
-      push("\\right)");
-    }
-    const ExprId a(node.a), b(node.b), c(node.c);
-    switch (node.op) {
-      case Op::constant:
-        text_ += number_latex(node.constant);
-        return;
-      case Op::symbol:
-        text_ += name_latex(name_(SymbolId(node.a)));
-        return;
-      case Op::neg:
-        text_ += "-";
-        push(a, Binding::product);
-        return;
-      case Op::logical_not:
-        text_ += "\\lnot ";
-        push(a, Binding::atom);
-        return;
-      case Op::pow:
-        push("}");
-        push(b, Binding::none);
-        push("^{");
-        push(a, Binding::atom);
-        return;
-      case Op::mul:
-        product(id);
-        return;
-      case Op::select:
-        push("\\begin{cases} ", b, " & \\text{if } ", a, " \\\\ ", c, " & \\text{otherwise} \\end{cases}");
-        return;
-      case Op::der:
-        if (pool_.is_symbol(a)) {
-          text_ += "\\dot{";
-          push("}");
-          push(a, Binding::none);
-          return;
-        }
-        function(node);
-        return;
-      default:
-        if (own == Binding::sum || is_logical(node.op))
-          binary(id, own);
-        else
-          function(node);
-    }
-  }
-
-  void push(std::string_view s0, ExprId x0, std::string_view s1, ExprId x1, std::string_view s2, ExprId x2,
-            std::string_view s3) {
-    push(s3);
-    push(x2, Binding::none);
-    push(s2);
-    push(x1, Binding::none);
-    push(s1);
-    push(x0, Binding::none);
-    push(s0);
-  }
-
-  void binary(ExprId id, Binding own) {
-    const auto [left, right] = written_order(pool_, id);
-    push(right, stronger(own));
-    push(sign_latex(pool_[id].op));
-    push(left, own == Binding::comparison ? Binding::sum : own);
-  }
-
-  void product(ExprId id) {
-    const auto [left, right] = written_order(pool_, id);
-    // Before a factor that begins with a digit a thin space would be misread.
-    const bool digits =
-        pool_.is_constant(right) || (pool_[right].op == Op::pow && pool_.is_constant(ExprId(pool_[right].a)));
-    const bool gather = pool_.is_constant(left) && pool_[right].op == Op::mul;
-    push(right, gather ? Binding::product : Binding::power);
-    push(digits ? " \\cdot " : " \\, ");
-    push(left, Binding::product);
-  }
-
-  void function(const ExprNode& node) {
-    const Form form = form_of(node.op);
-    if (is_table(node.op)) {
-      const std::string primes(static_cast<std::size_t>(node.op) - static_cast<std::size_t>(Op::table), '\'');
-      text_ += word_latex(pool_.tables()[node.b].column) + primes + "\\left(";
-    } else if (form.before.empty()) {
-      text_ += "\\operatorname{" + std::string(name_of(node.op)) + "}\\left(";
-    } else {
-      text_ += form.before;
-    }
-    push(form.after);
-    std::array<ExprId, 3> arguments;
-    std::size_t n = 0;
-    for_each_argument(node, [&](ExprId a) { arguments[n++] = a; });
-    while (n-- > 0) {
-      push(arguments[n], Binding::none);
-      if (n > 0) push(form.between);
-    }
-  }
-};
+constexpr Typesetting kLatex{"\\left(",
+                             "\\right)",
+                             "-",
+                             "\\lnot ",
+                             " \\cdot ",
+                             " \\, ",
+                             {"", "^{", "}"},
+                             {"\\begin{cases} ", " & \\text{if } ", " \\\\ ", " & \\text{otherwise} \\end{cases}"},
+                             number_latex,
+                             name_latex,
+                             sign_latex,
+                             function_latex,
+                             table_latex};
 
 }  // namespace
 
 std::string to_latex(const ExprPool& pool, ExprId root, const SymbolName& name) {
   check_written_size(pool, root);
-  return LatexWriter(pool, name).write(root);
+  return typeset(pool, root, name, kLatex);
 }
 
 }  // namespace bgsim

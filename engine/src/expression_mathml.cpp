@@ -1,9 +1,8 @@
 #include <algorithm>
-#include <array>
 
 #include "bgsim/expression.hpp"
-#include "expression_graph.hpp"
-#include "expression_layout.hpp"
+#include "bgsim/xml_text.hpp"
+#include "typeset.hpp"
 
 namespace bgsim {
 
@@ -11,19 +10,6 @@ namespace {
 
 constexpr std::string_view kOpen = "<mrow><mo>(</mo>", kClose = "<mo>)</mo></mrow>";
 constexpr std::string_view kMinusPrefix = "<mo form=\"prefix\">\u2212</mo>";
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else
-      result += c;
-  }
-  return result;
-}
 
 std::string number_element(std::string_view digits) {
   if (!digits.empty() && digits.front() == '-')
@@ -35,7 +21,7 @@ std::string number_element(std::string_view digits) {
 std::string word_element(const std::string& word) {
   if (const std::string_view greek = greek_letter(word); !greek.empty()) return "<mi>" + std::string(greek) + "</mi>";
   if (is_number_word(word)) return number_element(word);
-  return "<mi>" + escaped(word) + "</mi>";
+  return "<mi>" + xml_text(word) + "</mi>";
 }
 
 /// "packet.wall.q" is q with the index packet.wall; a derivative has its dot over the letter.
@@ -60,21 +46,16 @@ std::string value_element(double value) {
   return "<mrow>" + number_element(mantissa) + "<mo>\u00b7</mo>" + power + "</mrow>";
 }
 
-/// How a function is written around its arguments.
-struct Form {
-  std::string before, between, after;
-};
-
-Form named_function(const std::string& name) {
+TypesetForm named_function(const std::string& name) {
   return {"<mrow>" + name + "<mo>\u2061</mo>" + std::string(kOpen), "<mo>,</mo>", std::string(kClose) + "</mrow>"};
 }
 
-Form fenced(const std::string& left, const std::string& right) {
+TypesetForm fenced(const std::string& left, const std::string& right) {
   return {"<mrow><mo form=\"prefix\" stretchy=\"true\">" + left + "</mo>", "",
           "<mo form=\"postfix\" stretchy=\"true\">" + right + "</mo></mrow>"};
 }
 
-Form form_of(Op op) {
+TypesetForm function_element(Op op) {
   switch (op) {
     case Op::abs:
       return fenced("|", "|");
@@ -132,108 +113,27 @@ std::string_view sign_element(Op op) {
   }
 }
 
-class MathmlWriter : public ExpressionWriter {
- public:
-  using ExpressionWriter::ExpressionWriter;
+TypesetForm table_element(const std::string& column, std::size_t derivatives) {
+  std::string name = xml_text(column);
+  for (std::size_t i = 0; i < derivatives; ++i) name += "\u2032";
+  return named_function("<mi>" + name + "</mi>");
+}
 
- private:
-  void begin(ExprId id, Binding least) override {
-    const ExprNode& node = pool_[id];
-    const Binding own = typeset_binding(node);
-    if (own < least) {
-      text_ += kOpen;
-      push(kClose);
-    }
-    const ExprId a(node.a);
-    switch (node.op) {
-      case Op::constant:
-        text_ += value_element(node.constant);
-        return;
-      case Op::symbol:
-        text_ += name_element(name_(SymbolId(node.a)));
-        return;
-      case Op::neg:
-        text_ += kMinusPrefix;
-        push(a, Binding::product);
-        return;
-      case Op::logical_not:
-        text_ += "<mo form=\"prefix\">\u00ac</mo>";
-        push(a, Binding::atom);
-        return;
-      case Op::pow:
-        text_ += "<msup><mrow>";
-        push("</mrow></msup>");
-        push(ExprId(node.b), Binding::none);
-        push("</mrow><mrow>");
-        push(a, Binding::atom);
-        return;
-      case Op::mul:
-        product(id);
-        return;
-      case Op::select:
-        cases(node);
-        return;
-      case Op::der:
-        if (pool_.is_symbol(a))
-          text_ += name_element("der(" + name_(pool_.symbol_of(a)) + ")");
-        else
-          function(node);
-        return;
-      default:
-        if (own == Binding::sum || is_logical(node.op))
-          binary(id, own);
-        else
-          function(node);
-    }
-  }
-
-  void cases(const ExprNode& node) {
-    text_ += "<mrow><mo form=\"prefix\" stretchy=\"true\">{</mo><mtable class=\"cases\"><mtr><mtd>";
-    push("</mtd><mtd><mtext>otherwise</mtext></mtd></mtr></mtable></mrow>");
-    push(ExprId(node.c), Binding::none);
-    push("</mtd></mtr><mtr><mtd>");
-    push(ExprId(node.a), Binding::none);
-    push("</mtd><mtd><mtext>if\u00a0</mtext>");
-    push(ExprId(node.b), Binding::none);
-  }
-
-  void binary(ExprId id, Binding own) {
-    const auto [left, right] = written_order(pool_, id);
-    push(right, stronger(own));
-    push(sign_element(pool_[id].op));
-    push(left, own == Binding::comparison ? Binding::sum : own);
-  }
-
-  void product(ExprId id) {
-    const auto [left, right] = written_order(pool_, id);
-    // Before a factor that begins with a digit a thin space would be misread.
-    const bool digits =
-        pool_.is_constant(right) || (pool_[right].op == Op::pow && pool_.is_constant(ExprId(pool_[right].a)));
-    const bool gather = pool_.is_constant(left) && pool_[right].op == Op::mul;
-    push(right, gather ? Binding::product : Binding::power);
-    push(digits ? "<mo>\u00b7</mo>" : "<mo>\u2062</mo><mspace width=\"0.17em\"/>");
-    push(left, Binding::product);
-  }
-
-  void function(const ExprNode& node) {
-    Form form = form_of(node.op);
-    if (is_table(node.op)) {
-      const auto order = static_cast<std::size_t>(node.op) - static_cast<std::size_t>(Op::table);
-      std::string name = escaped(pool_.tables()[node.b].column);
-      for (std::size_t i = 0; i < order; ++i) name += "\u2032";
-      form = named_function("<mi>" + name + "</mi>");
-    }
-    text_ += form.before;
-    push(form.after);
-    std::array<ExprId, 3> arguments;
-    std::size_t n = 0;
-    for_each_argument(node, [&](ExprId argument) { arguments[n++] = argument; });
-    while (n-- > 0) {
-      push(arguments[n], Binding::none);
-      if (n > 0) push(form.between);
-    }
-  }
-};
+constexpr Typesetting kMathml{kOpen,
+                              kClose,
+                              kMinusPrefix,
+                              "<mo form=\"prefix\">\u00ac</mo>",
+                              "<mo>\u00b7</mo>",
+                              "<mo>\u2062</mo><mspace width=\"0.17em\"/>",
+                              {"<msup><mrow>", "</mrow><mrow>", "</mrow></msup>"},
+                              {"<mrow><mo form=\"prefix\" stretchy=\"true\">{</mo><mtable class=\"cases\"><mtr><mtd>",
+                               "</mtd><mtd><mtext>if\u00a0</mtext>", "</mtd></mtr><mtr><mtd>",
+                               "</mtd><mtd><mtext>otherwise</mtext></mtd></mtr></mtable></mrow>"},
+                              value_element,
+                              name_element,
+                              sign_element,
+                              function_element,
+                              table_element};
 
 }  // namespace
 
@@ -242,7 +142,7 @@ std::vector<std::string> to_mathml(const ExprPool& pool, ExprId root, const Symb
   std::vector<std::string> terms;
   const auto add = [&](ExprId term, Op sign) {
     const Binding least = sign != Op::constant ? stronger(Binding::sum) : terms.empty() ? Binding::none : Binding::sum;
-    const std::string text = MathmlWriter(pool, name).write(term, least);
+    const std::string text = typeset(pool, term, name, kMathml, least);
     terms.push_back("<mrow>" + std::string(sign_element(sign)) + text + "</mrow>");
   };
   while (pool[root].op == Op::add || pool[root].op == Op::sub) {

@@ -14,9 +14,9 @@ namespace bgsim {
 
 class Integrator {
  public:
-  struct Counts {
-    std::uint64_t steps = 0, rates = 0, jacobians = 0, factorizations = 0, iterations = 0, error_failures = 0,
-                  convergence_failures = 0;
+  struct Counts {  // in SUNDIALS' own type, which its functions write to
+    long steps = 0, rates = 0, jacobians = 0, factorizations = 0, iterations = 0, error_failures = 0,
+         convergence_failures = 0;
     Counts& operator+=(const Counts& other);
   };
 

@@ -203,25 +203,18 @@ class ArkodeIntegrator final : public OdeIntegrator {
   [[nodiscard]] Counts since_restart() const {
     Counts counts;
     if (!initialized_) return counts;
-    long steps = 0, expl = 0, impl = 0, setups = 0, error_failures = 0, jacobians = 0, iterations = 0, failures = 0;
     void* memory = arkode_.get();
-    ARKStepGetNumSteps(memory, &steps);
+    long expl = 0, impl = 0;
+    ARKStepGetNumSteps(memory, &counts.steps);
     ARKStepGetNumRhsEvals(memory, &expl, &impl);
-    ARKStepGetNumErrTestFails(memory, &error_failures);
+    counts.rates = expl + impl;
+    ARKStepGetNumErrTestFails(memory, &counts.error_failures);
     if (facts_.implicit()) {
-      ARKStepGetNumLinSolvSetups(memory, &setups);
-      ARKStepGetNumJacEvals(memory, &jacobians);
-      ARKStepGetNumNonlinSolvIters(memory, &iterations);
-      ARKStepGetNumStepSolveFails(memory, &failures);
+      ARKStepGetNumLinSolvSetups(memory, &counts.factorizations);
+      ARKStepGetNumJacEvals(memory, &counts.jacobians);
+      ARKStepGetNumNonlinSolvIters(memory, &counts.iterations);
+      ARKStepGetNumStepSolveFails(memory, &counts.convergence_failures);
     }
-    const auto count = [](long n) { return static_cast<std::uint64_t>(n); };
-    counts.steps = count(steps);
-    counts.rates = count(expl + impl);
-    counts.jacobians = count(jacobians);
-    counts.factorizations = count(setups);
-    counts.iterations = count(iterations);
-    counts.error_failures = count(error_failures);
-    counts.convergence_failures = count(failures);
     return counts;
   }
 

@@ -205,22 +205,14 @@ class IdaIntegrator final : public Integrator {
   [[nodiscard]] Counts since_restart() const {
     Counts counts;
     if (!initialized_) return counts;
-    long steps = 0, residuals = 0, setups = 0, error_failures = 0, jacobians = 0, iterations = 0, failures = 0;
-    IDAGetNumSteps(ida_.get(), &steps);
-    IDAGetNumResEvals(ida_.get(), &residuals);
-    IDAGetNumLinSolvSetups(ida_.get(), &setups);
-    IDAGetNumErrTestFails(ida_.get(), &error_failures);
-    IDAGetNumJacEvals(ida_.get(), &jacobians);
-    IDAGetNumNonlinSolvIters(ida_.get(), &iterations);
-    IDAGetNumStepSolveFails(ida_.get(), &failures);
-    const auto count = [](long n) { return static_cast<std::uint64_t>(n); };
-    counts.steps = count(steps);
-    counts.rates = count(residuals);
-    counts.jacobians = count(jacobians);
-    counts.factorizations = count(setups);
-    counts.iterations = count(iterations);
-    counts.error_failures = count(error_failures);
-    counts.convergence_failures = count(failures);
+    void* memory = ida_.get();
+    IDAGetNumSteps(memory, &counts.steps);
+    IDAGetNumResEvals(memory, &counts.rates);
+    IDAGetNumLinSolvSetups(memory, &counts.factorizations);
+    IDAGetNumErrTestFails(memory, &counts.error_failures);
+    IDAGetNumJacEvals(memory, &counts.jacobians);
+    IDAGetNumNonlinSolvIters(memory, &counts.iterations);
+    IDAGetNumStepSolveFails(memory, &counts.convergence_failures);
     return counts;
   }
 

@@ -61,8 +61,7 @@ class Run {
   bool integrate_to(double limit);
   bool after_step();
   bool take_time_event();
-  std::optional<std::size_t> too_fast_state();
-  [[nodiscard]] Diagnostic too_fast_failure(std::size_t state) const;
+  std::optional<Diagnostic> too_fast_state();
   bool take_state_event();
   bool step_is_vital();
   bool limit_order();
@@ -112,7 +111,6 @@ class Run {
   SourcePlan sources_;
   double strayed_at_ = 0.0;  ///< where a step last had to be made again for a loop's sake
   int strayed_ = 0;          ///< how often there
-  double fastest_ = 0.0;     ///< time constant of the state that is too fast
   std::optional<SpentMode> spent_;
   double looked_at_time_ = 0.0;  ///< at the modes
   double integration_seconds_ = 0.0, output_seconds_ = 0.0, audit_seconds_ = 0.0;
@@ -217,7 +215,7 @@ bool Run::integrate() {
   if (!emit_at(t_, x_.data())) return false;
   if (!(inputs_.stop > t_)) return true;
   if (!choose_integrator()) return false;
-  if (const auto state = too_fast_state()) return fail(too_fast_failure(*state));
+  if (auto failure = too_fast_state()) return fail(std::move(*failure));
   sources_ = plan_sources(program_, inputs_.parameters, t_, inputs_.stop);
   if (sources_.longest_step > 0.0) integrator_->limit_step(sources_.longest_step);
   tolerances_.know_edges(sources_.edges);
@@ -239,26 +237,21 @@ bool Run::integrate() {
   return true;
 }
 
-/// The state whose time constant is so far below the scene that the integrator's squares overflow.
-std::optional<std::size_t> Run::too_fast_state() {
+/// What is wrong with a state whose time constant is so far below the scene that the integrator's squares overflow.
+std::optional<Diagnostic> Run::too_fast_state() {
   constexpr double kFastest = 1e70;
   if (implicit_) return std::nullopt;
   const Sparsity& pattern = program_.jacobian_pattern;
+  const double span = inputs_.stop - inputs_.start;
   std::vector<double> entries(pattern.row.size());
   if (!evaluator_.jacobian(t_, x_.data(), entries.data())) return std::nullopt;
   for (std::size_t column = 0; column < pattern.size; ++column)
     for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
          k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
-      if (static_cast<std::size_t>(pattern.row[k]) == column && std::abs(entries[k]) * (inputs_.stop - t_) > kFastest) {
-        fastest_ = 1.0 / std::abs(entries[k]);
-        return column;
-      }
+      if (static_cast<std::size_t>(pattern.row[k]) == column && std::abs(entries[k]) * span > kFastest)
+        return time_constant_failure(program_.state_names[column], 1.0 / std::abs(entries[k]), span,
+                                     model_.elements[system_.states[column].element.index()].place);
   return std::nullopt;
-}
-
-Diagnostic Run::too_fast_failure(std::size_t state) const {
-  return time_constant_failure(program_.state_names[state], fastest_, inputs_.stop - inputs_.start,
-                               model_.elements[system_.states[state].element.index()].place);
 }
 
 /// Modes beyond a known time. False where it is one at which a law divides by zero.
@@ -352,9 +345,9 @@ bool Run::after_step() {
 /// integrator has to start again. Looked at seldom: what it costs must not show in a run.
 bool Run::limit_order() {
   constexpr std::uint64_t kFirst = 100, kMostBetween = 1000;
-  if (steps_ < looked_at_step_ + kFirst) return false;
-  const double step = (t_ - looked_at_time_) / static_cast<double>(steps_ - looked_at_step_);
-  if (steps_ < looked_at_step_ + std::min(looked_at_step_, kMostBetween)) return false;
+  const std::uint64_t since = steps_ - looked_at_step_;
+  if (since < std::clamp(looked_at_step_, kFirst, kMostBetween)) return false;
+  const double step = (t_ - looked_at_time_) / static_cast<double>(since);
   looked_at_step_ = steps_;
   looked_at_time_ = t_;
   const bool bdf = inputs_.method == Method::automatic || inputs_.method == Method::bdf;
@@ -557,13 +550,14 @@ void Run::report() {
     report.method = integrator_->method();
     if (spent_) report.method_reason += "; " + spent_mode_words(*spent_);
     const Integrator::Counts counts = integrator_->counts();
-    report.steps = counts.steps;
-    report.rate_evaluations = counts.rates;
-    report.jacobian_evaluations = counts.jacobians;
-    report.factorizations = counts.factorizations;
-    report.nonlinear_iterations = counts.iterations;
-    report.error_test_failures = counts.error_failures;
-    report.convergence_failures = counts.convergence_failures;
+    const auto number = [](long n) { return static_cast<std::uint64_t>(n); };
+    report.steps = number(counts.steps);
+    report.rate_evaluations = number(counts.rates);
+    report.jacobian_evaluations = number(counts.jacobians);
+    report.factorizations = number(counts.factorizations);
+    report.nonlinear_iterations = number(counts.iterations);
+    report.error_test_failures = number(counts.error_failures);
+    report.convergence_failures = number(counts.convergence_failures);
     for (std::size_t i = 0; i < x_.size(); ++i)
       report.absolute.emplace_back(program_.state_names[i], tolerances_.absolute(i));
     note(quiet_states_note(tolerances_, program_.state_names));

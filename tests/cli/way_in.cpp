@@ -81,7 +81,6 @@ printf '%s\n' "${COMPREPLY[@]}"
   };
   CHECK(complete("equa").find("\nequations\n") != std::string::npos);
   CHECK(complete("mech").find("\nmechanical.json\n") != std::string::npos);
-  CHECK(complete("check --f").find("--") == std::string::npos);
   CHECK(complete("equations --la").find("\n--latex\n") != std::string::npos);
   CHECK(complete("mechanical.json --scene so").find("\nsoft\n") != std::string::npos);
   CHECK(complete("explain BG30").find("\nBG301\n") != std::string::npos);

@@ -29,4 +29,5 @@
 #include "bgsim/trade.hpp"
 #include "bgsim/unit.hpp"
 #include "bgsim/verify.hpp"
+#include "bgsim/xml_text.hpp"
 // IWYU pragma: end_exports
