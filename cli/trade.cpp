@@ -30,6 +30,7 @@ struct TradeArguments {
 
 TradeArguments parse(const Arguments& arguments) {
   TradeArguments options;
+  options.how.budget = 120.0;  // what a whole table of a seed model takes
   CLI::App app("Runs a scene with every method over its tolerances or steps, and tells error and cost of each.",
                "bgsim trade");
   app.footer(
@@ -42,7 +43,7 @@ TradeArguments parse(const Arguments& arguments) {
                  "error wanted in the outputs, relative to their ranges: the cheapest setting that achieves it is told")
       ->type_name("X")
       ->check(positive_number());
-  app.add_option("--budget", options.how.budget, "processor time for the whole in seconds, roughly (default: 60)")
+  app.add_option("--budget", options.how.budget, "processor time for the whole in seconds, roughly (default: 120)")
       ->type_name("S")
       ->check(positive_number());
   app.add_option("-o,--output", options.base, "what the files are named after (default: NAME.SCENE.trade)")
@@ -89,7 +90,7 @@ std::optional<std::size_t> tell_pick(const Trade& trade, double accuracy) {
   const auto row = pick_row(trade, accuracy);
   if (!row) {
     std::cerr << "bgsim: no setting of the table reaches the accuracy " << text(accuracy, "%.3g")
-              << (3.0 * trade.reference.error > accuracy ? ": the reference itself is not that exact" : "") << '\n';
+              << (trade.reference.tells(accuracy, 3.0) ? "" : ": the reference itself is not that exact") << '\n';
     return row;
   }
   const TradeRow& picked = trade.rows[*row];

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 #include "failures.hpp"
 #include "separability.hpp"
@@ -16,19 +18,25 @@ namespace {
 
 constexpr double kReferenceTolerance = 1e-11, kReferenceWanted = 1e-9;
 /// Tolerances of error-controlled methods.
-constexpr std::array<double, 8> kTolerances{1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9};
+constexpr std::array<double, 11> kTolerances{1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12};
 /// Steps of one length: the scene in 100 to 1e7 of them.
 constexpr double kFewestSteps = 100.0, kMostSteps = 1e7, kMoreSteps = 3.1622776601683795;
 /// An error beyond so many ranges of the output is no inaccuracy but a solution that runs away.
 constexpr double kRunaway = 10.0;
 /// Errors nearer to the reference's own are not told apart any more.
 constexpr double kToldApart = 3.0;
+/// Nobody asks for an accuracy looser than this.
+constexpr double kOfUse = 1e-2;
+/// Settings are worth running to their end if they cost no more than so many times one that is asked for.
+constexpr double kAsGood = 2.0;
 
 /// A curve of the picture: one method.
 struct Ladder {
   TradeSetting setting;
   bool over = false;  ///< nothing beyond here is worth running
   double next_steps = kFewestSteps;
+  double below = 1.0;  ///< tolerances from here on have been run or passed over
+  double error = 0.0;  ///< of the last row; 0: not known
 };
 
 std::vector<Ladder> ladders(const Program& program) {
@@ -70,19 +78,29 @@ class TradeTable {
   Trade fill(std::vector<Ladder> all) {
     // Loose before tight, so that a budget that runs out leaves every curve with its cheap end.
     const double begin = thread_seconds();
-    for (const TradeSetting& setting : options_.also) trade_.rows.push_back(measure(setting));
+    std::string unfinished;
+    for (const TradeSetting& setting : options_.also) {
+      const double limit = std::exchange(limit_, std::numeric_limits<double>::infinity());
+      trade_.rows.push_back(measure(setting));
+      // What is as good may cost as much.
+      limit_ = std::max(limit, kAsGood * trade_.rows.back().cpu_seconds);
+    }
     for (bool more = true; more && !runs_.ended();) {
       more = false;
       for (Ladder& ladder : all) {
         if (ladder.over || runs_.ended()) continue;
         if (thread_seconds() - begin > options_.budget) {
-          note_end(ladder);
+          ladder.over = true;
+          unfinished += (unfinished.empty() ? "" : ", ") + curve_name(ladder.setting);
           continue;
         }
         climb(ladder);
         more = more || !ladder.over;
       }
     }
+    if (!unfinished.empty())
+      trade_.notes.push_back("the budget of " + number_text(options_.budget, 3) +
+                             " s was spent before these came to their tight ends: " + unfinished);
     sort();
     mark_pareto();
     return std::move(trade_);
@@ -96,15 +114,17 @@ class TradeTable {
       setting.step = span_ / ladder.next_steps;
       ladder.next_steps *= kMoreSteps;
     } else {
-      const auto next = std::find_if(kTolerances.begin(), kTolerances.end(),
-                                     [&](double t) { return setting.relative == 0.0 || t < 0.99 * setting.relative; });
-      setting.relative = *next;
+      // Errors fall in proportion to the tolerance at best: what would be of no use all the same is passed over.
+      const double below = std::min(0.99, kOfUse / ladder.error) * ladder.below;
+      const auto next = std::find_if(kTolerances.begin(), kTolerances.end() - 1, [&](double t) { return t <= below; });
+      setting.relative = ladder.below = *next;
     }
     const TradeRow row = measure(setting);
     const bool last = fixed ? ladder.next_steps > kMostSteps : setting.relative == kTolerances.back();
     const bool exact =
         row.verdict == TradeVerdict::stable && row.max_error < kToldApart * std::max(trade_.reference.error, 1e-12);
     const bool hopeless = row.verdict == TradeVerdict::failed && !fixed;
+    ladder.error = row.whole() ? row.max_error : 0.0;
     ladder.over = last || exact || hopeless || row.verdict == TradeVerdict::too_costly;
     trade_.rows.push_back(row);
   }
@@ -184,11 +204,6 @@ class TradeTable {
     return text;
   }
 
-  void note_end(Ladder& ladder) {
-    ladder.over = true;
-    trade_.notes.push_back("the budget was spent before " + curve_name(ladder.setting) + " came to its end");
-  }
-
   /// By curve, each from its cheap to its exact end.
   void sort() {
     std::stable_sort(trade_.rows.begin(), trade_.rows.end(), [](const TradeRow& a, const TradeRow& b) {
@@ -241,7 +256,7 @@ Trade measure_trade(const Model& model, const EquationSystem& system, const Prog
 }
 
 std::optional<std::size_t> pick_row(const Trade& trade, double accuracy) {
-  if (kToldApart * trade.reference.error > accuracy) return std::nullopt;
+  if (!trade.reference.tells(accuracy, kToldApart)) return std::nullopt;
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < trade.rows.size(); ++i) {
     const TradeRow& row = trade.rows[i];

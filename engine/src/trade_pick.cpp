@@ -60,7 +60,7 @@ class Search {
     // Half of what the error may be: the reference's part is known to that.
     reference_ = find_reference(runs_, std::max(kReferenceTolerance * accuracy, 1e-12), kReferenceWanted * accuracy,
                                 options.budget);
-    if (reference_.facts.error > accuracy / 2.0) fail_for_reference();
+    if (!reference_.facts.tells(accuracy, 2.0)) fail_for_reference();
   }
 
   TradePick find() {
@@ -143,12 +143,17 @@ class Search {
   [[noreturn]] void fail_for_reference() const {
     Diagnostic diagnostic;
     diagnostic.code = "BG612";
-    diagnostic.situation = "the accuracy " + number_text(accuracy_, 3) + " cannot be told: the best reference, " +
-                           setting_flags(reference_.facts.setting) + ", differs from " +
-                           setting_flags(reference_.facts.second) + " by " + number_text(reference_.facts.error, 2);
+    const TradeReference& facts = reference_.facts;
+    const bool unresolved = !facts.unresolved.empty();
+    diagnostic.situation =
+        "the accuracy " + number_text(accuracy_, 3) + " cannot be told: the best reference, " +
+        setting_flags(facts.setting) + ", differs from " + setting_flags(facts.second) + " by " +
+        (unresolved ? "as much as \"" + facts.unresolved + "\" varies" : number_text(facts.error, 2));
     diagnostic.rule = "what is measured must be larger than what it is measured with";
-    diagnostic.help = "ask for an accuracy above " + number_text(2.0 * reference_.facts.error, 1) +
-                      "; where a solution is unstable in itself no method follows it for long";
+    diagnostic.help =
+        (unresolved ? "bgsim trade takes a larger --budget, with which a tighter reference comes to its end"
+                    : "ask for an accuracy above " + number_text(2.0 * facts.error, 1)) +
+        std::string("; where a solution is unstable in itself no method follows it for long");
     throw TradeFailure(std::move(diagnostic));
   }
 
@@ -159,7 +164,8 @@ class Search {
                            (std::isfinite(least_error_) ? "; the best came to " + number_text(least_error_, 2) : "");
     diagnostic.rule = "a setting is accepted if its outputs are within the accuracy at and between the output times";
     diagnostic.help =
-        "give a larger --budget; remove absolute tolerances from the scene, which bound what a relative one can do";
+        "bgsim trade takes a larger --budget; remove absolute tolerances from the scene, which bound what a relative "
+        "one can do";
     throw TradeFailure(std::move(diagnostic));
   }
 

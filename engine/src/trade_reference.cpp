@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "failures.hpp"
 #include "spectrum.hpp"
@@ -17,6 +18,9 @@ constexpr double kNoise = 10.0;
 /// Part of an output's magnitude that two tight runs always agree to, so that a constant is not judged by its last
 /// bits.
 constexpr double kConstant = 1e-9;
+/// At this tolerance and below, an output that is not above the noise is taken for zero. At a looser one it may as well
+/// be an output that the runs are far from.
+constexpr double kTellsZero = 1.1e-11;
 
 struct Candidate {
   TradeSetting setting;
@@ -83,6 +87,15 @@ struct Best {
   double error = std::numeric_limits<double>::infinity();
   std::size_t first = 0, second = 0;
   std::vector<TradeOutput> outputs;
+  /// Number of outputs that move, but not above the noise: another pair may tell them.
+  [[nodiscard]] auto noisy() const {
+    return std::count_if(outputs.begin(), outputs.end(),
+                         [](const TradeOutput& output) { return !output.judged() && output.range > 0.0; });
+  }
+  [[nodiscard]] bool better_than(const Best& other) const {
+    return other.outputs.empty() || std::pair(noisy(), error) < std::pair(other.noisy(), other.error);
+  }
+  [[nodiscard]] bool good_enough(double wanted) const { return !outputs.empty() && noisy() == 0 && error <= wanted; }
 };
 
 /// The two that agree best. Of the two the one with the smaller distance to a third is not known; the first that ended
@@ -92,9 +105,9 @@ Best best_pair(const std::vector<Candidate>& candidates) {
   for (std::size_t a = 0; a < candidates.size(); ++a)
     for (std::size_t b = a + 1; b < candidates.size(); ++b) {
       if (!candidates[a].finished || !candidates[b].finished) continue;
-      std::vector<TradeOutput> outputs;
-      const double error = compare(candidates[a].run.result.trace, candidates[b].run.result.trace, outputs);
-      if (error < best.error || best.outputs.empty()) best = {error, a, b, std::move(outputs)};
+      Best pair{0.0, a, b, {}};
+      pair.error = compare(candidates[a].run.result.trace, candidates[b].run.result.trace, pair.outputs);
+      if (pair.better_than(best)) best = std::move(pair);
     }
   return best;
 }
@@ -129,7 +142,7 @@ bool extend(TradeRuns& runs, Attempt& attempt, double limit, double wanted) {
     }
     candidate.run = std::move(run);
     attempt.best = best_pair(attempt.candidates);
-    if (attempt.found() && attempt.best.error <= wanted) return true;
+    if (attempt.best.good_enough(wanted)) return true;
   }
   return false;
 }
@@ -142,7 +155,7 @@ Attempt attempt_at(TradeRuns& runs, double relative, double wanted, double budge
   attempt.candidates = candidates_at(relative);
   for (const double part : kParts) {
     if (extend(runs, attempt, part * budget, wanted)) break;
-    if (attempt.found() && (part > kPatience || attempt.best.error <= std::max(kAcceptable, wanted))) break;
+    if (attempt.found() && (part > kPatience || attempt.best.good_enough(std::max(kAcceptable, wanted)))) break;
   }
   return attempt;
 }
@@ -157,13 +170,17 @@ ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, d
   if (!(runs.inputs().stop > runs.inputs().start))
     give_up("the scene stops where it starts", {}, "let \"stop\" be later than \"start\"");
 
-  constexpr double kTight = 1e-12, kLoosest = 1e-7, kTighter = 100.0;
+  constexpr double kTightest = 1e-13, kLoosest = 1e-7, kTighter = 100.0;
+  // A tolerance a hundred times tighter costs some three times as much; what takes thirty times as long is of no use.
+  constexpr double kPatience = 30.0;
   Attempt attempt = attempt_at(runs, relative, wanted, budget);
   for (double tolerance = relative / kTighter;
-       attempt.found() && attempt.best.error > wanted && tolerance > kTight && !runs.ended(); tolerance /= kTighter) {
-    Attempt tighter = attempt_at(runs, tolerance, wanted, budget);
+       attempt.found() && !attempt.best.good_enough(wanted) && tolerance > 0.9 * kTightest && !runs.ended();
+       tolerance /= kTighter) {
+    const double cost = attempt.candidates[attempt.best.first].run.cpu_seconds;
+    Attempt tighter = attempt_at(runs, tolerance, wanted, std::min(budget, kPatience * std::max(cost, 1e-2)));
     if (!tighter.found()) break;
-    if (tighter.best.error < attempt.best.error) attempt = std::move(tighter);
+    if (tighter.best.better_than(attempt.best)) attempt = std::move(tighter);
   }
   std::vector<Note> notes;
   for (double looser = relative * kTighter; !attempt.found() && looser <= kLoosest; looser *= kTighter) {
@@ -179,8 +196,12 @@ ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, d
   const Best& best = attempt.best;
   Candidate& first = attempt.candidates[best.first];
   reference.trace = std::move(first.run.result.trace);
-  reference.facts = {first.setting, attempt.candidates[best.second].setting, best.error, first.run.cpu_seconds};
+  reference.facts = {first.setting, attempt.candidates[best.second].setting, best.error, first.run.cpu_seconds, {}};
   reference.outputs = best.outputs;
+  for (TradeOutput& output : reference.outputs) {
+    output.unresolved = !output.judged() && output.range > 0.0 && first.setting.relative > kTellsZero;
+    if (output.unresolved && reference.facts.unresolved.empty()) reference.facts.unresolved = output.name;
+  }
   if (std::none_of(reference.outputs.begin(), reference.outputs.end(), [](const auto& o) { return o.judged(); }))
     give_up("no output of the scene moves: there is nothing to judge errors by", {}, "record outputs that vary");
   return reference;

@@ -163,6 +163,74 @@ TEST_CASE("a setting found for an accuracy has it against the exact solution") {
   }
 }
 
+/// q' = -q, q(0) = 1, and a small output that is the difference of q and a closed form.
+std::string discharge(const std::string& small) {
+  return R"json({ "bgsim": 1, "name": "discharge",
+    "elements": { "n": { "kind": "0" }, "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } },
+      "r": { "kind": "R", "resistance": 1 } },
+    "bonds": [ { "from": "n", "to": "c" }, { "from": "n", "to": "r" } ],
+    "outputs": { "q": "c.q", "small": ")json" +
+         small + R"json(" }, "scenes": { "main": { "stop": 5, "samples": 21 } } })json";
+}
+
+TEST_CASE(
+    "an output far below the others has the accuracy too: what a loose reference shows of it is not taken for zero") {
+  CompiledModel model = compile_text(discharge("c.q - (1 + 1e-7)*exp(-t)"));
+  TradeOptions options;
+  options.budget = 5.0;
+  const double accuracy = 1e-2;
+  const TradePick pick = find_setting(*model.model, model.system, model.program, model.inputs, accuracy, options);
+  CHECK(pick.reference.unresolved.empty());
+  CompiledModel found = model;
+  found.inputs = with_setting(model.inputs, pick.setting);
+  const RunResult run = found.run();
+  const std::vector<double> small = column(run, "small");
+  const double range = 1e-7 * (1.0 - std::exp(-5.0));
+  for (std::size_t i = 0; i < small.size(); ++i) {
+    CAPTURE(run.trace.times[i]);
+    CHECK(std::abs(small[i] + 1e-7 * std::exp(-run.trace.times[i])) <= accuracy * range);
+  }
+}
+
+TEST_CASE("an output that is zero but for rounding is not judged, and stands in no accuracy's way") {
+  const CompiledModel model = compile_text(discharge("c.q - exp(-t)"));
+  const Trade trade = trade_of(model, 5.0);
+  CHECK(trade.outputs[0].judged());
+  CHECK_THAT(trade.outputs[1].why_not, Contains("not told from zero"));
+  CHECK_FALSE(trade.outputs[1].unresolved);
+  CHECK(pick_row(trade, 1e-4));
+  TradeOptions options;
+  options.budget = 5.0;
+  CHECK(find_setting(*model.model, model.system, model.program, model.inputs, 1e-4, options).error <= 1e-4);
+}
+
+TEST_CASE("a setting that is asked for is measured to its end, whatever the limit of a run") {
+  std::string text = kStiff;
+  text.replace(text.find("\"stop\": 5"), 9, "\"stop\": 0.2");
+  const CompiledModel model = compile_text(text);
+  TradeOptions options;
+  options.budget = 2.0;
+  options.also = {{Method::erk5, 0, 1e-9, 0.0}};  // held by stability at some 1e5 steps
+  const Trade trade = measure_trade(*model.model, model.system, model.program, model.inputs, options);
+  const TradeRow& asked = row_of(trade, Method::erk5, 1e-9);
+  CHECK(asked.verdict == TradeVerdict::stable);
+  CHECK(asked.steps > 40'000);
+}
+
+TEST_CASE("tolerances that leave more than a hundredth of error are passed over, and the curve goes on below") {
+  // a hundred periods: each adds its error
+  std::string text = oscillator("");
+  text.replace(text.find("\"stop\": 6"), 9, "\"stop\": 628.32");
+  const Trade trade = trade_of(compile_text(text), 4.0);
+  std::vector<const TradeRow*> rows;
+  for (const TradeRow& row : trade.rows)
+    if (row.setting.method == Method::erk3) rows.push_back(&row);
+  REQUIRE(rows.size() >= 2);
+  CHECK(rows[0]->setting.relative == 1e-2);
+  CHECK(rows[0]->max_error > 0.1);
+  CHECK(rows[1]->setting.relative <= 1e-2 * 1e-2 / rows[0]->max_error);
+}
+
 TEST_CASE("what cannot be measured is refused with the reason") {
   const auto words = [](const std::string& text, double accuracy) {
     const CompiledModel model = compile_text(text);

@@ -25,8 +25,10 @@ std::string curve_name(const TradeSetting& setting);
 /// An output and whether errors of it can be told.
 struct TradeOutput {
   std::string name, unit;
-  double range = 0.0;      ///< largest less smallest value of the reference; of a constant output its magnitude
-  std::string why_not;     ///< not judged, and why: its range is not above what rounding and solvers make of zero
+  double range = 0.0;   ///< largest less smallest value of the reference; of a constant output its magnitude
+  std::string why_not;  ///< not judged, and why: its range is not above what rounding and solvers make of zero
+  /// Not judged since the reference is too loose to tell it from zero: it may vary, and be wrong, by any amount.
+  bool unresolved = false;
   double reference = 0.0;  ///< estimated error of the reference, relative to the range
   [[nodiscard]] bool judged() const { return why_not.empty(); }
 };
@@ -36,6 +38,11 @@ struct TradeReference {
   TradeSetting setting, second;  ///< the reference, and the method that it is estimated by
   double error = 0.0;            ///< largest difference of the two, relative to the outputs' ranges
   double cpu_seconds = 0.0;
+  std::string unresolved;  ///< name of an output that the reference is too loose to tell from zero; empty: none
+  /// Whether an accuracy can be told at all.
+  [[nodiscard]] bool tells(double accuracy, double margin) const {
+    return unresolved.empty() && margin * error <= accuracy;
+  }
 };
 
 enum class TradeVerdict { stable, unstable, failed, too_costly };
@@ -72,7 +79,7 @@ struct Trade {
 
 struct TradeOptions {
   double budget = 60.0;            ///< seconds of processor time for the whole, roughly: each run may take a part of it
-  std::vector<TradeSetting> also;  ///< measure_trade: settings to be measured before the methods' own
+  std::vector<TradeSetting> also;  ///< measure_trade: settings to be measured before the methods' own, at any cost
   std::function<void(const std::string& what)> tell;  ///< what comes next
   std::function<bool()> goes_on;                      ///< asked now and then; false ends the whole
 };
@@ -86,7 +93,8 @@ struct TradeFailure : std::exception {
 /// Runs the scene with every method over its tolerances or steps.
 ///
 /// Errors are taken at the scene's output times and, apart from these, midway between them. The reference is the most
-/// exact of several methods at 1e-11; its own error is how far the one that comes nearest to it stays from it.
+/// exact of several methods at 1e-11 or, where these differ by more than 1e-9, at 1e-13; its own error is how far the
+/// one that comes nearest to it stays from it.
 /// @param program  compiled with the audit's energies and the scene's outputs.
 /// @throws TradeFailure BG611 no two methods come to the end of the scene within the budget, or the scene has no
 ///         states, outputs or extent in time.
