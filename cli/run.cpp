@@ -134,21 +134,10 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
   auto seconds = stages.seconds;
   const UnitReport units = timed(seconds, "units", [&] { return infer_units(model, *stages.graph, inputs.scene); });
   warn_of_units(model, units, options.file);
-  std::optional<Slice> cut;
-  if (!options.keep_all) {
-    cut = timed(seconds, "slice", [&] {
-      return slice(model, *stages.graph, *stages.system, *stages.order, inputs.outputs, !options.no_audit);
-    });
-    if (cut) check_start(stages.model, *stages.system, *stages.order, *cut, inputs);
-  }
-  const EquationSystem& system = cut ? cut->system : *stages.system;
-  const BlockOrder& order = cut ? cut->order : *stages.order;
-  const Program program = timed(seconds, "compile", [&] {
-    return compile(stages.model, system, order, {inputs.outputs, !options.no_audit});
-  });
+  const SceneProgram compiled = compile_scene(stages, inputs, !options.no_audit, options.keep_all, seconds);
   if (options.accuracy) {
     try {
-      inputs = with_accuracy(model, system, program, inputs, *options.accuracy, options.quiet);
+      inputs = with_accuracy(model, compiled.system(), compiled.program, inputs, *options.accuracy, options.quiet);
     } catch (const TradeFailure& failure) {
       std::cerr << render(failure.diagnostic, *model.sources);
       return Exit::numerics_failed;
@@ -159,7 +148,7 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
     SimulateOptions how;
     how.energy_audit = !options.no_audit;
     how.progress = watch.progress();
-    return simulate(model, system, program, inputs, how);
+    return simulate(model, compiled.system(), compiled.program, inputs, how);
   }();
   result.report.stage_seconds.insert(result.report.stage_seconds.begin(), seconds.begin(), seconds.end());
 

@@ -35,4 +35,22 @@ void advance(Stages& stages, Stage last) {
   }
 }
 
+SceneProgram compile_scene(const Stages& stages, const RunInputs& inputs, bool audit, bool keep_all,
+                           StageSeconds& seconds) {
+  const Model& model = *stages.model;
+  SceneProgram scene;
+  scene.whole = &*stages.system;
+  if (!keep_all) {
+    scene.cut = timed(seconds, "slice", [&] {
+      return slice(model, *stages.graph, *stages.system, *stages.order, inputs.outputs, audit);
+    });
+    if (scene.cut) check_start(stages.model, *stages.system, *stages.order, *scene.cut, inputs);
+  }
+  const BlockOrder& order = scene.cut ? scene.cut->order : *stages.order;
+  scene.program = timed(seconds, "compile", [&] {
+    return compile(stages.model, scene.system(), order, {inputs.outputs, audit});
+  });
+  return scene;
+}
+
 }  // namespace bgsim::cli

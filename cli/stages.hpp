@@ -12,6 +12,9 @@
 
 namespace bgsim::cli {
 
+/// Wall time by stage, in the order in which they ran.
+using StageSeconds = std::vector<std::pair<std::string, double>>;
+
 /// The stages' values in order; those after Stages::last are not there.
 struct Stages {
   std::shared_ptr<const Model> model;
@@ -19,7 +22,7 @@ struct Stages {
   std::optional<CausalGraph> causal;
   std::optional<EquationSystem> system;
   std::optional<BlockOrder> order;
-  std::vector<std::pair<std::string, double>> seconds;  ///< wall time by stage
+  StageSeconds seconds;
 };
 
 enum class Stage { model, graph, causality, equations, order };
@@ -31,12 +34,27 @@ Stages run_stages(const std::string& path, Stage last);
 /// Runs those of the stages up to @p last that have not been run yet.
 void advance(Stages& stages, Stage last);
 
+/// What a run of a scene integrates: what its outputs depend on, compiled.
+struct SceneProgram {
+  std::optional<Slice> cut;  ///< none if nothing was left out
+  const EquationSystem* whole = nullptr;
+  Program program;
+  [[nodiscard]] const EquationSystem& system() const { return cut ? cut->system : *whole; }
+};
+
+/// @param stages  up to Stage::order; must outlive the result.
+/// @param audit  whether the energy audit is asked for.
+/// @param keep_all  nothing is left out.
+/// @throws ModelError BG405 (see check_start).
+SceneProgram compile_scene(const Stages& stages, const RunInputs& inputs, bool audit, bool keep_all,
+                           StageSeconds& seconds);
+
 /// Prints warnings on standard error.
 void print_warnings(const std::vector<Diagnostic>& warnings, const Model& model);
 
 /// Calls @p work and adds its wall time to @p seconds.
 template <class Work>
-auto timed(std::vector<std::pair<std::string, double>>& seconds, const std::string& stage, const Work& work) {
+auto timed(StageSeconds& seconds, const std::string& stage, const Work& work) {
   const auto begin = std::chrono::steady_clock::now();
   auto value = work();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;

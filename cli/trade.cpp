@@ -112,12 +112,13 @@ Exit trade_command(const Arguments& arguments) {
   const std::string base = options.base.empty() ? run_name(model, options.file, inputs.scene) + ".trade" : options.base;
   for (const char* kind : {".csv", ".json", ".svg", ".html"}) check_writable(base + kind, options.file);
 
-  const Program program = compile(stages.model, *stages.system, *stages.order, {inputs.outputs, true});
+  StageSeconds seconds;
+  const SceneProgram compiled = compile_scene(stages, inputs, true, false, seconds);
   SettingWatch watch(options.quiet);
   options.how.tell = [&](const std::string& what) { watch.show(what); };
   options.how.goes_on = [] { return !SettingWatch::interrupted(); };
   try {
-    const Trade trade = measure_trade(model, *stages.system, program, inputs, options.how);
+    const Trade trade = measure_trade(model, compiled.system(), compiled.program, inputs, options.how);
     watch.clear();
     if (!options.quiet) {
       print_rows(trade);

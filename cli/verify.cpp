@@ -65,13 +65,11 @@ Exit verify_scene(const Stages& stages, const std::string& label, const RunInput
   const Reference& reference = inputs.reference.value();
   const CsvTable table = read_reference(model, reference);
   const RunInputs adapted = at_reference_times(model, inputs, table);
-  const std::optional<Slice> cut = slice(model, *stages.graph, *stages.system, *stages.order, adapted.outputs, false);
-  if (cut) check_start(stages.model, *stages.system, *stages.order, *cut, adapted);
-  const EquationSystem& system = cut ? cut->system : *stages.system;
-  const Program program = compile(stages.model, system, cut ? cut->order : *stages.order, {adapted.outputs, false});
+  StageSeconds seconds;
+  const SceneProgram compiled = compile_scene(stages, adapted, false, false, seconds);
   SimulateOptions how;
   how.energy_audit = false;
-  const RunResult result = simulate(model, system, program, adapted, how);
+  const RunResult result = simulate(model, compiled.system(), compiled.program, adapted, how);
   if (result.stop != StopReason::completed) {
     print_line(label, inputs.scene, "", "", number_text(result.report.reached, 6), "", "STOPPED");
     if (result.failure) std::cerr << render(*result.failure, *model.sources);
