@@ -7,6 +7,7 @@
 #include "drawing.hpp"
 #include "files.hpp"
 #include "options.hpp"
+#include "report_assets.hpp"
 #include "report_content.hpp"
 #include "scenes.hpp"
 
@@ -95,6 +96,11 @@ std::string page_name(const Model& model, const ReportArguments& options, const 
 
 Exit report_command(const Arguments& arguments) {
   const ReportArguments options = parse(arguments);
+  if (kUplotScript.empty())
+    throw UsageError(
+        "this bgsim was built without uPlot, which draws the plots of the page: npm could not fetch it. Build it again "
+        "where npm reaches its registry, or give cmake uPlot's unpacked package as -DBGSIM_UPLOT_DIR=FOLDER; bgsim run "
+        "and bgsim plot do without");
   ReportContent content;
   content.stages = run_stages(options.file, Stage::order);
   const Model& model = *content.stages.model;

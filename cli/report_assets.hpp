@@ -8,7 +8,7 @@ namespace bgsim::cli {
 extern const std::string_view kPageStyle;     ///< cli/web/report.css
 extern const std::string_view kPageScript;    ///< cli/web/report.js
 extern const std::string_view kUplotStyle;    ///< uPlot, a plotting library, at the version that
-extern const std::string_view kUplotScript;   ///< cli/web/package-lock.json pins
+extern const std::string_view kUplotScript;   ///< cli/web/package-lock.json pins; empty: the build could not get it
 extern const std::string_view kUplotLicense;  ///< to go with every copy
 
 }  // namespace bgsim::cli

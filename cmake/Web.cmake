@@ -1,6 +1,7 @@
 # The page of `bgsim report`: cli/web's style and script and the plotting library uPlot, as text in a generated source
 # (web_assets). uPlot comes from npm at the version and with the hash in cli/web/package-lock.json; npm takes the
-# registry that it is set to. Without npm or network: -DBGSIM_UPLOT_DIR=FOLDER, uPlot's unpacked package.
+# registry that it is set to. Without npm or network: -DBGSIM_UPLOT_DIR=FOLDER, uPlot's unpacked package. With neither
+# all is built but the page: bgsim report says so then.
 set(BGSIM_UPLOT_DIR "" CACHE PATH "uPlot's unpacked package (dist/, LICENSE, package.json); empty: npm fetches it")
 set(web_sources ${CMAKE_CURRENT_SOURCE_DIR}/cli/web)
 set(web_folder ${CMAKE_CURRENT_BINARY_DIR}/web)
@@ -11,27 +12,29 @@ set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${web_inputs})
 file(READ ${web_sources}/package-lock.json web_lock)
 string(JSON uplot_version GET "${web_lock}" packages node_modules/uplot version)
 
-# Installs what the lock names into web_folder, unless it is there already.
+# Installs what the lock names into web_folder, unless it is there already. Warns where that fails.
 function(fetch_uplot)
   file(SHA256 ${web_sources}/package-lock.json lock_hash)
   set(done ${web_folder}/installed-${lock_hash})
   if(EXISTS ${done})
     return()
   endif()
-  set(way_out "or give the unpacked package of uPlot ${uplot_version} as -DBGSIM_UPLOT_DIR=FOLDER")
+  set(way_out "or give the unpacked package of uPlot ${uplot_version} as -DBGSIM_UPLOT_DIR=FOLDER, then configure again")
   find_program(NPM npm)
   mark_as_advanced(NPM)
   if(NOT NPM)
-    message(FATAL_ERROR "bgsim's report page needs npm to fetch uPlot, and there is none: install it "
-                        "(Debian: apt-get install npm), ${way_out}")
+    message(WARNING "bgsim is built without uPlot, hence without bgsim report: fetching it takes npm, and there is none. "
+                    "Install it (Debian: apt-get install npm), ${way_out}")
+    return()
   endif()
   file(REMOVE_RECURSE ${web_folder})
   file(COPY ${web_sources}/package.json ${web_sources}/package-lock.json ${web_sources}/.npmrc DESTINATION ${web_folder})
   execute_process(COMMAND ${NPM} ci --ignore-scripts --no-audit --no-fund --no-update-notifier
                   WORKING_DIRECTORY ${web_folder} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT status EQUAL 0)
-    message(FATAL_ERROR "npm could not fetch uPlot ${uplot_version} for bgsim's report page; is there a network? Mend "
-                        "that, ${way_out}. What npm said:\n${output}")
+    message(WARNING "bgsim is built without uPlot, hence without bgsim report: npm could not fetch ${uplot_version}; is "
+                    "there a network? Mend that, ${way_out}. What npm said:\n${output}")
+    return()
   endif()
   file(TOUCH ${done})
 endfunction()
@@ -51,9 +54,11 @@ else()
   set(uplot ${web_folder}/node_modules/uplot)
 endif()
 
-file(READ ${uplot}/dist/uPlot.min.css uplot_style)
-file(READ ${uplot}/dist/uPlot.iife.min.js uplot_script)
-file(READ ${uplot}/LICENSE uplot_license)
+if(EXISTS ${uplot}/package.json)
+  file(READ ${uplot}/dist/uPlot.min.css uplot_style)
+  file(READ ${uplot}/dist/uPlot.iife.min.js uplot_script)
+  file(READ ${uplot}/LICENSE uplot_license)
+endif()
 file(READ ${web_sources}/report.css page_style)
 file(READ ${web_sources}/report.js page_script)
 configure_file(${web_sources}/assets.cpp.in ${web_folder}/assets.cpp @ONLY)
