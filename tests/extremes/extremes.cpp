@@ -22,8 +22,8 @@ What breaks simulators, and what bgsim does with it: the right result within a s
 names, time and mend. Each row is a test of the suite `tests/extremes`, which runs it, checks it and writes this table;
 errors are given as the power of ten above them, times and values in messages to three digits, so that they do not depend
 on a machine's last bits. Unless a row says otherwise, runs have the default relative tolerance 1e-6 and method.
-What is said of plain CVODE (SUNDIALS 6.4, BDF, scalar tolerances, the same equations) was measured once and is not
-repeated by the suite.
+What is said of plain CVODE, which gets the same equations as they are, is measured by `scripts/bench plain-cvode`
+([plain-cvode.md](plain-cvode.md)).
 
 )";
 
