@@ -46,8 +46,17 @@ std::vector<Range> ranges_of(const Trace& trace) {
   return ranges;
 }
 
+/// By output: a run to its end gave zero at all times. Methods that keep a symmetry exactly prove it so.
+using Zeros = std::vector<bool>;
+
+void mark_zeros(const Trace& trace, Zeros& zeros) {
+  const std::vector<Range> ranges = ranges_of(trace);
+  zeros.resize(ranges.size(), false);
+  for (std::size_t c = 0; c < ranges.size(); ++c) zeros[c] = zeros[c] || ranges[c].magnitude() == 0.0;
+}
+
 /// What is known of the outputs from two tight runs; returns the largest relative difference.
-double compare(const Trace& trace, const Trace& second, std::vector<TradeOutput>& outputs) {
+double compare(const Trace& trace, const Trace& second, const Zeros& zeros, std::vector<TradeOutput>& outputs) {
   const std::size_t columns = trace.names.size();
   const std::vector<Range> ranges = ranges_of(trace);
   std::vector<double> difference(columns, 0.0);
@@ -62,13 +71,15 @@ double compare(const Trace& trace, const Trace& second, std::vector<TradeOutput>
     const double width = ranges[c].width(), magnitude = ranges[c].magnitude();
     const bool constant = width <= kConstant * magnitude;
     output.range = constant ? magnitude : width;
-    if (output.range == 0.0)
+    if (zeros[c]) {
       output.why_not = "zero throughout";
-    else if (output.range <= kNoise * difference[c])
+    } else if (output.range <= kNoise * difference[c]) {
       output.why_not = "not told from zero: two tight runs differ by as much as it varies";
-    else
+      output.unresolved = true;
+    } else {
       output.reference = difference[c] / output.range;
-    if (output.judged()) largest = std::max(largest, output.reference);
+      largest = std::max(largest, output.reference);
+    }
   }
   return largest;
 }
@@ -89,8 +100,7 @@ struct Best {
   std::vector<TradeOutput> outputs;
   /// Number of outputs that move, but not above the noise: another pair may tell them.
   [[nodiscard]] auto noisy() const {
-    return std::count_if(outputs.begin(), outputs.end(),
-                         [](const TradeOutput& output) { return !output.judged() && output.range > 0.0; });
+    return std::count_if(outputs.begin(), outputs.end(), [](const TradeOutput& output) { return output.unresolved; });
   }
   [[nodiscard]] bool better_than(const Best& other) const {
     return other.outputs.empty() || std::pair(noisy(), error) < std::pair(other.noisy(), other.error);
@@ -100,13 +110,13 @@ struct Best {
 
 /// The two that agree best. Of the two the one with the smaller distance to a third is not known; the first that ended
 /// is taken, since its error is at most the distance if the other's is not larger.
-Best best_pair(const std::vector<Candidate>& candidates) {
+Best best_pair(const std::vector<Candidate>& candidates, const Zeros& zeros) {
   Best best;
   for (std::size_t a = 0; a < candidates.size(); ++a)
     for (std::size_t b = a + 1; b < candidates.size(); ++b) {
       if (!candidates[a].finished || !candidates[b].finished) continue;
       Best pair{0.0, a, b, {}};
-      pair.error = compare(candidates[a].run.result.trace, candidates[b].run.result.trace, pair.outputs);
+      pair.error = compare(candidates[a].run.result.trace, candidates[b].run.result.trace, zeros, pair.outputs);
       if (pair.better_than(best)) best = std::move(pair);
     }
   return best;
@@ -127,7 +137,7 @@ struct Attempt {
 };
 
 /// Runs what has not ended yet within @p limit; ends as soon as two agree as wanted. True then.
-bool extend(TradeRuns& runs, Attempt& attempt, double limit, double wanted) {
+bool extend(TradeRuns& runs, Attempt& attempt, Zeros& zeros, double limit, double wanted) {
   for (Candidate& candidate : attempt.candidates) {
     if (candidate.finished || candidate.hopeless || runs.ended()) continue;
     runs.tell("reference: " + setting_flags(candidate.setting));
@@ -141,20 +151,21 @@ bool extend(TradeRuns& runs, Attempt& attempt, double limit, double wanted) {
       continue;
     }
     candidate.run = std::move(run);
-    attempt.best = best_pair(attempt.candidates);
+    mark_zeros(candidate.run.result.trace, zeros);
+    attempt.best = best_pair(attempt.candidates, zeros);
     if (attempt.best.good_enough(wanted)) return true;
   }
   return false;
 }
 
 /// Every candidate gets a little time, then those that are left get more: the method that suits need not be known.
-Attempt attempt_at(TradeRuns& runs, double relative, double wanted, double budget) {
+Attempt attempt_at(TradeRuns& runs, Zeros& zeros, double relative, double wanted, double budget) {
   constexpr std::array<double, 4> kParts{1.0 / 200.0, 1.0 / 40.0, 1.0 / 10.0, 1.0 / 3.0};
   constexpr double kAcceptable = 1e-6, kPatience = 1.0 / 50.0;
   Attempt attempt;
   attempt.candidates = candidates_at(relative);
   for (const double part : kParts) {
-    if (extend(runs, attempt, part * budget, wanted)) break;
+    if (extend(runs, attempt, zeros, part * budget, wanted)) break;
     if (attempt.found() && (part > kPatience || attempt.best.good_enough(std::max(kAcceptable, wanted)))) break;
   }
   return attempt;
@@ -173,12 +184,13 @@ ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, d
   constexpr double kTightest = 1e-13, kLoosest = 1e-7, kTighter = 100.0;
   // A tolerance a hundred times tighter costs some three times as much; what takes thirty times as long is of no use.
   constexpr double kPatience = 30.0;
-  Attempt attempt = attempt_at(runs, relative, wanted, budget);
+  Zeros zeros;
+  Attempt attempt = attempt_at(runs, zeros, relative, wanted, budget);
   for (double tolerance = relative / kTighter;
        attempt.found() && !attempt.best.good_enough(wanted) && tolerance > 0.9 * kTightest && !runs.ended();
        tolerance /= kTighter) {
     const double cost = attempt.candidates[attempt.best.first].run.cpu_seconds;
-    Attempt tighter = attempt_at(runs, tolerance, wanted, std::min(budget, kPatience * std::max(cost, 1e-2)));
+    Attempt tighter = attempt_at(runs, zeros, tolerance, wanted, std::min(budget, kPatience * std::max(cost, 1e-2)));
     if (!tighter.found()) break;
     if (tighter.best.better_than(attempt.best)) attempt = std::move(tighter);
   }
@@ -186,7 +198,7 @@ ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, d
   for (double looser = relative * kTighter; !attempt.found() && looser <= kLoosest; looser *= kTighter) {
     for (const Candidate& candidate : attempt.candidates)
       notes.push_back({std::nullopt, setting_flags(candidate.setting) + ": " + candidate.why});
-    attempt = attempt_at(runs, looser, wanted, budget);
+    attempt = attempt_at(runs, zeros, looser, wanted, budget);
   }
   if (runs.ended()) give_up("the trade was ended before it had a reference", {}, "let it run on");
   if (!attempt.found())
@@ -198,8 +210,9 @@ ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, d
   reference.trace = std::move(first.run.result.trace);
   reference.facts = {first.setting, attempt.candidates[best.second].setting, best.error, first.run.cpu_seconds, {}};
   reference.outputs = best.outputs;
-  for (TradeOutput& output : reference.outputs) {
-    output.unresolved = !output.judged() && output.range > 0.0 && first.setting.relative > kTellsZero;
+  for (std::size_t c = 0; c < reference.outputs.size(); ++c) {
+    TradeOutput& output = reference.outputs[c];
+    output.unresolved = output.unresolved && !zeros[c] && first.setting.relative > kTellsZero;
     if (output.unresolved && reference.facts.unresolved.empty()) reference.facts.unresolved = output.name;
   }
   if (std::none_of(reference.outputs.begin(), reference.outputs.end(), [](const auto& o) { return o.judged(); }))
