@@ -223,6 +223,19 @@ Diagnostic time_constant_failure(const std::string& state, double time_constant,
   return diagnostic;
 }
 
+Diagnostic narrow_pulse_failure(const std::string& source, double begin, double width, double wide_enough,
+                                const std::optional<Place>& place) {
+  Diagnostic diagnostic = failure("BG615", "the source " + source + " has a pulse" + at(begin) +
+                                               " that lasts no longer than " + number_text(width, 2));
+  diagnostic.place = place;
+  diagnostic.rule = "double precision tells times apart to 1e-16 of them, and a pulse takes 1e5 of these steps";
+  diagnostic.help =
+      "let it last " + number_text(wide_enough, 2) +
+      " or longer, with the same area; a blow without extent in time is an initial value: add its impulse to the "
+      "momentum or displacement of a store, in a scene that starts there";
+  return diagnostic;
+}
+
 Diagnostic interrupted_failure(double t) { return failure("BG606", "the run was interrupted" + at(t)); }
 
 Diagnostic step_limit_failure(double t, double stop, std::uint64_t steps) {

@@ -64,6 +64,11 @@ std::optional<BlowUp> recognise_blow_up(const StuckPoint& point);
 /// BG614: a store so fast beside the scene that double precision cannot follow it.
 Diagnostic time_constant_failure(const std::string& state, double time_constant, double span, const Place& place);
 
+/// BG615: a pulse of the source @p source, an expression, that double precision cannot follow.
+/// @param place  none if several elements follow time.
+Diagnostic narrow_pulse_failure(const std::string& source, double begin, double width, double wide_enough,
+                                const std::optional<Place>& place);
+
 Diagnostic interrupted_failure(double t);                                   // BG606
 Diagnostic step_limit_failure(double t, double stop, std::uint64_t steps);  // BG607
 Diagnostic accuracy_failure(double t, double relative);                     // BG609

@@ -217,6 +217,10 @@ bool Run::integrate() {
   if (!choose_integrator()) return false;
   if (auto failure = too_fast_state()) return fail(std::move(*failure));
   sources_ = plan_sources(program_, inputs_.parameters, t_, inputs_.stop);
+  if (const auto& pulse = sources_.too_narrow)
+    return fail(narrow_pulse_failure(
+        to_text(program_.pool, pulse->source, [&](SymbolId id) { return program_.symbol_names[id.index()]; }),
+        pulse->when.begin, pulse->when.end - pulse->when.begin, pulse->wide_enough, only_element_of_time(model_)));
   if (sources_.longest_step > 0.0) integrator_->limit_step(sources_.longest_step);
   tolerances_.know_edges(sources_.edges);
   tolerances_.estimate(evaluator_, t_, x_.data(), source_times());

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "expression_graph.hpp"
 #include "ranges.hpp"
 
 namespace bgsim {
@@ -30,13 +31,13 @@ std::vector<double> values_of(const Program& program, std::span<const double> pa
 class PulseSearch {
  public:
   PulseSearch(TimeRelation source, double start, double stop)
-      : source_(std::move(source)), span_(stop - start), least_(kJump * std::max(std::abs(start), std::abs(stop))) {
+      : source_(std::move(source)), span_(stop - start), least_(kFinest * std::max(std::abs(start), std::abs(stop))) {
     constexpr std::size_t kFirst = 64;
     split({start, stop, 0.0, 0.0}, kFirst, moving_);
   }
 
   std::vector<Pulse> run() {
-    constexpr std::size_t kParts = 8, kMostCells = 4096;
+    constexpr std::size_t kParts = 8, kMostCells = 8192;
     const auto length = [](double sum, const Cell& cell) { return sum + (cell.end - cell.begin); };
     const auto total = [&] {
       double sum = 0.0;
@@ -51,16 +52,26 @@ class PulseSearch {
       for (const Cell& cell : moving_) split(cell, kParts, finer);
       moving_ = std::move(finer);
       drop_still();
-      drop_jumps();
+      set_finest_aside();
       if (total() > before / 2) break;
     }
-    return merged();
+    moving_.insert(moving_.end(), finest_.begin(), finest_.end());
+    std::sort(moving_.begin(), moving_.end(), [](const Cell& a, const Cell& b) { return a.begin < b.begin; });
+    return without_narrow(merged());
+  }
+
+  /// Of @p source, which is the one searched.
+  [[nodiscard]] std::optional<NarrowPulse> too_narrow(ExprId source) const {
+    if (!too_narrow_) return std::nullopt;
+    return NarrowPulse{source, *too_narrow_, 2.0 * kNarrow * std::abs(too_narrow_->end)};
   }
 
  private:
   static constexpr double kFar = std::numeric_limits<double>::infinity();
-  static constexpr double kStill = 1e-3;       ///< of the source's whole range
-  static constexpr double kJump = 1e-10;       ///< of the time: what is narrower counts as a jump
+  static constexpr double kStill = 1e-3;    ///< of the source's whole range
+  static constexpr double kFinest = 2e-15;  ///< of the time: cells are not split further
+  static constexpr double kNarrow = 2e-11;  ///< of the time: 1e5 neighbouring doubles, below which nothing is followed
+  static constexpr double kTogether = 1e-13;   ///< of the time: jumps nearer to each other make a pulse
   static constexpr double kLargestPart = 0.5;  ///< of the scene that pulses may fill
 
   void split(const Cell& cell, std::size_t parts, std::vector<Cell>& into) {
@@ -94,14 +105,41 @@ class PulseSearch {
     });
   }
 
-  void drop_jumps() {
-    std::erase_if(moving_, [&](const Cell& cell) { return cell.end - cell.begin <= least_; });
+  void set_finest_aside() {
+    const auto rest = std::stable_partition(moving_.begin(), moving_.end(),
+                                            [&](const Cell& cell) { return cell.end - cell.begin > least_; });
+    finest_.insert(finest_.end(), rest, moving_.end());
+    moving_.erase(rest, moving_.end());
+  }
+
+  /// Jumps and flanks that are too narrow to be followed need not be; of a pulse the run must not say nothing.
+  std::vector<Pulse> without_narrow(std::vector<Pulse> pulses) {
+    std::erase_if(pulses, [&](const Pulse& pulse) {
+      const double time = std::max(std::abs(pulse.begin), std::abs(pulse.end));
+      if (pulse.end - pulse.begin > kNarrow * time) return false;
+      if (!too_narrow_ && leaves_its_ends(pulse)) too_narrow_ = pulse;
+      return true;
+    });
+    return pulses;
+  }
+
+  /// Whether the source takes values within that are not between those at the ends, by values at single times.
+  bool leaves_its_ends(const Pulse& pulse) {
+    constexpr int kPlaces = 256;
+    const auto value = [&](double t) { return source_.range_on(t, t); };
+    const Range ends = hull(value(pulse.begin), value(pulse.end));
+    for (int i = 1; i < kPlaces; ++i) {
+      const Range there = value(pulse.begin + (pulse.end - pulse.begin) * i / kPlaces);
+      const double whole = std::max(still_high_, there.upper()) - std::min(still_low_, there.lower());
+      if (std::max(there.upper() - ends.upper(), ends.lower() - there.lower()) > kStill * whole) return true;
+    }
+    return false;
   }
 
   [[nodiscard]] std::vector<Pulse> merged() const {
     std::vector<Pulse> pulses;
     for (const Cell& cell : moving_) {
-      if (!pulses.empty() && pulses.back().end == cell.begin)
+      if (!pulses.empty() && cell.begin - pulses.back().end <= kTogether * std::abs(cell.begin))
         pulses.back().end = cell.end;
       else
         pulses.push_back({cell.begin, cell.end});
@@ -111,20 +149,22 @@ class PulseSearch {
 
   TimeRelation source_;
   double span_, least_;
-  std::vector<Cell> moving_;
+  std::vector<Cell> moving_, finest_;
+  std::optional<Pulse> too_narrow_;
   std::size_t evaluations_ = 0;
   double still_low_ = kFar, still_high_ = -kFar;
 };
 
-std::vector<Pulse> find_pulses(const Program& program, std::span<const double> parameters, double start, double stop) {
-  std::vector<Pulse> pulses;
+void find_pulses(const Program& program, std::span<const double> parameters, double start, double stop,
+                 SourcePlan& plan) {
   const std::vector<double> values = values_of(program, parameters);
   for (const ExprId source : program.sources) {
-    const auto found = PulseSearch(TimeRelation(program.pool, source, program.time, values, false), start, stop).run();
-    pulses.insert(pulses.end(), found.begin(), found.end());
+    PulseSearch search(TimeRelation(program.pool, source, program.time, values, false), start, stop);
+    const auto found = search.run();
+    plan.pulses.insert(plan.pulses.end(), found.begin(), found.end());
+    if (!plan.too_narrow) plan.too_narrow = search.too_narrow(source);
   }
-  std::sort(pulses.begin(), pulses.end(), [](const Pulse& a, const Pulse& b) { return a.begin < b.begin; });
-  return pulses;
+  std::sort(plan.pulses.begin(), plan.pulses.end(), [](const Pulse& a, const Pulse& b) { return a.begin < b.begin; });
 }
 
 double source_frequency(const Program& program, std::span<const double> parameters, double start, double stop) {
@@ -165,11 +205,26 @@ std::vector<double> edges_of(const std::vector<Pulse>& pulses, double start, dou
 
 }  // namespace
 
+std::optional<Place> only_element_of_time(const Model& model) {
+  std::optional<Place> only;
+  for (const Element& element : model.elements) {
+    std::vector<ExprId> roots;
+    if (element.coefficient.valid()) roots.push_back(element.coefficient);
+    for (const Law& law : element.laws) roots.push_back(law.right);
+    const std::vector<ExprId> nodes = reachable(model.pool, roots);
+    const auto is_time = [&](ExprId e) { return model.pool.is_symbol(e) && model.pool.symbol_of(e) == model.time; };
+    if (std::none_of(nodes.begin(), nodes.end(), is_time)) continue;
+    if (only) return std::nullopt;
+    only = element.coefficient.valid() ? element.coefficient_place : element.place;
+  }
+  return only;
+}
+
 SourcePlan plan_sources(const Program& program, std::span<const double> parameters, double start, double stop) {
   constexpr double kMostSteps = 1e6;
   SourcePlan plan;
   if (program.sources.empty() || !(stop > start)) return plan;
-  plan.pulses = find_pulses(program, parameters, start, stop);
+  find_pulses(program, parameters, start, stop, plan);
   plan.edges = edges_of(plan.pulses, start, stop);
   plan.frequency = source_frequency(program, parameters, start, stop);
   const double longest = kFollowedPeriods / plan.frequency;

@@ -14,11 +14,20 @@ struct Pulse {
   double begin, end;
 };
 
+/// A pulse that lasts no longer than some ten thousand neighbouring doubles: no integrator can follow it.
+struct NarrowPulse {
+  ExprId source;
+  Pulse when;
+  double wide_enough;  ///< in time
+};
+
 /// What an integrator is to mind of the sources of a scene.
 struct SourcePlan {
+  std::optional<NarrowPulse> too_narrow;  ///< the first one; a run would pass over it, or get it wrong
   /// Of all smooth sources: bells, ramps, bursts that fill half of the scene at most, however narrow they are. Interval
   /// arithmetic proves the sources still (to a thousandth of their range) everywhere else, unless there are more pulses
-  /// than some hundreds. Jumps are not among them: they are known times of their own.
+  /// than some hundreds. Jumps are not among them: they are known times of their own. Nor are flanks as narrow as
+  /// NarrowPulse, which are as good as jumps.
   std::vector<Pulse> pulses;
   /// Times within the scene, in order, that no step may pass: pulses' ends and the eighths between, and when their
   /// flank has died away.
@@ -33,11 +42,14 @@ struct SourcePlan {
   [[nodiscard]] bool is_edge(double t) const;
 };
 
+/// The place of the coefficient or the laws that follow time, if those of one element do.
+std::optional<Place> only_element_of_time(const Model& model);
+
 /// A source is followed by steps of no more than so many of its periods.
 inline constexpr double kFollowedPeriods = 0.2;
 
 /// @param parameters  by ParameterId.
-/// @note At most some 5000 interval evaluations a source, some hundred for one that never rests.
+/// @note At most some 9000 interval evaluations a source, some hundred for one that never rests.
 SourcePlan plan_sources(const Program& program, std::span<const double> parameters, double start, double stop);
 
 }  // namespace bgsim

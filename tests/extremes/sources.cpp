@@ -31,6 +31,22 @@ const std::vector<Extreme> kEntries{
      [] { return charge("1e8/sqrt(pi)*exp(-((t - 5)/1e-8)^2)", std::exp(-5.0), 1e-4); }},
     {"a triangle of the same width, `1e8*max(0, 1 - abs(t - 5)/1e-8)`", "q(10) = exp(-5)",
      [] { return charge("1e8*max(0, 1 - abs(t - 5)/1e-8)", std::exp(-5.0), 1e-4); }},
+    {"a triangle of area 1 and width 1e-10, 1e-11 of the scene", "q(10) = exp(-5)",
+     [] { return charge("1e10*max(0, 1 - abs(t - 5)/1e-10)", std::exp(-5.0), 1e-3); }},
+    {"a step pulse of area 1 and 1e-12 s", "q(10) = exp(-5), but for the 1e-3 by which doubles near 5 round the width",
+     [] { return charge("1e12*(step(t - 5) - step(t - 5 - 1e-12))", std::exp(-5.0), 1e-3); }},
+    {"a bell of 1e-12 s, `exp(-((t - 5)/1e-12)^2)`: 5000 neighbouring doubles", "a word that nothing follows it",
+     [] {
+       return diagnosis(ran(charging("exp(-((t - 5)/1e-12)^2)", "1", "1", kTen)), "BG615",
+                        {"exp(-((t - 5)/1e-12)^2)", "t = 5"});
+     }},
+    {"a step pulse of 1e-14 s: 11 of them", "the same",
+     [] {
+       return diagnosis(ran(charging("step(t - 5) - step(t - 5 - 1e-14)", "1", "1", kTen)), "BG615",
+                        {"step(t - 5)", "t = 5"});
+     }},
+    {"a flank of 1e-14 s, `1 + tanh((t - 5)/1e-14)`", "as good as a jump: q(10) = 2 (1 - exp(-5))",
+     [] { return charge("1 + tanh((t - 5)/1e-14)", -2.0 * std::expm1(-5.0), 1e-5); }},
     {"1 kHz square wave `sign(sin(2*pi*1000*t))`, 1 s: 1999 edges on its way",
      "q(1) = -tanh(T/4)(1 - exp(-1)), T = 1e-3; plain CVODE takes 62540 steps",
      [] {
