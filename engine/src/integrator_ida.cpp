@@ -188,7 +188,8 @@ class IdaIntegrator final : public Integrator {
     me.tolerances_.see_jacobian(pattern, entries);
     const double* rate = values(me.rate_);
     me.tolerances_.see_noise(
-        [&](double at, const double* x, double* r) { return me.evaluator_.residual(at, x, rate, r); }, t, values(y));
+        [&](double at, const double* x, double* r) { return me.evaluator_.residual(at, x, rate, r); }, t, values(y),
+        rate);
     if (dense) scatter(matrix, pattern, entries);
     return 0;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "expression_graph.hpp"
 #include "ranges.hpp"
@@ -28,36 +30,35 @@ std::vector<double> values_of(const Program& program, std::span<const double> pa
 }
 
 /// Splits a scene into stretches where a source is still and where it moves.
+///
+/// In layers: still is what varies by no more than a thousandth of the range. A low and broad pulse is still beside a
+/// high and narrow one and may have its area all the same; so what is still is searched again by itself, until all that
+/// is left could not matter.
 class PulseSearch {
  public:
   PulseSearch(TimeRelation source, double start, double stop)
       : source_(std::move(source)), span_(stop - start), least_(kFinest * std::max(std::abs(start), std::abs(stop))) {
     constexpr std::size_t kFirst = 64;
-    split({start, stop, 0.0, 0.0}, kFirst, moving_);
+    split({start, stop, 0.0, 0.0}, kFirst, still_);
   }
 
   std::vector<Pulse> run() {
-    constexpr std::size_t kParts = 8, kMostCells = 8192;
-    const auto length = [](double sum, const Cell& cell) { return sum + (cell.end - cell.begin); };
-    const auto total = [&] {
-      double sum = 0.0;
-      for (const Cell& cell : moving_) sum = length(sum, cell);
-      return sum;
-    };
-    drop_still();
-    while (!moving_.empty()) {
-      const double before = total();
-      if (before > kLargestPart * span_ || evaluations_ + kParts * moving_.size() > kMostCells) return {};
-      std::vector<Cell> finer;
-      for (const Cell& cell : moving_) split(cell, kParts, finer);
-      moving_ = std::move(finer);
-      drop_still();
-      set_finest_aside();
-      if (total() > before / 2) break;
+    constexpr int kLayers = 8;
+    std::vector<Pulse> all;
+    for (int layer = 0; layer < kLayers && search_layer(); ++layer) {
+      std::vector<Pulse> pulses = without_narrow(merged());
+      // The feet of pulses that are known need no edges of their own: integrators see them from there.
+      std::erase_if(pulses, [&](const Pulse& pulse) {
+        return std::any_of(all.begin(), all.end(),
+                           [&](const Pulse& known) { return pulse.begin <= known.end && known.begin <= pulse.end; });
+      });
+      all.insert(all.end(), pulses.begin(), pulses.end());
+      area_ = std::accumulate(settled_.begin(), settled_.end(), area_, [](double sum, const Cell& cell) {
+        return sum + (cell.high - cell.low) * (cell.end - cell.begin);
+      });
+      if (!(largest_variation(still_) * span_ > kNegligible * area_)) break;
     }
-    moving_.insert(moving_.end(), finest_.begin(), finest_.end());
-    std::sort(moving_.begin(), moving_.end(), [](const Cell& a, const Cell& b) { return a.begin < b.begin; });
-    return without_narrow(merged());
+    return all;
   }
 
   /// Of @p source, which is the one searched.
@@ -67,12 +68,15 @@ class PulseSearch {
   }
 
  private:
+  static constexpr std::size_t kParts = 8;
+  static constexpr std::ptrdiff_t kMostParts = 6;
   static constexpr double kFar = std::numeric_limits<double>::infinity();
   static constexpr double kStill = 1e-3;    ///< of the source's whole range
   static constexpr double kFinest = 2e-15;  ///< of the time: cells are not split further
   static constexpr double kNarrow = 2e-11;  ///< of the time: 1e5 neighbouring doubles, below which nothing is followed
   static constexpr double kTogether = 1e-13;   ///< of the time: jumps nearer to each other make a pulse
   static constexpr double kLargestPart = 0.5;  ///< of the scene that pulses may fill
+  static constexpr double kNegligible = 1e-9;  ///< of the area of the pulses
 
   void split(const Cell& cell, std::size_t parts, std::vector<Cell>& into) {
     double begin = cell.begin;
@@ -88,28 +92,82 @@ class PulseSearch {
     }
   }
 
-  /// The source's range is that of the cells, which is the tighter the finer they are.
-  void drop_still() {
-    double low = still_low_, high = still_high_;
-    for (const Cell& cell : moving_) {
+  static void sort(std::vector<Cell>& cells) {
+    std::sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) { return a.begin < b.begin; });
+  }
+
+  static double length(const std::vector<Cell>& cells) {
+    return std::accumulate(cells.begin(), cells.end(), 0.0,
+                           [](double sum, const Cell& cell) { return sum + (cell.end - cell.begin); });
+  }
+
+  /// Splits what moves of what was still so far into settled_ and still_. False if nothing moves, or too much.
+  bool search_layer() {
+    constexpr std::size_t kMostCells = 8192;
+    known_low_ = kFar;
+    known_high_ = -kFar;
+    settled_.clear();
+    sort(still_);
+    varies_ = largest_variation(still_);
+    moving_ = drop_still(std::exchange(still_, {}));
+    while (!moving_.empty()) {
+      if (length(moving_) + length(settled_) > kLargestPart * span_) return false;
+      if (evaluations_ + kParts * moving_.size() > kMostCells) break;  // the rest is told as coarsely as it is known
+      refine();
+    }
+    settled_.insert(settled_.end(), moving_.begin(), moving_.end());
+    sort(settled_);
+    return !settled_.empty();
+  }
+
+  static double largest_variation(const std::vector<Cell>& cells) {
+    return std::accumulate(cells.begin(), cells.end(), 0.0,
+                           [](double most, const Cell& cell) { return std::max(most, cell.high - cell.low); });
+  }
+
+  /// Those of @p cells that move. The source's range is that of the cells, which is the tighter the finer they are; but
+  /// steps between cells, as on both sides of a known pulse, are none of this layer's.
+  std::vector<Cell> drop_still(const std::vector<Cell>& cells) {
+    double low = known_low_, high = known_high_;
+    for (const Cell& cell : cells) {
       low = std::min(low, cell.low);
       high = std::max(high, cell.high);
     }
-    std::erase_if(moving_, [&](const Cell& cell) {
-      const bool still = !(cell.high - cell.low > kStill * (high - low));
-      if (still) {
-        still_low_ = std::min(still_low_, cell.low);
-        still_high_ = std::max(still_high_, cell.high);
+    std::vector<Cell> moving;
+    for (const Cell& cell : cells) {
+      if (cell.high - cell.low > kStill * std::min(high - low, varies_)) {
+        moving.push_back(cell);
+      } else {
+        still_.push_back(cell);
+        know(cell);
       }
-      return still;
-    });
+    }
+    return moving;
   }
 
-  void set_finest_aside() {
-    const auto rest = std::stable_partition(moving_.begin(), moving_.end(),
-                                            [&](const Cell& cell) { return cell.end - cell.begin > least_; });
-    finest_.insert(finest_.end(), rest, moving_.end());
-    moving_.erase(rest, moving_.end());
+  void know(const Cell& cell) {
+    known_low_ = std::min(known_low_, cell.low);
+    known_high_ = std::max(known_high_, cell.high);
+  }
+
+  /// Splits what moves, in order of time. A cell of which most parts move is as wide as the pulse in it: these are
+  /// settled.
+  void refine() {
+    std::vector<Cell> parts;
+    for (const Cell& cell : moving_) split(cell, kParts, parts);
+    const std::vector<Cell> finer = drop_still(parts);
+    auto next = finer.begin();
+    std::vector<Cell> narrower;
+    for (const Cell& cell : moving_) {
+      const auto first = next;
+      while (next != finer.end() && next->begin < cell.end) ++next;
+      for (auto part = first; part != next; ++part) {
+        const bool settled = next - first >= kMostParts || part->end - part->begin <= least_;
+        (settled ? settled_ : narrower).push_back(*part);
+        if (settled) know(*part);
+      }
+    }
+    moving_ = std::move(narrower);
   }
 
   /// Jumps and flanks that are too narrow to be followed need not be; of a pulse the run must not say nothing.
@@ -130,15 +188,16 @@ class PulseSearch {
     const Range ends = hull(value(pulse.begin), value(pulse.end));
     for (int i = 1; i < kPlaces; ++i) {
       const Range there = value(pulse.begin + (pulse.end - pulse.begin) * i / kPlaces);
-      const double whole = std::max(still_high_, there.upper()) - std::min(still_low_, there.lower());
-      if (std::max(there.upper() - ends.upper(), ends.lower() - there.lower()) > kStill * whole) return true;
+      const double whole = std::max(known_high_, there.upper()) - std::min(known_low_, there.lower());
+      const double height = std::max(there.upper() - ends.upper(), ends.lower() - there.lower());
+      if (height > kStill * whole && height * (pulse.end - pulse.begin) > kNegligible * area_) return true;
     }
     return false;
   }
 
   [[nodiscard]] std::vector<Pulse> merged() const {
     std::vector<Pulse> pulses;
-    for (const Cell& cell : moving_) {
+    for (const Cell& cell : settled_) {
       if (!pulses.empty() && cell.begin - pulses.back().end <= kTogether * std::abs(cell.begin))
         pulses.back().end = cell.end;
       else
@@ -149,10 +208,12 @@ class PulseSearch {
 
   TimeRelation source_;
   double span_, least_;
-  std::vector<Cell> moving_, finest_;
+  std::vector<Cell> moving_, settled_, still_;
+  double area_ = 0.0;    ///< of the pulses that are known
+  double varies_ = 0.0;  ///< within a cell at most, when the layer began
   std::optional<Pulse> too_narrow_;
   std::size_t evaluations_ = 0;
-  double still_low_ = kFar, still_high_ = -kFar;
+  double known_low_ = kFar, known_high_ = -kFar;
 };
 
 void find_pulses(const Program& program, std::span<const double> parameters, double start, double stop,

@@ -96,6 +96,8 @@ Tolerances::Tolerances(const Program& program, const RunInputs& inputs, bool imp
       earlier_(size_, 0.0),
       floor_(size_, 0.0),
       noise_(size_, 0.0),
+      time_noise_(size_, 0.0),
+      shift_(size_, 0.0),
       damping_(size_, 0.0),
       doubt_(size_, 0.0),
       next_doubt_(size_, 0.0),
@@ -210,7 +212,9 @@ double Tolerances::absolute(std::size_t unknown) const {
 
 /// What rounding leaves open of an unknown over one step.
 double Tolerances::unknowable(std::size_t unknown) const {
-  return step_ * (noise_[unknown] + doubt_[unknown]) / (1.0 + step_ * damping_[unknown]);
+  // A source that is late by a rounding of time changes a step's result by its rate times that, however steep it is.
+  const double late = std::min(step_ * time_noise_[unknown], shift_[unknown]);
+  return (step_ * (noise_[unknown] + doubt_[unknown]) + late) / (1.0 + step_ * damping_[unknown]);
 }
 
 void Tolerances::weights(double t, double step, const double* y, double* weight) {
@@ -258,11 +262,12 @@ void Tolerances::see_jacobian(const Sparsity& pattern, const double* entries) {
 
 void Tolerances::forget_noise() {
   std::fill(noise_.begin(), noise_.end(), 0.0);
+  std::fill(time_noise_.begin(), time_noise_.end(), 0.0);
   std::fill(doubt_.begin(), doubt_.end(), 0.0);
 }
 
 void Tolerances::see_noise(const std::function<bool(double t, const double* y, double* rates)>& evaluate, double t,
-                           const double* y) {
+                           const double* y, const double* slopes) {
   // What a few roundings of time and states do to a rate; the factor covers roundings that these do not provoke.
   constexpr double kRoundings = 20.0;
   constexpr int kSamples = 3;
@@ -271,12 +276,25 @@ void Tolerances::see_noise(const std::function<bool(double t, const double* y, d
   shaken_rates_.resize(size_);
   if (!evaluate(t, y, rates_.data())) return;
   for (std::size_t i = 0; i < states_; ++i) noise_[i] /= 2.0;  // a sample may meet no rounding by chance
+  std::fill(time_noise_.begin(), time_noise_.end(), 0.0);
   for (int sample = 1; sample <= kSamples; ++sample) {
     const double shake = sample * kEps;
     for (std::size_t i = 0; i < size_; ++i) shaken_[i] = y[i] * (i % 2 == 0 ? 1.0 + shake : 1.0 - shake);
-    if (!evaluate(t * (1.0 + shake), shaken_.data(), shaken_rates_.data())) continue;
+    if (evaluate(t, shaken_.data(), shaken_rates_.data()))
+      for (std::size_t i = 0; i < states_; ++i)
+        noise_[i] = std::max(noise_[i], kRoundings / sample * std::abs(shaken_rates_[i] - rates_[i]));
+    if (evaluate(t * (1.0 + shake), y, shaken_rates_.data()))
+      for (std::size_t i = 0; i < states_; ++i)
+        time_noise_[i] = std::max(time_noise_[i], kRoundings / sample * std::abs(shaken_rates_[i] - rates_[i]));
+  }
+  // A change that grows with the shake is no rounding but the slope of a source, a pulse's flank perhaps.
+  constexpr double kFarther = 64.0, kGrows = 8.0;
+  for (std::size_t i = 0; i < states_; ++i) shift_[i] = std::numeric_limits<double>::infinity();
+  for (const double side : {-1.0, 1.0}) {
+    if (!evaluate(t * (1.0 + side * kFarther * kEps), y, shaken_rates_.data())) continue;
     for (std::size_t i = 0; i < states_; ++i)
-      noise_[i] = std::max(noise_[i], kRoundings / sample * std::abs(shaken_rates_[i] - rates_[i]));
+      if (kRoundings * std::abs(shaken_rates_[i] - rates_[i]) > kGrows * time_noise_[i])
+        shift_[i] = kRoundings * kEps * std::abs(t * (slopes != nullptr ? slopes[i] : rates_[i]));
   }
 }
 

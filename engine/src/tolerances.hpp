@@ -33,8 +33,9 @@ class Tolerances {
   void see_jacobian(const Sparsity& pattern, const double* entries);
   /// Rounding in the rates themselves, measured by shaking time and unknowns by their last bits: a rate that is the
   /// difference of large terms is no better known than these, and no step size makes it so.
+  /// @param slopes  rates of the unknowns where what is evaluated are residuals.
   void see_noise(const std::function<bool(double t, const double* y, double* rates)>& evaluate, double t,
-                 const double* y);
+                 const double* y, const double* slopes = nullptr);
 
   [[nodiscard]] double relative() const { return relative_; }
   [[nodiscard]] double absolute(std::size_t unknown) const;
@@ -62,6 +63,8 @@ class Tolerances {
   std::vector<double> floor_;                          ///< scale for unknowns that were smaller so far
   std::vector<double> shaken_, rates_, shaken_rates_;  ///< scratch
   std::vector<double> noise_;                          ///< rounding errors of the rates per unit of time
+  std::vector<double> time_noise_;                     ///< the same by rounding of time
+  std::vector<double> shift_;                          ///< what a rounding of time does to the unknown at most
   std::vector<double> damping_;                        ///< rate at which the unknown forgets
   std::vector<double> doubt_, next_doubt_;             ///< rounding of others, passed on, per unit of time
   std::vector<std::vector<double>> stages_;            ///< promised magnitudes by length of the Euler step
