@@ -20,7 +20,7 @@ namespace {
 using namespace bgsim;
 
 constexpr std::array<double, 2> kAccuracies{1e-3, 1e-5};
-constexpr double kBudget = 40.0;  // seconds for a search, and for a table
+constexpr double kBudget = 25.0;  // seconds for a search, and for a table
 
 /// Seed models, gallery, stiff ones, oscillators, events.
 const std::vector<std::string> kScenes{

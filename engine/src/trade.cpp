@@ -124,7 +124,7 @@ class TradeTable {
     const bool exact =
         row.verdict == TradeVerdict::stable && row.max_error < kToldApart * std::max(trade_.reference.error, 1e-12);
     const bool hopeless = row.verdict == TradeVerdict::failed && !fixed;
-    ladder.error = row.whole() ? row.max_error : 0.0;
+    ladder.error = row.whole() ? std::min(row.max_error, kRunaway) : 0.0;
     ladder.over = last || exact || hopeless || row.verdict == TradeVerdict::too_costly;
     trade_.rows.push_back(row);
   }
