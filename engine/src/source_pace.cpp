@@ -85,7 +85,8 @@ class PulseSearch {
           i == parts ? cell.end
                      : cell.begin + (cell.end - cell.begin) * (static_cast<double>(i) / static_cast<double>(parts));
       const Range range = source_.range_on(begin, end);
-      const bool none = !(range.lower() <= range.upper());  // no value at all: the run will say so
+      // No value at all, or no bound: the run will say so if it is, and other stretches are not to be measured by it.
+      const bool none = !std::isfinite(range.upper() - range.lower()) || range.lower() > range.upper();
       into.push_back({begin, end, none ? kFar : range.lower(), none ? -kFar : range.upper()});
       begin = end;
       ++evaluations_;
