@@ -14,7 +14,8 @@ struct Pulse {
   double begin, end;
 };
 
-/// A pulse that lasts no longer than some ten thousand neighbouring doubles: no integrator can follow it.
+/// A pulse that lasts no longer than a hundred thousand neighbouring doubles, or a thousand between two jumps: no
+/// integrator can follow it.
 struct NarrowPulse {
   ExprId source;
   Pulse when;
@@ -42,7 +43,7 @@ struct SourcePlan {
   [[nodiscard]] bool is_edge(double t) const;
 };
 
-/// The place of the coefficient or the laws that follow time, if those of one element do.
+/// The place of the one coefficient that follows time, or of the one element whose laws do; none if there are several.
 std::optional<Place> only_element_of_time(const Model& model);
 
 /// A source is followed by steps of no more than so many of its periods.

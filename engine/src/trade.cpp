@@ -35,7 +35,6 @@ struct Ladder {
   TradeSetting setting;
   bool over = false;  ///< nothing beyond here is worth running
   double next_steps = kFewestSteps;
-  double below = 1.0;  ///< tolerances from here on have been run or passed over
   double error = 0.0;  ///< of the last row; 0: not known
 };
 
@@ -115,9 +114,10 @@ class TradeTable {
       ladder.next_steps *= kMoreSteps;
     } else {
       // Errors fall in proportion to the tolerance at best: what would be of no use all the same is passed over.
-      const double below = std::min(0.99, kOfUse / ladder.error) * ladder.below;
+      const double before = setting.relative > 0.0 ? setting.relative : 1.0;
+      const double below = std::min(0.99, kOfUse / ladder.error) * before;
       const auto next = std::find_if(kTolerances.begin(), kTolerances.end() - 1, [&](double t) { return t <= below; });
-      setting.relative = ladder.below = *next;
+      setting.relative = *next;
     }
     const TradeRow row = measure(setting);
     const bool last = fixed ? ladder.next_steps > kMostSteps : setting.relative == kTolerances.back();
