@@ -5,10 +5,9 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iostream>
 
 #include "command.hpp"
+#include "output_file.hpp"
 
 namespace bgsim::cli {
 
@@ -37,22 +36,9 @@ void check_writable(const std::string& path, const std::string& input) {
 }
 
 void write_file(const std::string& path, const std::function<void(std::ostream&)>& write) {
-  errno = 0;
-  if (path == "-") {
-    write(std::cout);
-    std::cout.flush();
-    if (!std::cout) cannot_write(path, reason());
-    return;
-  }
-  std::ofstream file(path, std::ios::binary);
-  if (!file) cannot_write(path, reason());
-  write(file);
-  file.close();
-  if (file) return;
-  const std::string why = reason();
-  std::error_code ignored;
-  if (fs::is_regular_file(path, ignored)) fs::remove(path, ignored);
-  cannot_write(path, why);
+  OutputFile file(path);
+  write(file.stream());
+  file.commit();
 }
 
 std::string file_name(const std::string& name) {

@@ -11,8 +11,7 @@ namespace bgsim::cli {
 /// @throws UsageError
 void check_writable(const std::string& path, const std::string& input);
 
-/// Lets @p write fill the file @p path ("-": standard output). A file that could not be written whole is removed, so
-/// that nobody takes a part for the whole.
+/// Lets @p write fill the file @p path ("-": standard output), which is replaced when all is written (OutputFile).
 /// @throws UsageError with the system's reason: no such folder, no permission, disk full, closed pipe.
 void write_file(const std::string& path, const std::function<void(std::ostream&)>& write);
 

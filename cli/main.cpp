@@ -5,6 +5,7 @@
 
 #include "bgsim/diagnostic.hpp"
 #include "command.hpp"
+#include "standard_output.hpp"
 
 namespace bgsim::cli {
 
@@ -71,8 +72,12 @@ Exit act(const Arguments& arguments) {
 }
 
 Exit act_and_flush(const Arguments& arguments) {
-  const Exit outcome = act(arguments);
-  if (!std::cout.flush()) throw UsageError("cannot write to standard output");
+  Exit outcome = Exit::done;
+  try {
+    outcome = act(arguments);
+  } catch (const HelpAsked&) {
+  }
+  StandardOutput::flush();
   return outcome;
 }
 
@@ -80,8 +85,6 @@ int guarded(const Arguments& arguments) {
   const auto end = [](Exit code) { return static_cast<int>(code); };
   try {
     return end(act_and_flush(arguments));
-  } catch (const HelpAsked&) {
-    return end(Exit::done);
   } catch (const ModelError& error) {
     std::cerr << render(error);
     return end(Exit::model_at_fault);
@@ -117,7 +120,9 @@ void parse_arguments(CLI::App& app, Arguments arguments) {
 }  // namespace bgsim::cli
 
 int main(int argc, char** argv) {
-  // A closed pipe is then a failed write, reported like any other.
+  // A closed pipe, and a file that grows beyond its limit, are then failed writes, reported like any other.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  const bgsim::cli::StandardOutput output;
   return bgsim::cli::guarded({argv + 1, argv + argc});
 }

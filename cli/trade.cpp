@@ -61,19 +61,21 @@ std::string text(double value, const char* format = "%.2e") {
 }
 
 void print_rows(const Trade& trade) {
-  std::printf("%-44s %9s %9s %10s %9s %9s %9s  %s\n", "setting", "max error", "RMS", "time in s", "steps", "rates",
-              "residual", "");
+  std::array<char, 240> line{};
+  std::snprintf(line.data(), line.size(), "%-44s %9s %9s %10s %9s %9s %9s  \n", "setting", "max error", "RMS",
+                "time in s", "steps", "rates", "residual");
+  std::cout << line.data();
   for (const TradeRow& row : trade.rows) {
     const bool known = !row.errors.empty();
-    std::printf("%-44s %9s %9s %10s %9llu %9llu %9s  %s%s%s\n", setting_flags(row.setting).c_str(),
-                known ? text(row.max_error).c_str() : "", known ? text(row.rms_error).c_str() : "",
-                text(row.cpu_seconds).c_str(), static_cast<unsigned long long>(row.steps),
-                static_cast<unsigned long long>(row.rates),
-                row.energy_residual ? text(*row.energy_residual).c_str() : "", row.pareto ? "* " : "",
-                row.verdict == TradeVerdict::stable ? "" : (std::string(verdict_text(row.verdict)) + ": ").c_str(),
-                row.why.c_str());
+    std::snprintf(line.data(), line.size(), "%-44s %9s %9s %10s %9llu %9llu %9s  ", setting_flags(row.setting).c_str(),
+                  known ? text(row.max_error).c_str() : "", known ? text(row.rms_error).c_str() : "",
+                  text(row.cpu_seconds).c_str(), static_cast<unsigned long long>(row.steps),
+                  static_cast<unsigned long long>(row.rates),
+                  row.energy_residual ? text(*row.energy_residual).c_str() : "");
+    std::cout << line.data() << (row.pareto ? "* " : "")
+              << (row.verdict == TradeVerdict::stable ? "" : std::string(verdict_text(row.verdict)) + ": ") << row.why
+              << '\n';
   }
-  std::fflush(stdout);
 }
 
 void print_reference(const Trade& trade) {
