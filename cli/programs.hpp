@@ -16,6 +16,7 @@ struct ExternalProgram {
 inline constexpr ExternalProgram kDot{"dot", "graphviz", "lays drawings out"};
 inline constexpr ExternalProgram kSfdp{"sfdp", "graphviz", "lays large drawings out"};
 inline constexpr ExternalProgram kGnuplot{"gnuplot", "gnuplot-nox", "draws the picture"};
+inline constexpr ExternalProgram kFontMatch{"fc-match", "fontconfig", "says which font draws"};
 inline constexpr ExternalProgram kRsvgConvert{"rsvg-convert", "librsvg2-bin", "turns SVG into PNG"};
 
 /// Runs a program with @p input as its standard input, without a shell.

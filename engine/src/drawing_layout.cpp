@@ -257,6 +257,7 @@ Layout read_layout(const Model& model, const std::string& plain) {
       layout.elements[i] =
           layout.elements[standing[i].host.index()] + Point{0.0, standing[i].side == Side::above ? -kDrop : kDrop};
   restack(model, standing, extent, layout.elements);
+  centre(model, standing, extent, layout.elements);
   fold(model, standing, extent, layout.elements, width, height);
   return layout;
 }

@@ -57,6 +57,12 @@ struct Flow {
 /// middle to both sides.
 Flow flow_of(const Model& model, const std::vector<Standing>& standings);
 
+/// Turns a layout upside down where that brings what is declared first to the top, and moves hosts that may stand
+/// anywhere between their neighbours to the middle: what is symmetrical looks so. @p at by ElementId; what hangs goes
+/// along.
+void centre(const Model& model, const std::vector<Standing>& standings, const std::vector<Extent>& extents,
+            std::vector<Layout::Point>& at);
+
 /// An element's law, energy or coefficient reads something of another element or of a bond, itself or through signals.
 struct ReadSignal {
   ElementId from;  ///< or

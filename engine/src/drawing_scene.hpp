@@ -5,19 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "drawing_labels.hpp"
 #include "drawing_plan.hpp"
 
 namespace bgsim {
-
-enum class Anchor : std::uint8_t { start, middle, end };
-
-struct PlacedText {
-  Point at;  ///< on the base line, at the anchor
-  Anchor anchor = Anchor::middle;
-  double size = kNameSize;
-  std::string text, subscript;
-  Box box;
-};
 
 struct DrawnBond {
   Curve line;
@@ -53,6 +44,22 @@ struct DrawnScene {
   Box bounds;
 };
 
+struct PlacedBonds {
+  std::vector<DrawnBond> bonds;  ///< by BondId, without texts
+  std::vector<Point> towards;    ///< by ElementId: sum of the directions of its bonds
+  double trouble = 0.0;          ///< px of bonds that go through letters, by weight
+};
+PlacedBonds place_bonds(const Model& model, const DrawnCausality& causality, const Layout& layout, Taken& taken);
+
+/// Where texts may stand. @p towards: the sum of the directions of the element's bonds.
+std::vector<Candidate> name_places(const Element& element, Point at, Point towards);
+/// A field's port, near the end of the bond there.
+std::vector<Candidate> port_places(const Curve& line, bool head, const std::string& name);
+/// @p preferred: 1 on the side of the flow, -1 on the other.
+std::vector<Candidate> beside_line(const Curve& line, double preferred, bool either_side, const std::string& text,
+                                   const std::string& subscript = {});
+
+/// Everything in its place. Where names do not find room, the layout is stretched, up to twice in each direction.
 DrawnScene place_all(const Model& model, const DrawnCausality& causality, const Layout& layout,
                      const DrawingOptions& options);
 

@@ -19,31 +19,15 @@ Box united(const Box& a, const Box& b) {
   return {{std::min(a.low.x, b.low.x), std::min(a.low.y, b.low.y)},
           {std::max(a.high.x, b.high.x), std::max(a.high.y, b.high.y)}};
 }
+double shared_area(const Box& a, const Box& b) {
+  const double width = std::min(a.high.x, b.high.x) - std::max(a.low.x, b.low.x);
+  const double height = std::min(a.high.y, b.high.y) - std::max(a.low.y, b.low.y);
+  return width > 0.0 && height > 0.0 ? width * height : 0.0;
+}
 
 Point Curve::at(double s) const { return (1 - s) * (1 - s) * begin + 2 * s * (1 - s) * control + s * s * end; }
 Point Curve::tangent(double s) const { return unit((1 - s) * (control - begin) + s * (end - control)); }
 bool Curve::straight() const { return length(control - 0.5 * (begin + end)) < 0.05; }
-
-double text_width(const std::string& text, double size) {
-  double em = 0.0;
-  for (const char c : text) {
-    if ((static_cast<unsigned char>(c) & 0xC0U) == 0x80U) continue;  // inside a UTF-8 character
-    if (std::string_view("ijl'|.,:;!").find(c) != std::string_view::npos) {
-      em += 0.25;
-    } else if (std::string_view("ft()[]/\\- I\"").find(c) != std::string_view::npos) {
-      em += 0.31;
-    } else if (std::string_view("mMW@%").find(c) != std::string_view::npos) {
-      em += 0.9;
-    } else if ((c >= 'A' && c <= 'Z') || c == 'w') {
-      em += 0.71;
-    } else if (static_cast<unsigned char>(c) >= 0x80U) {
-      em += 0.8;
-    } else {
-      em += 0.56;
-    }
-  }
-  return em * size;
-}
 
 Letters letters(const Element& element) {
   const std::string text = kind_text(element.kind, element.modulated);
@@ -52,7 +36,8 @@ Letters letters(const Element& element) {
   return {text.substr(0, text.size() - 1), text.substr(text.size() - 1)};
 }
 double letters_width(const Letters& letters) {
-  return text_width(letters.base, kLetterSize) + text_width(letters.subscript, 0.7 * kLetterSize);
+  return text_width(letters.base, kLetterSize, Face::serif) +
+         text_width(letters.subscript, 0.7 * kLetterSize, Face::serif);
 }
 
 Point Capsule::edge(Point towards) const {
@@ -71,6 +56,24 @@ Capsule capsule(const Element& element, Point at) {
   return shape;
 }
 
+Point turned(Point a) { return {-a.y, a.x}; }
+
+Point flow_side(Point tangent) {
+  const Point n = turned(tangent);
+  const double low = n.x + n.y;
+  return low > 1e-9 || (std::abs(low) <= 1e-9 && n.y > 0.0) ? n : -1.0 * n;
+}
+
+Curve between(const Capsule& a, const Capsule& b, double bulge, double shift) {
+  const Point middle = 0.5 * (a.centre + b.centre) + shift * (b.centre - a.centre);
+  if (bulge == 0.0) {
+    const Point begin = a.edge(b.centre - a.centre), end = b.edge(a.centre - b.centre);
+    return {begin, 0.5 * (begin + end), end};
+  }
+  const Point control = middle + bulge * turned(b.centre - a.centre);
+  return {a.edge(control - a.centre), control, b.edge(control - b.centre)};
+}
+
 std::string scope_of(const std::string& full_name) {
   const std::size_t dot = full_name.rfind('.');
   return dot == std::string::npos ? std::string() : full_name.substr(0, dot + 1);
@@ -80,20 +83,27 @@ std::string local_name(const std::string& full_name) {
   return dot == std::string::npos ? full_name : full_name.substr(dot + 1);
 }
 
-void Taken::add(const Box& box, double weight) {
+Taken::Range Taken::add(const Box& box, double weight) {
   const auto index = static_cast<std::uint32_t>(items_.size());
   items_.push_back({box, weight});
   for (auto x = static_cast<std::int32_t>(std::floor(box.low.x / kCell)); x * kCell <= box.high.x; ++x)
     for (auto y = static_cast<std::int32_t>(std::floor(box.low.y / kCell)); y * kCell <= box.high.y; ++y)
       cells_[(std::uint64_t{static_cast<std::uint32_t>(x)} << 32U) | static_cast<std::uint32_t>(y)].push_back(index);
+  return {index, index + 1};
 }
 
-void Taken::add(const Curve& curve, double weight) {
+Taken::Range Taken::add(const Curve& curve, double weight) {
+  const auto first = static_cast<std::uint32_t>(items_.size());
   const int pieces = std::max(1, static_cast<int>(length(curve.end - curve.begin) / 5.0));
   for (int i = 0; i < pieces; ++i) {
     const Point a = curve.at(double(i) / pieces), b = curve.at(double(i + 1) / pieces);
     add(grown({{std::min(a.x, b.x), std::min(a.y, b.y)}, {std::max(a.x, b.x), std::max(a.y, b.y)}}, 1.5), weight);
   }
+  return {first, static_cast<std::uint32_t>(items_.size())};
+}
+
+void Taken::remove(Range range) {
+  for (std::uint32_t i = range.first; i < range.last; ++i) items_[i].weight = 0.0;
 }
 
 template <class Visit>
@@ -112,11 +122,7 @@ void Taken::near(const Box& box, const Visit& visit) const {
 
 double Taken::overlap(const Box& box) const {
   double area = 0.0;
-  near(box, [&](const Item& item) {
-    const double width = std::min(box.high.x, item.box.high.x) - std::max(box.low.x, item.box.low.x);
-    const double height = std::min(box.high.y, item.box.high.y) - std::max(box.low.y, item.box.low.y);
-    if (width > 0.0 && height > 0.0) area += item.weight * width * height;
-  });
+  near(box, [&](const Item& item) { area += item.weight * shared_area(box, item.box); });
   return area;
 }
 

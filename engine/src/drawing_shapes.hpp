@@ -27,6 +27,7 @@ struct Box {
 Box around(Point centre, double width, double height);
 Box grown(const Box& box, double by);
 Box united(const Box& a, const Box& b);
+double shared_area(const Box& a, const Box& b);
 
 /// A quadratic Bezier curve; a straight line has its control point in the middle.
 struct Curve {
@@ -36,12 +37,20 @@ struct Curve {
   [[nodiscard]] bool straight() const;
 };
 
+Point turned(Point a);  ///< by a quarter, from x to y
+/// The side of a line on which its flow is written and its barb stands: below, or right of an upright one.
+Point flow_side(Point tangent);
+
 inline constexpr double kLetterSize = 20.0;  ///< of the elements' letters, in px
 inline constexpr double kNameSize = 11.5;    ///< of their names
 inline constexpr double kBondNameSize = 10.0;
 
-/// Width of a text in px, in the metrics of Arial and its like. Beyond ASCII every character counts as wide.
-double text_width(const std::string& text, double size);
+/// Liberation Sans, the same in bold, Liberation Serif; each has the metrics of Arial or Times New Roman.
+enum class Face : std::uint8_t { sans, bold, serif };
+/// Width of a text in px, as the font has it. Beyond ASCII every character counts as wide.
+double text_width(const std::string& text, double size, Face face = Face::sans);
+/// Whether text_width() is exact and not an upper bound.
+bool exact_width(const std::string& text);
 
 /// The letters of an element as drawn: "MS" with subscript "e", "R", "0".
 struct Letters {
@@ -60,6 +69,10 @@ struct Capsule {
 };
 Capsule capsule(const Element& element, Point at);
 
+/// The way from one to the other. @p bulge and @p shift: how far the control point is beside the middle and along the
+/// way, in lengths of the way.
+Curve between(const Capsule& a, const Capsule& b, double bulge, double shift = 0.0);
+
 /// "left.pump" is "pump" inside the frame "left".
 std::string scope_of(const std::string& full_name);    ///< "left." or ""
 std::string local_name(const std::string& full_name);  ///< "pump"
@@ -67,8 +80,13 @@ std::string local_name(const std::string& full_name);  ///< "pump"
 /// What is drawn already, so that what comes next can keep clear of it. Costs what is near, not what there is.
 class Taken {
  public:
-  void add(const Box& box, double weight);
-  void add(const Curve& curve, double weight);  ///< as a string of small boxes
+  /// What was added by one call, to be removed again.
+  struct Range {
+    std::uint32_t first = 0, last = 0;
+  };
+  Range add(const Box& box, double weight);
+  Range add(const Curve& curve, double weight);  ///< as a string of small boxes
+  void remove(Range range);
   /// Area of @p box that is taken, in px^2, by weight.
   [[nodiscard]] double overlap(const Box& box) const;
   /// Length of the curve from 0 to 1 that lies in what is taken, by weight; what is heavier than @p above counts.

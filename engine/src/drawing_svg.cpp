@@ -14,7 +14,7 @@ namespace {
 // Colours of the light page, then of the dark one. Every rule begins with .bg-drawing: the style of an SVG inside a
 // page is the whole page's.
 constexpr const char* kStyle = R"(
-.bg-drawing{color:#1b1f24;font-family:"Liberation Sans",Arial,Helvetica,sans-serif}
+.bg-drawing{color:#1b1f24;font-family:"Liberation Sans",Arial,Arimo,Helvetica,sans-serif}
 .bg-drawing .paper{fill:#ffffff}
 .bg-drawing path,.bg-drawing line{fill:none;stroke:currentColor;stroke-width:1.4;stroke-linecap:round}
 .bg-drawing .stroke{stroke-width:2.3;stroke-linecap:butt}
@@ -127,9 +127,14 @@ class SvgWriter {
     if (text.text.empty()) return;
     const char* anchor = text.anchor == Anchor::middle ? "middle" : text.anchor == Anchor::start ? "start" : "end";
     out_ += "<text class=\"halo " + css + "\" x=\"" + px(text.at.x) + "\" y=\"" + px(text.at.y) + "\" font-size=\"" +
-            px(text.size) + "\" text-anchor=\"" + anchor + "\">" + xml_text(text.text);
+            px(text.size) + "\" text-anchor=\"" + anchor + "\"" + fitted(text.text + text.subscript, text.width) + ">" +
+            xml_text(text.text);
     if (!text.subscript.empty()) out_ += subscript(text.subscript, text.size, 0.75);
     out_ += "</text>";
+  }
+  /// Keeps a text as wide as it was laid out where a viewer takes another font.
+  static std::string fitted(const std::string& text, double width) {
+    return exact_width(text) ? " textLength=\"" + px(width) + "\" lengthAdjust=\"spacingAndGlyphs\"" : std::string();
   }
   static std::string subscript(const std::string& text, double size, double scale) {
     return "<tspan dy=\"" + px(0.22 * size) + "\" font-size=\"" + px(scale * size) + "\">" + xml_text(text) +
@@ -231,8 +236,8 @@ class SvgWriter {
   void legend_line(std::string& text, const std::string& css, const std::string& sample, const std::string& words) {
     const Point at{scene_.bounds.low.x + 14.0, scene_.bounds.high.y + legend_height_ + 8.0};
     text += "<g class=\"" + css + "\" transform=\"translate(" + px(at.x) + "," + px(at.y) + ")\">" + sample +
-            "</g><text class=\"name\" x=\"" + px(at.x + 40.0) + "\" y=\"" + px(at.y + 4.0) + "\" font-size=\"11.5\">" +
-            xml_text(words) + "</text>\n";
+            "</g><text class=\"name\" x=\"" + px(at.x + 40.0) + "\" y=\"" + px(at.y + 4.0) + "\" font-size=\"11.5\"" +
+            fitted(words, text_width(words, 11.5)) + ">" + xml_text(words) + "</text>\n";
     legend_height_ += 19.0;
     legend_width_ = std::max(legend_width_, 70.0 + text_width(words, 11.5));
   }

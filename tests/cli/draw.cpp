@@ -126,6 +126,31 @@ TEST_CASE("without Graphviz the message says which package has it") {
              Contains("dot, which lays drawings out, is not installed (Debian: apt-get install graphviz)"));
 }
 
+TEST_CASE("a PNG without the font it is laid out for says so, and an SVG keeps every text as wide as laid out") {
+  const Workplace here;
+  const Outcome with = here.bgsim("draw decay.json -o with.png");
+  CHECK(with.code == 0);
+  CHECK(with.err.empty());
+  // A machine that has no fonts but one other family.
+  here.write("fonts.conf",
+             "<?xml version=\"1.0\"?><!DOCTYPE fontconfig SYSTEM \"fonts.dtd\"><fontconfig>"
+             "<dir>/usr/share/fonts/truetype/dejavu</dir><cachedir>" +
+                 here.folder() + "/cache</cachedir></fontconfig>");
+  const Outcome without = here.bgsim(
+      "--version", "; FONTCONFIG_FILE=\"$PWD/fonts.conf\" '" BGSIM_COMMAND "' draw decay.json -o without.png 2>.err");
+  CHECK(without.code == 0);
+  CHECK_THAT(without.err, Contains("note: the PNG is drawn with the font") && Contains("fonts-liberation"));
+  REQUIRE(here.bgsim("draw decay.json").code == 0);
+  const std::string svg = here.read("decay.svg");
+  const std::regex name("<text class=\"halo name\"[^>]*>"),
+      fitted("<text class=\"halo name\"[^>]* textLength=\"[0-9.]+\"[^>]*>");
+  const auto count = [&](const std::regex& what) {
+    return std::distance(std::sregex_iterator(svg.begin(), svg.end(), what), std::sregex_iterator());
+  };
+  CHECK(count(name) > 0);
+  CHECK(count(fitted) == count(name));
+}
+
 TEST_CASE("a ladder of 300 elements is folded into rows, and nothing in it covers anything else") {
   const Workplace here;
   here.write("ladder.json", ladder(60));
