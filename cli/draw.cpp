@@ -47,7 +47,7 @@ DrawArguments parse(const Arguments& arguments) {
 
 Exit draw_command(const Arguments& arguments) {
   DrawArguments options = parse(arguments);
-  const Stages stages = run_stages(options.file, Stage::model);
+  Stages stages = run_stages(options.file, Stage::model);
   const Model& model = *stages.model;
   if (options.output.empty()) options.output = file_name(model.name) + ".svg";
   const std::string ending =
@@ -59,7 +59,10 @@ Exit draw_command(const Arguments& arguments) {
   std::string picture = ending == ".dot" ? drawing_dot(model, causality) : drawn_svg(model, causality, options.how);
   if (ending == ".png") picture = png_from_svg(picture, options.zoom);
   write_file(options.output, [&](std::ostream& out) { out << picture; });
-  if (causality.problems.empty()) return Exit::done;
+  if (causality.problems.empty()) {
+    advance(stages, Stage::causality);  // for its warnings
+    return Exit::done;
+  }
   std::cerr << render(ModelError(causality.problems, model.sources))
             << "drawn with the strokes assigned up to there; where the rule is broken is marked\n";
   return Exit::model_at_fault;

@@ -6,6 +6,7 @@
 #include "bgsim/diagnostic.hpp"
 #include "command.hpp"
 #include "standard_output.hpp"
+#include "usage.hpp"
 
 namespace bgsim::cli {
 
@@ -68,6 +69,9 @@ Exit act(const Arguments& arguments) {
   for (const Command& command : kCommands) {
     if (first == command.name) return command.act({arguments.begin() + 1, arguments.end()});
   }
+  std::vector<std::string> names;
+  for (const Command& command : kCommands) names.emplace_back(command.name);
+  if (const std::string fault = unknown_command(first, names); !fault.empty()) throw UsageError(fault);
   return run_command(arguments);
 }
 
@@ -105,6 +109,7 @@ int guarded(const Arguments& arguments) {
 }  // namespace
 
 void parse_arguments(CLI::App& app, Arguments arguments) {
+  const Arguments given = arguments;
   // CLI11 takes a vector of arguments in reverse.
   std::reverse(arguments.begin(), arguments.end());
   try {
@@ -113,7 +118,7 @@ void parse_arguments(CLI::App& app, Arguments arguments) {
     std::cout << app.help();
     throw HelpAsked();
   } catch (const CLI::ParseError& error) {
-    throw UsageError(std::string(error.what()) + "\nusage: " + app.get_name() + " --help tells what can be given");
+    throw UsageError(unknown_argument(app, given, error.what()));
   }
 }
 

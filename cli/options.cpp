@@ -4,6 +4,24 @@
 
 namespace bgsim::cli {
 
+namespace {
+
+/// The words of method_list().
+std::vector<std::string> method_names() {
+  std::vector<std::string> names{""};
+  for (const char c : method_list()) {
+    if (c != ',' && c != ' ')
+      names.back() += c;
+    else if (names.back() == "and")
+      names.back().clear();
+    else if (!names.back().empty())
+      names.emplace_back();
+  }
+  return names;
+}
+
+}  // namespace
+
 CLI::Validator positive_number() {
   const auto check = [](const std::string& text) {
     double value = 0.0;
@@ -30,7 +48,10 @@ void add_solver_options(CLI::App& app, SceneOverrides& overrides) {
          [&overrides](const std::string& name) {
            overrides.method = method_from(name);
            if (!overrides.method) {
-             throw CLI::ValidationError("--method", "there is no method \"" + name + "\"; there are " + method_list());
+             const std::string near = nearest_name(name, method_names());
+             throw CLI::ValidationError("--method", "there is no method \"" + name + "\"; " +
+                                                        (near.empty() ? "" : "did you mean " + near + "? ") +
+                                                        "There are " + method_list());
            }
          },
          method_list())

@@ -1,5 +1,6 @@
 // bgsim run: a scene of a model, from the file to the trace.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 
@@ -97,6 +98,30 @@ void add_units(RunResult& result, const UnitReport& units, const std::vector<std
   result.report.energy_unit = units.energy;
 }
 
+/// Stores that have no state of their own, and why: they show as loops in the report.
+void note_dependent_stores(RunResult& result, const Stages& stages, const EquationSystem& system,
+                           const std::string& file) {
+  constexpr std::size_t kListed = 3;
+  std::string text;
+  for (std::size_t i = 0; i < system.dependent.size() && i < kListed; ++i) {
+    const DependentStore& store = system.dependent[i];
+    const auto& ports = stages.causal->dependent;
+    const auto port = std::find_if(ports.begin(), ports.end(), [&](const DependentPort& p) {
+      return p.element == store.element && p.port == store.port;
+    });
+    std::string because;
+    for (std::size_t k = 0; port != ports.end() && k < port->because.size(); ++k)
+      because +=
+          (k == 0 ? " is determined by \"" : ", \"") + stages.model->elements[port->because[k].index()].name + '"';
+    text += (text.empty() ? "" : "; ") + store.name + because;
+  }
+  if (text.empty()) return;
+  if (system.dependent.size() > kListed) text += "; and " + std::to_string(system.dependent.size() - kListed) + " more";
+  result.report.notes.insert(result.report.notes.begin(),
+                             "dependent stores (derivative causality), without states of their own: " + text +
+                                 "; bgsim check " + file + " tells more");
+}
+
 void write_results(const RunResult& result, const std::string& name, const std::string& output,
                    const RunOptions& options) {
   write_file(output, [&](std::ostream& out) { write_trace_csv(out, result.trace); });
@@ -153,6 +178,7 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
   result.report.stage_seconds.insert(result.report.stage_seconds.begin(), seconds.begin(), seconds.end());
 
   add_units(result, units, inputs.outputs);
+  note_dependent_stores(result, stages, compiled.system(), options.file);
   write_results(result, name, output, options);
   if (result.failure) std::cerr << render(*result.failure, *model.sources);
   if (!options.quiet) tell(result, output);

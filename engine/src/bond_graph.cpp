@@ -4,6 +4,8 @@
 #include <boost/graph/connected_components.hpp>
 #include <stdexcept>
 
+#include "graph_faults.hpp"
+
 namespace bgsim {
 
 namespace {
@@ -27,26 +29,37 @@ class GraphBuilder {
   }
 
   BondGraph build() {
-    for (std::size_t i = 0; i < model_.bonds.size(); ++i) {
-      const ModelBond& bond = model_.bonds[i];
-      if (bond.from.element == bond.to.element) {
-        refuse_self_bond(bond);
-      } else {
-        attach(BondId(i), false);
-        attach(BondId(i), true);
-      }
-    }
-    refuse_unbonded();
+    attach_all();
+    refuse_unbonded({});
     if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
     return numbered();
+  }
+
+  std::vector<Diagnostic> faults(const BondedElsewhere& elsewhere) {
+    attach_all();
+    if (!elsewhere.any) refuse_unbonded(elsewhere.elements);
+    return std::move(problems_);
   }
 
  private:
   const ModelBond& bond(const End& end) const { return model_.bonds[end.bond.index()]; }
   const BondEndText& text(const End& end) const { return end.head ? bond(end).to : bond(end).from; }
 
+  void attach_all() {
+    for (std::size_t i = 0; i < model_.bonds.size(); ++i) {
+      const ModelBond& bond = model_.bonds[i];
+      if (bond.from.element == bond.to.element && bond.from.element.valid()) {
+        refuse_self_bond(bond);
+      } else {
+        attach(BondId(i), false);
+        attach(BondId(i), true);
+      }
+    }
+  }
+
   void attach(BondId id, bool head) {
     End end{id, head};
+    if (!text(end).element.valid()) return;  // of a model with faults, see graph_faults
     const std::size_t index = text(end).element.index();
     const Element& element = model_.elements[index];
     std::size_t port = text(end).port.value_or(0);
@@ -104,9 +117,10 @@ class GraphBuilder {
     problems_.push_back(std::move(problem));
   }
 
-  void refuse_unbonded() {
+  void refuse_unbonded(const std::unordered_set<std::uint32_t>& elsewhere) {
     // An element whose bond was refused above is not reported a second time for lack of it.
     std::vector<bool> known(model_.elements.size());
+    for (const std::uint32_t index : elsewhere) known[index] = true;
     for (const ElementId id : self_bonded_) known[id.index()] = true;
     for (const ElementId id : untold_) known[id.index()] = true;
     for (std::size_t i = 0; i < model_.elements.size(); ++i) {
@@ -167,6 +181,10 @@ class GraphBuilder {
 }  // namespace
 
 BondGraph build_bond_graph(const Model& model) { return GraphBuilder(model).build(); }
+
+std::vector<Diagnostic> graph_faults(const Model& model, const BondedElsewhere& elsewhere) {
+  return GraphBuilder(model).faults(elsewhere);
+}
 
 std::vector<std::vector<ElementId>> connected_parts(const BondGraph& graph) {
   boost::adjacency_list<boost::vecS, boost::vecS, boost::undirectedS> neighbours(graph.kinds.size());

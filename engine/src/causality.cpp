@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "causal_explanation.hpp"
+#include "graph_faults.hpp"
 
 namespace bgsim {
 
@@ -388,6 +389,7 @@ class Scap {
     CausalGraph causal;
     causal.free_choices = free_choices();
     list_stores(causal);
+    causal.warnings = part_warnings(model_, graph_);
     ExprPool scratch = model_.pool;
     for (std::size_t i = 0; i < model_.elements.size(); ++i)
       warn_if_not_reciprocal(scratch, ElementId(i), causal.warnings);

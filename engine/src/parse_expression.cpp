@@ -9,6 +9,8 @@
 #include "expression_graph.hpp"
 #include "expression_language.hpp"
 #include "expression_layout.hpp"
+#include "other_words.hpp"
+#include "value_unit.hpp"
 
 namespace bgsim {
 
@@ -124,15 +126,38 @@ class Parser {
       wrong_count(*groups_.back().function, 0, groups_.back().begin, at_ + 1);
     const std::size_t end = character_end(text_, at_);
     if (c == '+') fail("BG120", "\"+\" before a value", at_, end, "leave it out: only the minus sign may stand alone");
-    if (c == '!') fail("BG120", "unexpected \"!\"", at_, end, "write not");
     missing_operand(at_, end);
   }
 
   [[noreturn]] void missing_operand(std::size_t begin, std::size_t end) const {
+    if (const auto sign = foreign_sign(text_.substr(begin))) refuse_sign(*sign, begin);
     if (begin == end && operands_.empty() && operators_.empty() && groups_.empty())
       fail("BG120", "the expression is empty", 0, text_.size(), "write a number or an expression");
     const std::string what = begin == end ? "the end of the text" : quoted(begin, end);
     fail("BG120", "a number, a name or \"(\" should stand here, not " + what, begin, end);
+  }
+
+  [[noreturn]] void refuse_sign(const ForeignSign& sign, std::size_t begin) const {
+    const std::size_t end = begin + sign.length;
+    fail("BG120", (sign.what.empty() ? quoted(begin, end) : sign.what) + " is not part of the language", begin, end,
+         sign.help);
+  }
+
+  /// What stands behind a number at byte @p at as if it were its unit, or its power of ten.
+  void refuse_unit(std::size_t number, std::size_t at) const {
+    const auto found = unit_behind(text_.substr(number), at - number);
+    if (!found) return;
+    const std::string_view word = text_.substr(at, name_length(at));
+    const bool known = !word.empty() && scope_.name && scope_.name(word);
+    std::string help = found->help;
+    if (known)
+      help = "if a product is meant, write " + std::string(trimmed_end(text_.substr(number, at - number))) + "*" +
+             std::string(word) + "; " + help;
+    fail(found->code, found->situation, at, at + found->length, std::move(help));
+  }
+  static std::string_view trimmed_end(std::string_view text) {
+    while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+    return text;
   }
 
   bool read_number() {
@@ -146,7 +171,9 @@ class Parser {
       fail("BG123", "the number " + std::string(text_.substr(at_, length)) + " is out of range", at_, stop,
            "numbers go from about 5e-324 to 1.8e308 in magnitude");
     }
+    last_number_ = at_;
     if (const std::size_t name = name_length(stop); name > 0 && keyword(stop, name) == nullptr) {
+      refuse_unit(at_, stop);
       const std::string number(text_.substr(at_, length)), rest(text_.substr(stop, name));
       fail("BG120", "no operator between " + number + " and " + rest, at_, stop + name,
            "write " + number + "*" + rest + " if a product is meant");
@@ -167,6 +194,7 @@ class Parser {
     const std::size_t begin = at_, length = name_length(at_);
     const std::string_view name = text_.substr(begin, length);
     if (keyword(begin, length) != nullptr) missing_operand(begin, begin + length);
+    last_number_.reset();
     at_ += length;
     if (name == "not") {
       operators_.push_back({Op::logical_not, true, begin, at_});
@@ -200,8 +228,11 @@ class Parser {
     const std::size_t end = begin + name.size();
     if (const Function* function = function_named(name)) {
       fail("BG120", std::string(name) + " is a function and needs arguments", begin, end,
-           "write " + std::string(function->usage));
+           "write " + std::string(function->usage) +
+               (peek() == '^' ? ", and the power behind: " + std::string(name) + "(x)^2" : ""));
     }
+    const std::string other = instead_of_name(name, text_.substr(end));
+    if (!other.empty()) fail("BG121", "unknown name \"" + std::string(name) + "\"", begin, end, other);
     std::vector<std::string> candidates;
     if (scope_.known_names) candidates = scope_.known_names();
     candidates.insert(candidates.end(), {"t", "pi"});
@@ -213,10 +244,11 @@ class Parser {
   [[noreturn]] void unknown_function(std::string_view name, std::size_t begin) const {
     std::vector<std::string> candidates;
     for (const Function& f : kFunctions) candidates.emplace_back(f.name);
-    const std::string nearest = nearest_name(std::string(name), candidates);
-    std::string help = nearest.empty() ? "" : "did you mean " + nearest + "?";
-    if (help.empty() && scope_.name && scope_.name(name))
-      help = "if a product is meant, write " + std::string(name) + "*(...)";
+    std::string help = instead_of_function(name);
+    if (scope_.name && scope_.name(name)) help = "if a product is meant, write " + std::string(name) + "*(...)";
+    const std::string nearest = help.empty() ? nearest_name(std::string(name), candidates) : "";
+    if (!nearest.empty()) help = "did you mean " + nearest + "?";
+    if (help.empty()) help = "functions are listed in docs/model-format.md; what is not among them can be a table(...)";
     fail("BG121", "unknown function " + std::string(name) + "(...)", begin, begin + name.size(), help);
   }
 
@@ -270,19 +302,20 @@ class Parser {
              "join two comparisons with and: a < b and b < c");
       reduce();
     }
+    last_number_.reset();
     operators_.push_back({found->op, false, begin, at_});
     return true;
   }
 
   [[noreturn]] void missing_operator() const {
+    if (last_number_) refuse_unit(*last_number_, at_);
+    if (const auto sign = foreign_sign(text_.substr(at_))) refuse_sign(*sign, at_);
     std::size_t end = at_ + name_length(at_);
     if (end == at_) end = character_end(text_, at_);
     const std::string_view next = text_.substr(at_, end - at_);
     std::string help;
-    if (next == "=") help = "write == to compare";
-    if (next == "&") help = "write and";
-    if (next == "|") help = "write or";
-    if (next == "(") help = "write * if a product is meant";
+    if (next == "(" || is_letter(next[0]) || is_digit(next[0])) help = "write * if a product is meant";
+    if (next == "\"") help = "a text may stand in table(...) only";
     fail("BG120", "an operator should stand here, not " + quoted(at_, end), at_, end, help);
   }
 
@@ -314,6 +347,7 @@ class Parser {
     if (groups_.empty())
       fail("BG120", "\")\" without \"(\"", at_, at_ + 1, "take it out, or open a parenthesis before it");
     reduce_all(base());
+    last_number_.reset();
     const Group group = groups_.back();
     groups_.pop_back();
     ++at_;
@@ -429,6 +463,7 @@ class Parser {
   ExprPool& pool_;
   const ExpressionScope& scope_;
   std::size_t at_ = 0;
+  std::optional<std::size_t> last_number_;  ///< where the last operand begins, if it is a number
   std::vector<Operand> operands_;
   std::vector<Pending> operators_;
   std::vector<Group> groups_;

@@ -6,10 +6,14 @@
 
 #include "bgsim/model.hpp"
 #include "bgsim/parse_expression.hpp"
+#include "bgsim/unit.hpp"
 #include "dependence.hpp"
 #include "element_kinds.hpp"
+#include "initial_from_law.hpp"
 #include "output_times.hpp"
 #include "parameter_values.hpp"
+#include "set_target.hpp"
+#include "value_unit.hpp"
 
 namespace bgsim {
 namespace {
@@ -25,6 +29,13 @@ std::string trimmed(const std::string& text) {
 struct Given {
   ExprId value;
   std::optional<Place> place;
+  bool conjugate = false;  ///< an initial value of the effort or flow that the law gives, not of what is stored
+};
+
+/// A store's port, as initial values name it.
+struct StorePort {
+  std::uint64_t key = 0;
+  bool conjugate = false;
 };
 
 class ScenePreparation {
@@ -45,7 +56,7 @@ class ScenePreparation {
     stop_if_wrong();
     evaluate_parameters();
     stop_if_wrong();
-    evaluate_initial();
+    evaluate_initial(scene);
     prepare_times(scene);
     choose_outputs(scene);
     prepare_tolerances(scene);
@@ -88,25 +99,27 @@ class ScenePreparation {
   static std::uint64_t key(ElementId element, std::uint32_t port) {
     return (std::uint64_t{element.value} << 32U) | port;
   }
-  [[nodiscard]] static char stored_letter(const Element& element) {
-    return stores_displacement(element.kind) ? 'q' : 'p';
+  [[nodiscard]] static char initial_letter(const Element& element, bool conjugate) {
+    return stores_displacement(element.kind) ? (conjugate ? 'e' : 'q') : (conjugate ? 'f' : 'p');
   }
 
   void collect_initial(const Scene& scene) {
     for (std::size_t i = 0; i < model_.elements.size(); ++i)
       for (const InitialValue& initial : model_.elements[i].initial)
-        initial_[key(ElementId(i), initial.port)] = {initial.value, initial.place};
+        initial_[key(ElementId(i), initial.port)] = {initial.value, initial.place, initial.conjugate};
     for (const auto& [state, value] : scene.initial)
-      if (const auto store = find_state(state)) initial_[*store] = {value.first, value.second};
+      if (const auto store = find_state(state)) initial_[store->key] = {value.first, value.second, store->conjugate};
   }
 
   /// The store of a state by its full name. The names are put together once, when the first is asked for.
-  std::optional<std::uint64_t> find_state(const std::string& name) {
+  std::optional<StorePort> find_state(const std::string& name) {
     if (states_.empty())
       for (std::size_t i = 0; i < model_.elements.size(); ++i) {
         const Element& element = model_.elements[i];
         for (std::uint32_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
-          states_.emplace(port_name(element, port) + "." + stored_letter(element), key(ElementId(i), port));
+          for (const bool conjugate : {false, true})
+            states_.emplace(port_name(element, port) + "." + initial_letter(element, conjugate),
+                            StorePort{key(ElementId(i), port), conjugate});
       }
     const auto found = states_.find(name);
     return found == states_.end() ? std::nullopt : std::optional(found->second);
@@ -118,10 +131,18 @@ class ScenePreparation {
     const std::string name = trimmed(text.substr(0, equals));
     if (equals == std::string::npos || name.empty())
       return problem("BG141", "--set " + in_quotes(text) + " is not of the form NAME=EXPR", {},
-                     "write --set m=0.02, say");
+                     equals == std::string::npos && !name.empty()
+                         ? "write --set " + name + "=VALUE, without spaces around ="
+                         : "write --set m=0.02, say");
     const auto parameter = parameters_.find(name);
     const auto state = parameter == parameters_.end() ? find_state(name) : std::nullopt;
     if (parameter == parameters_.end() && !state) return unknown_target(text, name);
+    const std::string target = state ? "state " + std::to_string(state->key) : name;
+    if (const auto [before, is_new] = set_before_.emplace(target, text); !is_new)
+      return problem("BG141",
+                     "--set " + in_quotes(before->second) + " and --set " + in_quotes(text) + " set the same " +
+                         (state ? "store" : "parameter"),
+                     {}, "keep one of them");
     ExpressionScope scope;
     scope.time = model_.time;
     scope.name = [this](std::string_view wanted) -> std::optional<ExprId> {
@@ -137,22 +158,34 @@ class ScenePreparation {
           return problem("BG141", "--set " + in_quotes(text) + ": neither t nor der can be used here", {}, {},
                          "parameters and initial values are computed from numbers and parameters only");
       if (state)
-        initial_[*state] = {value, std::nullopt};
+        initial_[state->key] = {value, std::nullopt, state->conjugate};
       else
         values_[parameter->second] = {value, std::nullopt};
     } catch (const ExpressionError& error) {
-      problem(error.code.c_str(), "--set " + in_quotes(text) + ": " + error.what(), {}, error.help);
+      problem(error.code.c_str(), "--set " + in_quotes(text) + ": " + error.what(), {},
+              error.code == "BG181" ? unit_help(text, name, error, parameter)
+              : error.help.empty()  ? "a value is made of numbers and the model's parameters"
+                                    : error.help);
     }
   }
 
+  /// A value of the command line is a number; its unit is the parameter's.
+  template <class Found>
+  std::string unit_help(const std::string& text, const std::string& name, const ExpressionError& error,
+                        const Found& parameter) {
+    const auto equals = text.find('=');
+    const std::string number = trimmed(text.substr(equals + 1, error.begin));
+    const std::string_view unit = bare_unit(std::string_view(text).substr(equals + 1 + error.begin));
+    if (!parse_unit(unit).unit) return error.help;
+    const bool known = parameter != parameters_.end() && !model_.parameters[parameter->second].unit.empty();
+    return "write --set " + name + "=" + number + ": the number is in the unit that the model gives " +
+           in_quotes(name) + (known ? ", " + model_.parameters[parameter->second].unit : "");
+  }
+
   void unknown_target(const std::string& text, const std::string& name) {
-    std::vector<std::string> names = parameter_names();
-    for (const auto& [state, unused] : states_) names.push_back(state);
-    std::sort(names.begin(), names.end());
-    const std::string near = nearest_name(name, names);
-    problem("BG141", "--set " + in_quotes(text) + ": there is no parameter or state " + in_quotes(name), {},
-            near.empty() ? "parameters and states are called as in the model: m, mass.p, left.m, packet.air.q"
-                         : "did you mean " + in_quotes(near) + "?");
+    const UnknownTarget unknown = unknown_target_words(model_, name);
+    problem("BG141", "--set " + in_quotes(text) + ": " + unknown.situation, {}, unknown.help,
+            "--set takes parameters and the initial values of stores");
   }
 
   [[nodiscard]] std::vector<std::string> parameter_names() const {
@@ -208,25 +241,53 @@ class ScenePreparation {
     return std::nullopt;
   }
 
-  void evaluate_initial() {
+  void evaluate_initial(const Scene& scene) {
     std::vector<std::uint64_t> stores;
     for (const auto& [store, unused] : initial_) stores.push_back(store);
     std::sort(stores.begin(), stores.end());
-    for (const std::uint64_t store : stores) {
-      const Given& given = initial_[store];
-      const ElementId element(store >> 32U);
-      const auto port = static_cast<std::uint32_t>(store);
+    std::vector<StartValue> values;  // of one element
+    for (std::size_t i = 0; i < stores.size(); ++i) {
+      const ElementId element(stores[i] >> 32U);
+      const auto port = static_cast<std::uint32_t>(stores[i]);
+      const Given& given = initial_[stores[i]];
       const Element& owner = model_.elements[element.index()];
       const double* constant = pool_.is_constant(given.value) ? &pool_[given.value].constant : nullptr;
       std::optional<double> value;
       if (constant != nullptr && std::isfinite(*constant))
         value = *constant;
       else
-        value = number(given.value,
-                       "the initial value of " + in_quotes(port_name(owner, port) + "." + stored_letter(owner)),
-                       given.place);
-      if (value) inputs_.initial.push_back({element, port, *value, given.place});
+        value = number(
+            given.value,
+            "the initial value of " + in_quotes(port_name(owner, port) + "." + initial_letter(owner, given.conjugate)),
+            given.place);
+      if (value) values.push_back({port, *value, given.conjugate});
+      if (i + 1 < stores.size() && ElementId(stores[i + 1] >> 32U) == element) continue;
+      begin_store(element, values, scene);
+      values.clear();
     }
+  }
+
+  /// What the ports of a store hold at the start, where values are given.
+  void begin_store(ElementId element, const std::vector<StartValue>& values, const Scene& scene) {
+    const auto add = [&](std::size_t i, double stored) {
+      inputs_.initial.push_back({element, values[i].port, stored, initial_[key(element, values[i].port)].place});
+    };
+    if (std::none_of(values.begin(), values.end(), [](const StartValue& v) { return v.conjugate; })) {
+      for (std::size_t i = 0; i < values.size(); ++i) add(i, values[i].value);
+      return;
+    }
+    const double start = scene.start.valid() ? evaluate(pool_, scene.start, symbol_values_) : 0.0;
+    const StoredAtStart found = stored_at_start(model_, pool_, element, values, start, symbol_values_);
+    for (std::size_t i = 0; found.fault.empty() && i < values.size(); ++i) add(i, found.stored[i]);
+    if (found.fault.empty()) return;
+    const Element& owner = model_.elements[element.index()];
+    const StartValue& at = values[found.at];
+    const std::string name = port_name(owner, at.port) + ".";
+    problem("BG183",
+            "the initial value " + name + initial_letter(owner, true) + " = " + text_of_number(at.value) +
+                " does not say what " + in_quotes(owner.name) + " holds: " + found.fault,
+            initial_[key(element, at.port)].place, "give " + name + initial_letter(owner, false) + " instead",
+            "an initial effort or flow stands for what is stored where the law of the store can be inverted");
   }
 
   void prepare_times(const Scene& scene) {
@@ -321,11 +382,14 @@ class ScenePreparation {
       const std::string what = "the " + std::string(kind_row(element).ways.front()) + " of " + in_quotes(element.name);
       if (!std::isfinite(*value)) {
         number(element.coefficient, what, element.coefficient_place);
-      } else if ((element.kind == ElementKind::capacitor || element.kind == ElementKind::inertia) && !(*value > 0.0)) {
+      } else if ((element.kind == ElementKind::capacitor || element.kind == ElementKind::inertia) && *value == 0.0) {
         problem("BG145", what + " is " + text_of_number(*value), element.coefficient_place,
-                *value == 0.0 ? "leave the element out, or give it a small positive value"
-                              : "a spring that pushes away from rest can be written as a \"law\"",
-                "a store takes energy in as it fills: its capacitance or inertance is greater than 0");
+                "leave the element out, or give it a small positive value",
+                "a store takes energy in as it fills: its capacitance or inertance is not 0");
+      } else if ((element.kind == ElementKind::capacitor || element.kind == ElementKind::inertia) && *value < 0.0) {
+        warn("BG180", what + " is " + text_of_number(*value) + ": the store is unstable", element.coefficient_place,
+             "check the sign, if it is not meant (a linearised inverted pendulum has such a spring)",
+             "a store of less than 0 gives energy off as it fills");
       } else if (element.kind == ElementKind::resistor && *value < 0.0) {
         warn("BG148", what + " is " + text_of_number(*value) + ": the element is active", element.coefficient_place,
              "check the sign, if it is not meant to supply power", "a resistance of less than 0 supplies power");
@@ -338,7 +402,8 @@ class ScenePreparation {
   const SceneOverrides& overrides_;
   RunInputs inputs_;
   std::unordered_map<std::string_view, std::size_t> parameters_;  ///< by name
-  std::unordered_map<std::string, std::uint64_t> states_;         ///< by name; empty until the first is asked for
+  std::unordered_map<std::string, StorePort> states_;             ///< by name; empty until the first is asked for
+  std::unordered_map<std::string, std::string> set_before_;       ///< what --set has set: target to the whole text
   std::vector<Given> values_;                                     ///< by ParameterId
   std::unordered_map<std::uint64_t, Given> initial_;              ///< by key()
   std::vector<double> symbol_values_;                             ///< of parameters; NaN for the others

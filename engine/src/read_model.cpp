@@ -1,9 +1,13 @@
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 
+#include "graph_faults.hpp"
+#include "nearest_file.hpp"
 #include "reader.hpp"
+#include "store_rates.hpp"
 
 namespace bgsim {
 namespace {
@@ -33,6 +37,7 @@ FileText read_file(const std::string& path, bool regular) {
 
 Model read_model(const std::string& path) {
   FileText file = read_file(path, false);
+  const std::string near = file.fault.empty() ? "" : file_suggestion(path);
   if (!file.fault.empty())
     throw ModelError({{Severity::error,
                        "BG100",
@@ -40,7 +45,7 @@ Model read_model(const std::string& path) {
                        {},
                        {},
                        {},
-                       "give the path of a model file, such as models/bellow.json"}},
+                       near.empty() ? "give the path of a model file, such as models/bellow.json" : near}},
                      std::make_shared<Sources>());
   return read_model_text(path, std::move(file.text));
 }
@@ -63,8 +68,27 @@ Model Reader::read(std::string text) {
   parse_outputs();
   parse_scenes();
   check_dependence();
-  if (!problems_.empty()) give_up();
+  if (problems_.empty()) problems_ = store_rate_faults(model_);
+  if (!problems_.empty()) {
+    add_graph_faults();
+    give_up();
+  }
   return std::move(model_);
+}
+
+/// A model at fault is not handed on; what is wrong with its graph all the same is added, as far as it can be known.
+void Reader::add_graph_faults() {
+  if (enough_problems()) return;
+  const auto add = [this](std::vector<Diagnostic> faults) {
+    for (Diagnostic& fault : faults)
+      problem(fault.code.c_str(), fault.situation, fault.place, fault.help, fault.rule, fault.notes);
+    return !faults.empty();
+  };
+  if (add(graph_faults(model_, {meant_, lost_bonds_}))) return;
+  const bool complete = std::all_of(model_.bonds.begin(), model_.bonds.end(), [](const ModelBond& bond) {
+    return bond.from.element.valid() && bond.to.element.valid();
+  });
+  if (complete && meant_.empty() && !lost_bonds_) add(causal_faults(model_));
 }
 
 /// Problems in the order in which they stand in the files.
@@ -105,8 +129,9 @@ DocumentId Reader::load(const std::string& path, std::optional<std::string> text
   if (!text) {
     FileText file = read_file(path, true);
     if (!file.fault.empty()) {
+      const std::string near = file_suggestion(path);
       problem("BG133", "cannot read the submodel " + in_quotes(path) + ": " + file.fault, from,
-              "paths are relative to the folder of the file that names them");
+              (near.empty() ? "paths" : near + " Paths") + " are relative to the folder of the file that names them");
       return {};
     }
     text = std::move(file.text);

@@ -14,6 +14,7 @@
 #include "bgsim/model.hpp"
 #include "bgsim/parse_expression.hpp"
 #include "bgsim/trace_csv.hpp"
+#include "bgsim/unit.hpp"
 #include "element_kinds.hpp"
 
 namespace bgsim {
@@ -70,13 +71,16 @@ class Reader {
   /// Whether so many problems are known that the costly search for suggestions is not worth its time any more.
   [[nodiscard]] bool enough_problems() const { return problems_.size() >= kMostProblems; }
   void check_keys(const Document& file, NodeId object, std::span<const std::string_view> allowed,
-                  const std::string& what);
+                  const std::string& what, std::optional<ElementKind> kind = std::nullopt);
   /// A required key is not there; not told of an object with an unknown key, which is likely to be meant for it.
   void missing(const Document& file, NodeId object, std::string situation, const Place& place, std::string help,
                std::string rule = {});
   bool expect(const Document& file, NodeId value, JsonKind kind, const std::string& what);
   std::string text_of(const Document& file, NodeId object, std::string_view key);
   NodeId section(const Scope& scope, std::string_view key, JsonKind kind);
+  /// Whether a section of a file is there and is not what it has to be, which is reported: what it would declare is
+  /// not missed.
+  [[nodiscard]] bool unreadable(const Scope& scope, std::string_view key) const;
   bool valid_name(std::string_view name, const Place& place, const std::string& what);
   bool valid_title(std::string_view name, const Place& place, const std::string& what);
 
@@ -110,7 +114,9 @@ class Reader {
 
   // bonds (reader_bonds.cpp)
   void declare_bonds(std::size_t scope);
-  void declare_bond(std::size_t scope, NodeId node, std::size_t position);
+  void name_bonds(std::size_t scope, NodeId array);
+  std::string automatic_name(std::size_t scope, std::size_t position);
+  void declare_bond_ends(std::size_t scope, NodeId node, std::size_t index);
   std::optional<BondEndText> bond_end(std::size_t scope, NodeId bond, std::string_view key);
   std::optional<BondEndText> bond_end_at(std::size_t scope, NodeId value);
   std::optional<BondEndText> inner_bond_end(std::size_t scope, NodeId value, std::string_view base,
@@ -125,11 +131,21 @@ class Reader {
   std::optional<ExprId> quantity(const Context& context, const Entity& entity, std::string_view name);
   std::optional<ExprId> own_variable(const Context& context, std::string_view name);
   std::optional<SymbolId> variable_of(std::size_t scope, std::string_view base, char letter);
-  std::optional<SymbolId> state_named(std::string_view name);
-  std::nullopt_t refuse(const char* code, std::string situation, std::string help);
+  std::optional<SymbolId> state_named(std::string_view name, bool or_conjugate);
+  std::nullopt_t refuse(const char* code, std::string situation, std::string help, std::vector<Note> notes = {});
   [[nodiscard]] std::vector<std::string> known_names(const Context& context) const;
   SymbolId bond_symbol(BondId bond, Variable variable);
   [[nodiscard]] bool is_broken(std::size_t scope, std::string_view name) const;
+  [[nodiscard]] bool perhaps_declared(std::size_t scope, std::string_view name) const;
+
+  // what to write instead (reader_advice.cpp)
+  void expression_fault(const Context& context, NodeId value, std::string_view text, std::size_t offset,
+                        const ExpressionError& error);
+  std::string unit_advice(const Context& context, NodeId value, std::string_view number, std::string_view unit);
+  std::string name_advice(const Context& context, std::string_view name) const;
+  [[nodiscard]] std::string law_advice(const Element& own, std::string_view name) const;
+  [[nodiscard]] std::string law_without_equals(const Element& own, std::string_view text) const;
+  [[nodiscard]] std::string initial_advice(const Element& own, std::string_view name, const std::string& owner) const;
 
   // measured data (reader_tables.cpp)
   const CsvTable& data_file(const std::string& path, const std::function<void(std::string, std::string)>& fail);
@@ -144,6 +160,7 @@ class Reader {
   void parse_laws(std::size_t index, NodeId value);
   void parse_law(std::size_t index, NodeId value);
   bool check_law_variables(std::size_t index, const Law& law, NodeId value);
+  void warn_of_euler(std::size_t index, ExprId right, const Place& place);
   void parse_initial(std::size_t index, NodeId value);
   void parse_priority(std::size_t index, NodeId value);
   void parse_outputs();
@@ -155,6 +172,7 @@ class Reader {
   void check_cycles(const std::vector<Quantity>& quantities, ModelSymbol::Kind kind, const char* what);
   void check_plain_kinds();
   void check_equalities();
+  void add_graph_faults();
   [[nodiscard]] Varies variation(SymbolId id) const;
   [[nodiscard]] Varies variation(ExprId expression) const;
 
@@ -170,7 +188,7 @@ class Reader {
   void parse_reference(NodeId node, Scene& scene);
   std::optional<double> positive(NodeId value, const std::string& what);
   [[nodiscard]] std::vector<std::string> state_names() const;
-  bool check_state(const std::string& name, const Place& place);
+  bool check_state(const std::string& name, const Place& place, bool or_conjugate = false);
   bool check_output(const std::string& name, const Place& place);
 
   std::string path_;
@@ -186,6 +204,9 @@ class Reader {
   std::unordered_map<std::string, ElementId> exports_;    ///< junctions by "left.body"
   std::unordered_set<std::uint64_t> with_unknown_keys_;   ///< objects, by document and value
   std::unordered_set<std::string> broken_;                ///< full names of what is at fault and reported
+  std::unordered_set<std::string> ambiguous_;             ///< full names that a law could mean, too; reported
+  std::unordered_set<std::uint32_t> meant_;               ///< elements that a misspelt end of a bond is likely to mean
+  bool lost_bonds_ = false;                               ///< a bond, or what it was meant for, is not known
   std::unordered_map<std::string, CsvTable> data_;        ///< by path
   std::unordered_map<std::string, TableId> tables_;       ///< by file, column and interpolation
   std::unordered_map<std::string, std::size_t> outputs_;  ///< by name
@@ -196,6 +217,7 @@ class Reader {
   /// Why the last name has no meaning where it stands, if more is known than that.
   struct Refusal {
     std::string code, situation, help;
+    std::vector<Note> notes = {};
   };
   std::optional<Refusal> refusal_;
 

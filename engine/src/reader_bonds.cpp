@@ -7,53 +7,79 @@ namespace bgsim {
 
 void Reader::declare_bonds(std::size_t scope) {
   const NodeId array = section(scopes_[scope], "bonds", JsonKind::array);
-  if (!array.valid()) return;
+  if (!array.valid()) {
+    lost_bonds_ = lost_bonds_ || unreadable(scopes_[scope], "bonds");
+    return;
+  }
   const Document& file = document(scopes_[scope]);
-  std::size_t position = 0;
+  const std::size_t first = model_.bonds.size();
+  name_bonds(scope, array);
+  std::size_t index = first;
   for (NodeId node = file[array].first_child; node.valid(); node = file[node].next_sibling) {
-    ++position;
-    if (expect(file, node, JsonKind::object, "a bond")) declare_bond(scope, node, position);
+    if (file[node].kind == JsonKind::object) declare_bond_ends(scope, node, index++);
   }
 }
 
-void Reader::declare_bond(std::size_t scope, NodeId node, std::size_t position) {
+/// All bonds get their names before any end is looked at: first those that the file gives, then, for the others, names
+/// that nothing in the file has.
+void Reader::name_bonds(std::size_t scope, NodeId array) {
   static constexpr std::array<std::string_view, 4> kKeys{"from", "to", "name", "about"};
   const Document& file = document(scopes_[scope]);
-  check_keys(file, node, kKeys, "a bond");
-  text_of(file, node, "about");
-  ModelBond bond;
-  bond.place = file.place(node);
-  const NodeId given = file.find(node, "name");
+  const std::string& prefix = scopes_[scope].prefix;
+  std::vector<std::pair<std::size_t, std::size_t>> nameless;  // index and position
+  std::size_t position = 0;
+  for (NodeId node = file[array].first_child; node.valid(); node = file[node].next_sibling) {
+    ++position;
+    if (!expect(file, node, JsonKind::object, "a bond")) {
+      lost_bonds_ = true;
+      continue;
+    }
+    check_keys(file, node, kKeys, "a bond");
+    text_of(file, node, "about");
+    ModelBond bond;
+    bond.place = file.place(node);
+    const auto index = static_cast<std::uint32_t>(model_.bonds.size());
+    const NodeId given = file.find(node, "name");
+    const bool named = given.valid() && expect(file, given, JsonKind::string, "a bond's name") &&
+                       valid_name(file[given].text, file.place(given), "a bond");
+    if (named) {
+      bond.name = prefix + std::string(file[given].text);
+      claim(bond.name, {Entity::Kind::bond, index, file.place(given)});
+    } else {
+      nameless.emplace_back(index, position);
+    }
+    model_.bonds.push_back(std::move(bond));
+  }
+  for (const auto& [index, at] : nameless) {
+    model_.bonds[index].name = prefix + automatic_name(scope, at);
+    names_.try_emplace(model_.bonds[index].name,
+                       Entity{Entity::Kind::bond, static_cast<std::uint32_t>(index), model_.bonds[index].place});
+  }
+}
+
+/// "b3", or "b3_" where something in the file is called b3.
+std::string Reader::automatic_name(std::size_t scope, std::size_t position) {
+  const Document& file = document(scopes_[scope]);
+  const NodeId ports = file.find(Document::root(), "ports");
+  const bool has_ports = ports.valid() && file[ports].kind == JsonKind::object;
   std::string name = "b" + std::to_string(position);
-  if (given.valid()) {
-    if (!expect(file, given, JsonKind::string, "a bond's name")) return;
-    name = file[given].text;
-    if (!valid_name(name, file.place(given), "a bond")) return;
-  }
-  bond.name = scopes_[scope].prefix + name;
-  const auto index = static_cast<std::uint32_t>(model_.bonds.size());
-  const Place name_place = given.valid() ? file.place(given) : bond.place;
-  const auto [there, is_new] = names_.try_emplace(bond.name, Entity{Entity::Kind::bond, index, name_place});
-  if (!is_new && given.valid()) {
-    claim(bond.name, {Entity::Kind::bond, index, name_place});
-  } else if (!is_new) {
-    problem("BG116",
-            "the bond at position " + std::to_string(position) + " is called " + in_quotes(name) +
-                " for want of a name of its own, but that name is taken",
-            name_place, "give the bond a \"name\", or rename what is called " + in_quotes(name),
-            "bonds without a name are called b1, b2, ... by their position",
-            {{there->second.place, "it is used here first"}});
-  }
+  while (names_.contains(scopes_[scope].prefix + name) || broken_.contains(scopes_[scope].prefix + name) ||
+         (has_ports && file.find(ports, name).valid()))
+    name += '_';
+  return name;
+}
+
+void Reader::declare_bond_ends(std::size_t scope, NodeId node, std::size_t index) {
   const auto from = bond_end(scope, node, "from");
   const auto to = bond_end(scope, node, "to");
-  if (from) bond.from = *from;
-  if (to) bond.to = *to;
-  model_.bonds.push_back(std::move(bond));
+  if (from) model_.bonds[index].from = *from;
+  if (to) model_.bonds[index].to = *to;
 }
 
 std::optional<BondEndText> Reader::bond_end(std::size_t scope, NodeId bond, std::string_view key) {
   const Document& file = document(scopes_[scope]);
   const NodeId value = file.find(bond, key);
+  lost_bonds_ = lost_bonds_ || !value.valid() || file[value].kind != JsonKind::string;
   if (!value.valid()) {
     missing(file, bond, "a bond has no " + in_quotes(key), file.place(bond), {},
             "the half-arrow of a bond points \"from\" one element \"to\" another");
@@ -74,11 +100,13 @@ std::optional<BondEndText> Reader::bond_end_at(std::size_t scope, NodeId value) 
   const auto found = names_.find(scopes_[scope].prefix + std::string(text));
   if (found == names_.end()) return no_element(scope, value);
   if (found->second.kind == Entity::Kind::instance) {
+    lost_bonds_ = true;
     problem("BG131", in_quotes(text) + " is a submodel: a bond stands at one of its ports", place,
             "write " + in_quotes(std::string(text) + ".port") + " with a name from \"ports\" in its file");
     return std::nullopt;
   }
   if (found->second.kind != Entity::Kind::element) {
+    lost_bonds_ = true;
     problem("BG130", in_quotes(text) + " is no element", place, {}, "bonds join elements",
             {{found->second.place, "this is what has the name"}});
     return std::nullopt;
@@ -88,6 +116,7 @@ std::optional<BondEndText> Reader::bond_end_at(std::size_t scope, NodeId value) 
     std::vector<std::string> ports;
     for (const std::string& port : model_.elements[element.index()].ports)
       ports.push_back(std::string(text) + "." + port);
+    meant_.insert(element.value);
     problem("BG131", in_quotes(text) + " has several ports: the bond must say at which one it stands", place,
             "write " + list_of(ports));
     return std::nullopt;
@@ -103,14 +132,21 @@ std::optional<BondEndText> Reader::inner_bond_end(std::size_t scope, NodeId valu
   const auto found = names_.find(full);
   if (found == names_.end()) return no_element(scope, value);
   const auto refuse_port = [&](const std::string& situation, const std::string& help) -> std::optional<BondEndText> {
+    if (found->second.kind == Entity::Kind::element)
+      meant_.insert(found->second.index);
+    else
+      lost_bonds_ = true;
     problem("BG131", situation, place, help);
     return std::nullopt;
   };
   if (found->second.kind == Entity::Kind::instance) {
     if (const auto inner = exports_.find(full + "." + std::string(port)); inner != exports_.end())
       return BondEndText{inner->second, std::nullopt, place};
-    if (broken_.contains(full + "." + std::string(port))) return std::nullopt;
     const Scope& inner = scopes_[found->second.index];
+    if (broken_.contains(full + "." + std::string(port)) || unreadable(inner, "ports")) {
+      lost_bonds_ = true;
+      return std::nullopt;
+    }
     std::vector<std::string> candidates;
     if (const NodeId ports = section(inner, "ports", JsonKind::object); ports.valid())
       for (const NodeId child : document(inner).children(ports))
@@ -145,8 +181,16 @@ std::optional<BondEndText> Reader::no_element(std::size_t scope, NodeId value) {
     for (NodeId child = file[elements].first_child; child.valid() && candidates.size() < kMostSearched;
          child = file[child].next_sibling)
       candidates.emplace_back(file[child].key);
-  problem("BG130", "there is no element " + in_quotes(base) + " to bond to", file.place(value),
-          suggestion(base, candidates), "a bond's ends are elements, written element or element.port");
+  const auto near = names_.find(scopes_[scope].prefix + nearest_name(std::string(base), candidates));
+  if (near != names_.end() && near->second.kind == Entity::Kind::element)
+    meant_.insert(near->second.index);
+  else
+    lost_bonds_ = true;
+  if (unreadable(scopes_[scope], "elements")) return std::nullopt;
+  std::string help = suggestion(base, candidates);
+  if (help.empty() && !candidates.empty()) help = "the elements are " + list_of(candidates, " and ");
+  problem("BG130", "there is no element " + in_quotes(base) + " to bond to", file.place(value), help,
+          "a bond's ends are elements, written element or element.port");
   return std::nullopt;
 }
 

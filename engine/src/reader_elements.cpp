@@ -66,6 +66,12 @@ void Reader::parse_energy(std::size_t index, NodeId value) {
   const ElementKind kind = model_.elements[index].kind;
   const ExprId energy = expression({scope, &model_.elements[index], nullptr}, value, "\"energy\"");
   if (!energy.valid()) return;
+  for (const ExprId e : reachable(model_.pool, std::array{energy}))
+    if (model_.pool[e].op == Op::der)
+      return problem("BG117", "the energy contains a time derivative", document(scopes_[scope]).place(value),
+                     "what follows a rate dissipates and belongs into an R or RR of its own; a rate that comes from "
+                     "elsewhere is a signal",
+                     "the energy of a field is a function of what its ports hold, of parameters, t and signals");
   model_.elements[index].energy = energy;
   for (const SymbolId id : symbols_in(model_.pool, std::vector{energy})) {
     const ModelSymbol& symbol = model_.symbols[id.index()];
@@ -113,7 +119,9 @@ void Reader::parse_law(std::size_t index, NodeId value) {
   try {
     parts = split_law(file[value].text);
   } catch (const ExpressionError& error) {
-    return problem(error.code.c_str(), error.what(), file.place_in_string(value, error.begin, error.end), error.help);
+    const bool none = std::string_view(error.what()).ends_with("none");
+    return problem(error.code.c_str(), error.what(), file.place_in_string(value, error.begin, error.end),
+                   none ? law_without_equals(model_.elements[index], file[value].text) : error.help);
   }
   const Context context{scope, &model_.elements[index], nullptr};
   const ExprId left = parse(context, value, parts.left, parts.left_begin);
@@ -144,28 +152,64 @@ void Reader::parse_law(std::size_t index, NodeId value) {
                      "the law of " + kind_text(element.kind, element.modulated) + " relates " +
                          law_letters(element.kind)[0] + " and " + law_letters(element.kind)[5]);
   }
+  warn_of_euler(index, right, right_place);
   model_.elements[index].laws.push_back({variable->port, variable->variable, right, file.place(value)});
+}
+
+/// e^(-t/T) in a law is a power of the effort e, and is unlikely to be meant so.
+void Reader::warn_of_euler(std::size_t index, ExprId right, const Place& place) {
+  const Element& element = model_.elements[index];
+  if (is_field(element.kind)) return;
+  const ExprId effort = model_.pool.symbol(port_variable(element, 0, Variable::effort));
+  for (const ExprId e : reachable(model_.pool, std::array{right})) {
+    const ExprNode& node = model_.pool[e];
+    if (node.op != Op::pow || ExprId(node.a) != effort) continue;
+    const auto symbols = symbols_in(model_.pool, std::array{ExprId(node.b)});
+    if (std::all_of(symbols.begin(), symbols.end(),
+                    [this](SymbolId s) { return model_.symbols[s.index()].kind == ModelSymbol::Kind::parameter; }))
+      continue;
+    model_.warnings.push_back({Severity::warning,
+                               "BG182",
+                               "in this law e^(...) is a power of the effort e of " + in_quotes(element.name),
+                               place,
+                               {},
+                               "in a law e is the element's own effort; Euler's number is exp(1)",
+                               "write exp(x) for e^x"});
+    return;
+  }
 }
 
 void Reader::parse_initial(std::size_t index, NodeId value) {
   const std::size_t scope = element_text_[index].names;
   const Document& file = document(scopes_[scope]);
   if (!expect(file, value, JsonKind::object, "\"initial\"")) return;
-  Element& element = model_.elements[index];
-  const char stored = letter(stored_variable(element.kind));
-  std::vector<std::string> states;
-  for (const std::string& port : element.ports) states.push_back((port.empty() ? "" : port + ".") + stored);
+  const ElementKind kind = model_.elements[index].kind;
+  const std::vector<std::string>& ports = model_.elements[index].ports;
+  const char stored = letter(stored_variable(kind)), other = stores_displacement(kind) ? 'e' : 'f';
+  std::unordered_map<std::uint32_t, Place> given;  // by port
   for (NodeId node = file[value].first_child; node.valid(); node = file[node].next_sibling) {
-    const auto at = std::find(states.begin(), states.end(), file[node].key);
-    if (at == states.end()) {
-      problem("BG135", in_quotes(file[node].key) + " is no state of this element", file.key_place(node),
-              "its initial values are those of " + list_of(states, " and "),
-              "initial values are given for what is stored: q of C and CC, p of I and II");
+    const std::string_view key = file[node].key;
+    const auto named = [&](char letter) {
+      return std::find_if(ports.begin(), ports.end(),
+                          [&](const std::string& port) { return key == (port.empty() ? "" : port + ".") + letter; });
+    };
+    const bool conjugate = named(stored) == ports.end();
+    const auto at = named(conjugate ? other : stored);
+    if (at == ports.end()) {
+      problem("BG135", in_quotes(key) + " is no initial value of this element", file.key_place(node),
+              initial_advice(model_.elements[index], key, {}),
+              "an initial value says what is stored, q of C and CC, p of I and II; or e or f, from which it follows");
+      continue;
+    }
+    const auto port = static_cast<std::uint32_t>(at - ports.begin());
+    if (const auto [first, is_new] = given.emplace(port, file.key_place(node)); !is_new) {
+      problem("BG184", "two initial values are given for one store", file.key_place(node), "keep one of them",
+              std::string("the ") + stored + " of a store and its " + other + " follow from each other by its law",
+              {{first->second, "this is the other one"}});
       continue;
     }
     const ExprId start = expression({scope, nullptr, "an initial value"}, node, "an initial value");
-    if (start.valid())
-      element.initial.push_back({static_cast<std::uint32_t>(at - states.begin()), start, file.place(node)});
+    if (start.valid()) model_.elements[index].initial.push_back({port, start, file.place(node), conjugate});
   }
 }
 

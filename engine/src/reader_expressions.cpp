@@ -16,7 +16,6 @@ ExprId Reader::expression(const Context& context, NodeId value, const std::strin
 
 /// Parses a part of a text that begins at byte @p offset of it.
 ExprId Reader::parse(const Context& context, NodeId value, std::string_view text, std::size_t offset) {
-  const Document& file = document(scopes_[context.scope]);
   ExpressionScope scope;
   scope.time = model_.time;
   scope.name = [&](std::string_view name) { return meaning(context, name); };
@@ -29,15 +28,7 @@ ExprId Reader::parse(const Context& context, NodeId value, std::string_view text
     const ExprId result = parse_expression(text, model_.pool, scope);
     return context.constant == nullptr || only_parameters(context, value, result) ? result : ExprId{};
   } catch (const ExpressionError& error) {
-    const std::string_view situation = error.what();
-    const bool refused = refusal_ && error.code == "BG121" && situation.substr(0, 12) == "unknown name";
-    const std::string_view name = text.substr(error.begin, error.end - error.begin);
-    if (error.code == "BG121" && !refused && is_broken(context.scope, name)) return {};
-    Place place = file.place_in_string(value, offset + error.begin, offset + error.end);
-    if (refused)
-      problem(refusal_->code.c_str(), refusal_->situation, place, refusal_->help);
-    else
-      problem(error.code.c_str(), std::string(situation), place, error.help);
+    expression_fault(context, value, text, offset, error);
     return {};
   }
 }
@@ -62,8 +53,15 @@ bool Reader::only_parameters(const Context& context, NodeId value, ExprId expres
   return true;
 }
 
-std::nullopt_t Reader::refuse(const char* code, std::string situation, std::string help) {
-  refusal_ = Refusal{code, std::move(situation), std::move(help)};
+/// Whether a name that is not known may have been declared where the file cannot be read, which is reported.
+bool Reader::perhaps_declared(std::size_t scope, std::string_view name) const {
+  const auto lost = [&](std::string_view key) { return unreadable(scopes_[scope], key); };
+  if (name.find('.') == std::string_view::npos) return lost("parameters") || lost("signals");
+  return lost("elements") || lost("bonds") || lost("types");
+}
+
+std::nullopt_t Reader::refuse(const char* code, std::string situation, std::string help, std::vector<Note> notes) {
+  refusal_ = Refusal{code, std::move(situation), std::move(help), std::move(notes)};
   return std::nullopt;
 }
 
@@ -129,11 +127,18 @@ std::optional<ExprId> Reader::own_variable(const Context& context, std::string_v
   }
   const auto variable = letter.size() == 1 ? variable_from(letter[0]) : std::nullopt;
   if (!variable || !has_variable(own.kind, *variable)) return std::nullopt;
-  if (!is_field(own.kind) && names_.contains(scopes_[context.scope].prefix + std::string(name)))
-    return refuse(
-        "BG116",
-        in_quotes(name) + " is ambiguous in this law: it is the element's own variable and a name of the model",
-        "give the model's " + in_quotes(name) + " another name");
+  // An element or a bond of that name is no quantity: in a law the letter alone can only mean the variable.
+  const auto other = names_.find(scopes_[context.scope].prefix + std::string(name));
+  if (!is_field(own.kind) && other != names_.end() &&
+      (other->second.kind == Entity::Kind::parameter || other->second.kind == Entity::Kind::signal)) {
+    const char* what = other->second.kind == Entity::Kind::parameter ? "parameter" : "signal";
+    const std::string own_name = own.name.substr(scopes_[context.scope].prefix.size());
+    return refuse("BG116",
+                  in_quotes(name) + " is ambiguous in this law: it is a variable of " + in_quotes(own_name) +
+                      " and a " + what + " of the model",
+                  "give the " + std::string(what) + " " + in_quotes(name) + " another name",
+                  {{other->second.place, "the " + std::string(what) + " " + in_quotes(name) + " is declared here"}});
+  }
   return model_.pool.symbol(port_variable(own, port, *variable));
 }
 
@@ -194,16 +199,19 @@ std::optional<SymbolId> Reader::variable_of(std::size_t scope, std::string_view 
   return port_variable(element, port.value_or(0), *variable);
 }
 
-/// The symbol of a stored quantity by its full name, as scenes name it.
-std::optional<SymbolId> Reader::state_named(std::string_view name) {
+/// The symbol of a stored quantity by its full name, as scenes name it; @p or_conjugate: or of the effort of a C or the
+/// flow of an I, from which it follows.
+std::optional<SymbolId> Reader::state_named(std::string_view name, bool or_conjugate) {
   const auto dot = name.rfind('.');
   if (dot == std::string_view::npos || dot + 2 != name.size()) return std::nullopt;
   const auto symbol = variable_of(0, name.substr(0, dot), name[dot + 1]);
   if (!symbol) return std::nullopt;
   const ModelSymbol& meaning = model_.symbols[symbol->index()];
-  const bool stored = meaning.kind == ModelSymbol::Kind::port_variable &&
-                      (meaning.variable == Variable::displacement || meaning.variable == Variable::momentum);
-  return stored ? symbol : std::nullopt;
+  if (meaning.kind != ModelSymbol::Kind::port_variable) return std::nullopt;
+  const ElementKind kind = model_.elements[meaning.element.index()].kind;
+  const bool stored = is_store(kind) && meaning.variable == stored_variable(kind);
+  const bool conjugate = is_store(kind) && law_relates(kind, meaning.variable);
+  return stored || (or_conjugate && conjugate) ? symbol : std::nullopt;
 }
 
 SymbolId Reader::bond_symbol(BondId bond, Variable variable) {

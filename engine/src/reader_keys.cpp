@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "other_words.hpp"
 #include "reader.hpp"
 
 namespace bgsim {
@@ -16,6 +17,31 @@ bool is_reserved(std::string_view name) {
 
 std::uint64_t object_key(const Document& file, NodeId object) {
   return (std::uint64_t{file.place(object).document.value} << 32U) | object.value;
+}
+
+/// How a value of the wrong type is written, where that is likely to be known.
+std::string help_for_type(const Document& file, NodeId value, JsonKind wanted, const std::string& what) {
+  const JsonKind is = file[value].kind;
+  if (what == "\"parameters\"") return "write an object: { \"m\": 2, \"k\": { \"value\": 350, \"unit\": \"N/m\" } }";
+  if (what == "\"signals\"") return "write an object: { \"u\": \"sin(t)\" }";
+  if (what == "\"outputs\"")
+    return wanted == JsonKind::object ? "write an object, with a name for each column: { \"v\": \"body.f\" }"
+                                      : "write a list of names: [\"v\", \"x\"]";
+  if (what == "\"elements\"") return "write an object: { \"mass\": { \"kind\": \"I\", \"inertance\": 2 } }";
+  if (what == "\"bonds\"") return "write an array: [{ \"from\": \"body\", \"to\": \"mass\" }]";
+  if (what == "\"scenes\"") return "write an object: { \"run\": { \"stop\": 1 } }";
+  if (what == "\"types\"") return "write an object, name to file: { \"packet\": \"packet.json\" }";
+  if (what == "\"initial\"") return "write an object: { \"q\": 0.1 } at a C, { \"p\": 0.1 } at an I";
+  if (what == "an element") return "write an object: { \"kind\": \"R\", \"resistance\": 1 }";
+  if (what == "a bond") return "write an object: { \"from\": \"body\", \"to\": \"mass\" }";
+  if (what == "a scene") return "write an object: { \"stop\": 1 }";
+  if (what == "\"laws\"") return "write an array with one law for each port: [\"a.e = ...\", \"b.e = ...\"]";
+  if (what == "\"law\"") return "write an equation in quotes, such as \"e = k*q^3\"";
+  if (wanted == JsonKind::number && is == JsonKind::string) return "write a number, without quotes and without a unit";
+  if (wanted == JsonKind::string && is == JsonKind::number)
+    return "write it in quotes: " +
+           in_quotes(file.text().substr(file.place(value).begin, file.place(value).end - file.place(value).begin));
+  return {};
 }
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
@@ -70,13 +96,14 @@ void Reader::problem(const char* code, std::string situation, std::optional<Plac
 }
 
 void Reader::check_keys(const Document& file, NodeId object, std::span<const std::string_view> allowed,
-                        const std::string& what) {
+                        const std::string& what, std::optional<ElementKind> kind) {
   for (NodeId child = file[object].first_child; child.valid(); child = file[child].next_sibling) {
     const std::string_view key = file[child].key;
     if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
     with_unknown_keys_.insert(object_key(file, object));
     const std::vector<std::string> names(allowed.begin(), allowed.end());
-    std::string help = suggestion(key, names);
+    std::string help = kind ? instead_of_key(*kind, key) : instead_of_key(what, key);
+    if (help.empty()) help = suggestion(key, names);
     if (help.empty()) help = what + " may have " + list_of(names);
     problem("BG111", what + " has no key " + in_quotes(key), file.key_place(child), help,
             "unknown keys are errors, so that a slip of the pen is never passed over");
@@ -92,7 +119,7 @@ void Reader::missing(const Document& file, NodeId object, std::string situation,
 bool Reader::expect(const Document& file, NodeId value, JsonKind kind, const std::string& what) {
   if (file[value].kind == kind) return true;
   problem("BG113", what + " must be " + json_kind_name(kind) + ", not " + json_kind_name(file[value].kind),
-          file.place(value));
+          file.place(value), help_for_type(file, value, kind, what));
   return false;
 }
 
@@ -107,6 +134,13 @@ NodeId Reader::section(const Scope& scope, std::string_view key, JsonKind kind) 
   const NodeId value = file.find(Document::root(), key);
   if (!value.valid() || !expect(file, value, kind, in_quotes(key))) return {};
   return value;
+}
+
+bool Reader::unreadable(const Scope& scope, std::string_view key) const {
+  const Document& file = document(scope);
+  const NodeId value = file.find(Document::root(), key);
+  if (!value.valid()) return key == "elements";
+  return file[value].kind != (key == "bonds" ? JsonKind::array : JsonKind::object);
 }
 
 bool Reader::valid_name(std::string_view name, const Place& place, const std::string& what) {

@@ -128,7 +128,7 @@ void Reader::declare_element(std::size_t scope, NodeId node) {
   const KindRow* row = kind_row(file[kind].text);
   if (row == nullptr) return declare_instance(scope, node, file[kind].text);
 
-  check_keys(file, node, row->keys, "an element of kind " + std::string(row->text));
+  check_keys(file, node, row->keys, "an element of kind " + std::string(row->text), row->kind);
   Element element;
   element.name = scopes_[scope].prefix + std::string(name);
   element.kind = row->kind;

@@ -73,7 +73,7 @@ void Reader::parse_scene_parameters(NodeId node, Scene& scene) {
     const std::string name(file[child].key);
     const auto found = names_.find(name);
     if (found == names_.end() || found->second.kind != Entity::Kind::parameter) {
-      if (is_broken(0, name)) continue;
+      if (is_broken(0, name) || unreadable(scopes_[0], "parameters")) continue;
       const bool signal = found != names_.end() && found->second.kind == Entity::Kind::signal;
       problem("BG147",
               signal ? in_quotes(name) + " is a signal: a scene can only set parameters"
@@ -92,21 +92,35 @@ void Reader::parse_scene_initial(NodeId node, Scene& scene) {
   const Document& file = document(scopes_[0]);
   const NodeId value = file.find(node, "initial");
   if (!value.valid() || !expect(file, value, JsonKind::object, "\"initial\"")) return;
+  std::map<std::pair<ElementId, std::uint32_t>, Place> given;
   for (NodeId child = file[value].first_child; child.valid(); child = file[child].next_sibling) {
     const std::string name(file[child].key);
-    if (check_state(name, file.key_place(child))) {
-      const ExprId start = expression({0, nullptr, "an initial value"}, child, "an initial value");
-      if (start.valid()) scene.initial[name] = {start, file.place(child)};
+    if (!check_state(name, file.key_place(child), true)) continue;
+    const ModelSymbol& symbol = model_.symbols[state_named(name, true)->index()];
+    if (const auto [first, is_new] = given.emplace(std::pair(symbol.element, symbol.port), file.key_place(child));
+        !is_new) {
+      problem("BG184", "two initial values are given for one store", file.key_place(child), "keep one of them",
+              "what a store holds and its effort or flow follow from each other by its law",
+              {{first->second, "this is the other one"}});
+      continue;
     }
+    const ExprId start = expression({0, nullptr, "an initial value"}, child, "an initial value");
+    if (start.valid()) scene.initial[name] = {start, file.place(child)};
   }
 }
 
 /// Whether there is a state of that full name.
-bool Reader::check_state(const std::string& name, const Place& place) {
+bool Reader::check_state(const std::string& name, const Place& place, bool or_conjugate) {
   refusal_.reset();
-  if (state_named(name)) return true;
-  if (is_broken(0, name)) return false;
+  if (state_named(name, or_conjugate)) return true;
+  if (is_broken(0, name) || unreadable(scopes_[0], "elements")) return false;
   std::string help = refusal_ ? refusal_->help : suggestion(name, state_names());
+  const auto dot = name.rfind('.');
+  if (dot != std::string::npos && or_conjugate)
+    if (const auto found = names_.find(name.substr(0, dot));
+        found != names_.end() && found->second.kind == Entity::Kind::element)
+      if (const Element& element = model_.elements[found->second.index]; is_store(element.kind))
+        help = initial_advice(element, name.substr(dot + 1), name.substr(0, dot + 1));
   if (help.empty()) help = "states have names like \"mass.p\", \"spring.q\" or \"packet.air.q\"";
   problem("BG147", refusal_ ? refusal_->situation : "there is no state " + in_quotes(name), place, help,
           "states are what the stores hold: q of C and CC, p of I and II");
@@ -143,6 +157,7 @@ void Reader::parse_scene_outputs(NodeId node, Scene& scene) {
 
 bool Reader::check_output(const std::string& name, const Place& place) {
   if (outputs_.contains(name)) return true;
+  if (unreadable(scopes_[0], "outputs")) return false;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < model_.outputs.size() && !enough_problems(); ++i) names.push_back(model_.outputs[i].name);
   problem("BG147", "there is no output " + in_quotes(name), place, suggestion(name, names),

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "other_words.hpp"
 #include "reader.hpp"
 
 namespace bgsim {
@@ -129,7 +130,8 @@ void Reader::declare_instance(std::size_t scope, NodeId node, std::string_view k
     std::vector<std::string> candidates = names_of_kinds();
     for (const auto& [name, unused] : types) candidates.emplace_back(name);
     std::sort(candidates.begin(), candidates.end());
-    std::string help = suggestion(kind, candidates);
+    std::string help = instead_of_kind(kind);
+    if (help.empty()) help = suggestion(kind, candidates);
     if (help.empty())
       help = "kinds are Se Sf R C I TF GY 0 1, MSe MSf MR MC MI MTF MGY, CC II RR, and those in \"types\"";
     return problem("BG114", "there is no kind of element " + in_quotes(kind), file.place(file.find(node, "kind")),

@@ -144,12 +144,13 @@ class UnitBuilder {
       const Element& store = model_.elements[i];
       if (!is_store(store.kind)) continue;
       const Variable stored = stores_displacement(store.kind) ? Variable::displacement : Variable::momentum;
-      for (std::size_t port = 0; port < port_count(store); ++port) {
-        const std::string name = port_name(store, port) + "." + letter(stored);
-        const auto found = scene_->initial.find(name);
-        if (found != scene_->initial.end())
-          value(site, name, port_form(ElementId(i), port, stored), found->second.first, found->second.second, 1);
-      }
+      for (std::size_t port = 0; port < port_count(store); ++port)
+        for (const Variable variable : {stored, conjugate(stored)}) {
+          const std::string name = port_name(store, port) + "." + letter(variable);
+          const auto found = scene_->initial.find(name);
+          if (found != scene_->initial.end())
+            value(site, name, port_form(ElementId(i), port, variable), found->second.first, found->second.second, 1);
+        }
     }
   }
 
@@ -183,15 +184,20 @@ class UnitBuilder {
             port_energy(id, port, stored));
     for (std::uint32_t i = 0; i < e.initial.size(); ++i) {
       const std::size_t port = e.initial[i].port;
-      value({UnitSite::Kind::initial, index, i}, port_name(e, port) + "." + letter(stored), port_form(id, port, stored),
-            e.initial[i].value, e.initial[i].place, 1);
+      const Variable variable = e.initial[i].conjugate ? conjugate(stored) : stored;
+      value({UnitSite::Kind::initial, index, i}, port_name(e, port) + "." + letter(variable),
+            port_form(id, port, variable), e.initial[i].value, e.initial[i].place, 1);
     }
+  }
+
+  /// The effort of what stores displacement, the flow of what stores momentum.
+  static Variable conjugate(Variable stored) {
+    return stored == Variable::displacement ? Variable::effort : Variable::flow;
   }
 
   /// e q or f p at a port of a store.
   UnitForm port_energy(ElementId id, std::size_t port, Variable stored) const {
-    const Variable other = stored == Variable::displacement ? Variable::effort : Variable::flow;
-    return port_form(id, port, stored) * port_form(id, port, other);
+    return port_form(id, port, stored) * port_form(id, port, conjugate(stored));
   }
 
   void energy(ElementId id, const Element& e) {

@@ -29,17 +29,19 @@ TEST_CASE("faults of syntax are shown where they are, with the mend") {
   CHECK(fault("sin(x") == "BG120 [sin] this parenthesis is not closed; add \")\"");
   CHECK(fault("x + y)") == "BG120 [)] \")\" without \"(\"; take it out, or open a parenthesis before it");
   CHECK(fault("2x") == "BG120 [2x] no operator between 2 and x; write 2*x if a product is meant");
-  CHECK(fault("x y") == "BG120 [y] an operator should stand here, not \"y\"");
+  CHECK(fault("x y") == "BG120 [y] an operator should stand here, not \"y\"; write * if a product is meant");
   CHECK(fault("(x)(y)") == "BG120 [(] an operator should stand here, not \"(\"; write * if a product is meant");
   CHECK(fault("x ** 2") == "BG120 [**] unknown operator \"**\"; write ^ for a power");
   CHECK(fault("+x") == "BG120 [+] \"+\" before a value; leave it out: only the minus sign may stand alone");
   CHECK(fault("if(x < y < z, 1, 2)") ==
         "BG120 [< y <] comparisons cannot be chained; join two comparisons with and: a < b and b < c");
-  CHECK(fault("if(x = y, 1, 2)") == "BG120 [=] an operator should stand here, not \"=\"; write == to compare");
-  CHECK(fault("if(x > 1 && y > 1, 1, 2)") == "BG120 [&] an operator should stand here, not \"&\"; write and");
-  CHECK(fault("if(!x, 1, 2)") == "BG120 [!] unexpected \"!\"; write not");
+  CHECK(fault("if(x = y, 1, 2)") ==
+        "BG120 [=] \"=\" is not part of the language; write == to compare; a value is the right side of an equation "
+        "alone");
+  CHECK(fault("if(x > 1 && y > 1, 1, 2)") == "BG120 [&&] \"&&\" is not part of the language; write and");
+  CHECK(fault("if(!x, 1, 2)") == "BG120 [!] \"!\" is not part of the language; write not");
   CHECK(fault("1,5") == "BG120 [,] a comma outside a function's arguments; the decimal sign is a point");
-  CHECK(fault("x × y") == "BG120 [×] an operator should stand here, not \"×\"");
+  CHECK(fault("x × y") == "BG120 [×] \"×\" is not part of the language; write *");
   CHECK(fault("sin") == "BG120 [sin] sin is a function and needs arguments; write sin(x)");
   CHECK(fault("table('data.csv") == "BG120 ['data.csv] this text is not closed; add '");
   CHECK(fault("'x' + 1") == "BG120 ['x'] a text may stand in table(...) only");

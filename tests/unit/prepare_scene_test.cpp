@@ -133,22 +133,32 @@ TEST_CASE("a parameter that is no number is reported once, with its operands") {
 }
 
 TEST_CASE("the option --set is understood or refused with its text") {
-  CHECK(fault_of("\"stop\": 1", {"a"}) == "BG141 --set \"a\" is not of the form NAME=EXPR; write --set m=0.02, say");
+  CHECK(fault_of("\"stop\": 1", {"a"}) ==
+        "BG141 --set \"a\" is not of the form NAME=EXPR; write --set a=VALUE, without spaces around =");
   CHECK_THAT(fault_of("\"stop\": 1", {"=3"}), Catch::StartsWith("BG141"));
   CHECK(fault_of("\"stop\": 1", {"k.p=3"}) ==
-        "BG141 --set \"k.p=3\": there is no parameter or state \"k.p\"; did you mean \"k.q\"?");
+        "BG141 --set \"k.p=3\": \"k.p\" is no initial value of the element \"k\"; what can be set of it: \"b\" or "
+        "\"k.q\"");
   CHECK_THAT(fault_of("\"stop\": 1", {"a=2*"}), Catch::StartsWith("BG120 --set \"a=2*\": a numb"));
   CHECK_THAT(fault_of("\"stop\": 1", {"a=d"}), Catch::StartsWith("BG121 --set \"a=d\": unknown name \"d\""));
   CHECK_THAT(fault_of("\"stop\": 1", {"a=2*t"}), Catch::StartsWith("BG141 --set \"a=2*t\": neither t nor "));
-  CHECK(fault_of("\"stop\": 1", {"a=1", " a = 3 "}) == "none");
+  CHECK(fault_of("\"stop\": 1", {"a=1", " a = 3 "}) ==
+        "BG141 --set \"a=1\" and --set \" a = 3 \" set the same parameter; keep one of them");
+  CHECK(fault_of("\"stop\": 1", {" a = 3 "}) == "none");
   CHECK(
       fault_of("\"stop\": 1", {"a=b"}) ==
       "BG132 parameters depend on each other: a -> b -> a; give one of them a value that does not refer to the others");
 }
 
-TEST_CASE("stores need a positive size; a resistance below 0 is told of") {
+TEST_CASE("a store of size 0 is refused, and one below 0 is told of, as is a resistance below 0") {
   CHECK_THAT(fault_of("\"stop\": 1", {"b=0"}), Catch::StartsWith("BG145 [\"b\"] the capacitance of \"k\" is 0; leav"));
-  CHECK_THAT(fault_of("\"stop\": 1", {"b=-1"}), Catch::StartsWith("BG145 [\"b\"] the capacitance of \"k\" is -1;"));
+  SceneOverrides negative;
+  negative.set = {"b=-1"};
+  const RunInputs unstable = prepare_scene(model(R"x("run": { "stop": 1 })x"), "", negative);
+  REQUIRE(unstable.warnings.size() == 2);
+  CHECK(unstable.warnings[0].code == "BG180");
+  CHECK(unstable.warnings[0].situation == "the capacitance of \"k\" is -1: the store is unstable");
+  CHECK(unstable.warnings[1].situation == "the inertance of \"m\" is -1: the store is unstable");
   const Model m = model(R"x("run": { "stop": 1, "parameters": { "a": -2, "b": 1, "c": 1 } })x");
   const RunInputs inputs = prepare_scene(m, "");
   REQUIRE(inputs.warnings.size() == 1);

@@ -106,7 +106,8 @@ TEST_CASE("a submodel knows its own names only, and shows only its ports") {
   const std::string whole = R"x("parameters": { "outer": 7 }, "types": { "half": "part.json" }, "elements": {
     "j": { "kind": "0" }, "left": { "kind": "half" }, "right": { "kind": "half" } }, "bonds": [ { "from": "j", "to": ")x";
   folder.write("whole.json", whole + "left.end\" } ]");
-  CHECK(folder.fault("whole.json") == "BG121 [outer] unknown name \"outer\"");
+  CHECK(folder.fault("whole.json") ==
+        "BG121 [outer] unknown name \"outer\"; declare it among \"parameters\" or \"signals\"");
   folder.write("part.json", kPart);
   CHECK(folder.fault("whole.json") == "none");
   folder.write("whole.json", whole + "left.wall\" } ]");

@@ -98,6 +98,7 @@ struct InitialValue {
   std::uint32_t port = 0;
   ExprId value;  ///< over parameters only
   Place place;
+  bool conjugate = false;  ///< of the effort of a C or the flow of an I, from which the law gives what is stored
 };
 
 /// An element as written. Which of the optional members are set follows from the kind:

@@ -1,0 +1,34 @@
+/// What a store holds at the start, from the effort (C, CC) or the flow (I, II) that its law gives there.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bgsim/model.hpp"
+
+namespace bgsim {
+
+/// A value at a port at the start: what is stored, or the effort or flow that the law makes of it.
+struct StartValue {
+  std::uint32_t port = 0;
+  double value = 0.0;
+  bool conjugate = false;
+};
+
+/// What is stored, in the order of the given values; or why it cannot be said.
+struct StoredAtStart {
+  std::vector<double> stored;
+  std::string fault;   ///< empty if all is well; a clause: "its law holds for ..."
+  std::size_t at = 0;  ///< of the given values: the one that the fault is about
+};
+
+/// Solves the laws of a store for what is stored. One unknown: by the closed-form inverse, or by bracketing where
+/// interval arithmetic proves that the law is strictly monotone. Several at once: where the laws are linear in them.
+/// @param given  ports that are not among them hold 0.
+/// @param symbol_values  by SymbolId: parameters have their values; the element's own and the time's are written over.
+StoredAtStart stored_at_start(const Model& model, ExprPool& pool, ElementId id, std::span<const StartValue> given,
+                              double start, std::vector<double>& symbol_values);
+
+}  // namespace bgsim
