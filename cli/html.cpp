@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "bgsim/json_text.hpp"
 #include "bgsim/xml_text.hpp"
 
 namespace bgsim::cli {
@@ -37,7 +38,7 @@ std::string html_table(const std::vector<std::string>& header, const std::vector
 }
 
 std::string script_json(const nlohmann::ordered_json& json) {
-  const std::string text = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  const std::string text = json_text(json);
   std::string result;
   result.reserve(text.size());
   for (const char c : text) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "bgsim/json_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
 #include "texts.hpp"
@@ -34,7 +35,7 @@ void write_new(const std::filesystem::path& path, std::string_view text) {
 std::string with_schema(std::string_view text, const std::string& schema) {
   std::string result(text);
   const std::string head = "{\n";
-  return result.insert(head.size(), "  \"$schema\": " + nlohmann::json(schema).dump() + ",\n");
+  return result.insert(head.size(), "  \"$schema\": " + json_text(nlohmann::json(schema)) + ",\n");
 }
 
 }  // namespace

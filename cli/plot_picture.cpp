@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <sstream>
 
-#include "programs.hpp"
+#include "gnuplot.hpp"
 #include "thinning.hpp"
 
 namespace bgsim::cli {
@@ -17,16 +17,6 @@ constexpr double kWidth = 860.0, kPanelHeight = 230.0, kLowHeight = 150.0;
 // Okabe and Ito's colours, which the colour-blind can tell apart.
 constexpr std::array<const char*, 7> kColours{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                               "#e69f00", "#56b4e9", "#555555"};
-
-/// A text in gnuplot's single quotes.
-std::string quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) {
-    if (c == '\'') out += '\'';
-    out += c == '\n' || c == '\r' ? ' ' : c;
-  }
-  return out + "'";
-}
 
 std::string number(double value, const char* format) {
   std::array<char, 40> text{};
@@ -78,15 +68,16 @@ void add_panel(std::ostringstream& script, const Plot& plot, const Grid& grid, s
   script << "set lmargin at screen " << number(left + 86.0 / grid.width, "%.5f") << "\nset rmargin at screen "
          << number(left + span - 30.0 / grid.width, "%.5f") << "\nset tmargin at screen "
          << screen(grid.tops[row] + 26.0) << "\nset bmargin at screen " << screen(grid.tops[row + 1] - 12.0) << "\n"
-         << "set label 2 " << quoted(panel.unit) << " at graph 0, graph 1 right offset character -1, character 0.9\n"
-         << (lowest ? "set xlabel " + quoted(plot.x_label) + "\nset format x '%g'\n"
+         << "set label 2 " << gnuplot_string(panel.unit)
+         << " at graph 0, graph 1 right offset character -1, character 0.9\n"
+         << (lowest ? "set xlabel " + gnuplot_string(plot.x_label) + "\nset format x '%g'\n"
                     : std::string("unset xlabel\nset format x ''\n"))
          << "plot ";
   for (std::size_t i = 0; i < panel.curves.size(); ++i) {
     const PlotCurve& curve = panel.curves[i];
     script << (i == 0 ? "" : ", ") << "$d" << index << "_" << i << " with "
            << (curve.x.size() == 1 ? "points pt 7" : "lines") << " lc rgb '" << kColours[i % kColours.size()]
-           << (curve.reference ? "' lw 1.2 dashtype 2" : "' lw 1.7") << " title " << quoted(curve.name);
+           << (curve.reference ? "' lw 1.2 dashtype 2" : "' lw 1.7") << " title " << gnuplot_string(curve.name);
   }
   script << "\n";
 }
@@ -110,14 +101,14 @@ std::string plot_svg(const Plot& plot) {
   script << "set border 3 lc rgb '#777777'\nset tics nomirror textcolor rgb '#333333'\nset grid lc rgb '#e2e2e2' lt 1\n"
             "set key at graph 0, graph 1.01 left bottom horizontal Left reverse samplen 2 maxrows 1\n";
   if (x_low < x_high) script << "set xrange [" << number(x_low, "%.12g") << ":" << number(x_high, "%.12g") << "]\n";
-  script << "set multiplot\nset label 1 " << quoted(plot.title) << " at screen " << number(14.0 / grid.width, "%.5f")
-         << "," << number(1.0 - 17.0 / grid.height, "%.5f") << " font ',13'\n";
+  script << "set multiplot\nset label 1 " << gnuplot_string(plot.title) << " at screen "
+         << number(14.0 / grid.width, "%.5f") << "," << number(1.0 - 17.0 / grid.height, "%.5f") << " font ',13'\n";
   for (std::size_t p = 0; p < plot.panels.size(); ++p) {
     add_panel(script, plot, grid, p);
     if (p == 0) script << "unset label 1\n";
   }
   script << "unset multiplot\n";
-  return run_program(kGnuplot, {"-"}, script.str());
+  return svg_from_gnuplot(script.str());
 }
 
 }  // namespace bgsim::cli

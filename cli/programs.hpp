@@ -19,7 +19,9 @@ inline constexpr ExternalProgram kGnuplot{"gnuplot", "gnuplot-nox", "draws the p
 inline constexpr ExternalProgram kFontMatch{"fc-match", "fontconfig", "says which font draws"};
 inline constexpr ExternalProgram kRsvgConvert{"rsvg-convert", "librsvg2-bin", "turns SVG into PNG"};
 
-/// Runs a program with @p input as its standard input, without a shell.
+/// Runs a program with @p input as its standard input, without a shell, in an empty folder, for a quarter of an hour at
+/// most. It is looked for in the folders of PATH that are absolute. A signal that ends this process ends the program,
+/// too. Arguments never come from a model.
 /// @return what it wrote on standard output.
 /// @throws UsageError if it is not installed (which package has it), or if it fails (with what it said).
 std::string run_program(const ExternalProgram& program, const std::vector<std::string>& arguments,

@@ -8,6 +8,8 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "bgsim/csv_field.hpp"
+#include "bgsim/json_text.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "command.hpp"
 #include "files.hpp"
@@ -109,7 +111,7 @@ void print_errors(std::ostream& out, const Reduction& reduction) {
 void write_csv(std::ostream& out, const Model& model, const std::vector<ElementActivity>& table) {
   out << "element,kind,activity,share,cumulative\r\n";
   for (const ElementActivity& row : table)
-    out << element_name(model, row.element) << ',' << kind_of(model, row.element) << ','
+    out << csv_field(element_name(model, row.element)) << ',' << kind_of(model, row.element) << ','
         << number_text(row.activity, 17) << ',' << number_text(row.share, 17) << ',' << number_text(row.cumulative, 17)
         << "\r\n";
 }
@@ -149,7 +151,7 @@ std::string to_json(const Model& model, const std::string& scene, double allowed
   };
   json["full"] = side(r.size_before, r.cost_before);
   json["reduced"] = side(r.size_after, r.cost_after);
-  return json.dump(2) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 void tell(std::ostream& out, const Model& model, const std::string& scene, const ReduceArguments& options,

@@ -8,7 +8,7 @@
 
 #include "bgsim/xml_text.hpp"
 #include "command.hpp"
-#include "programs.hpp"
+#include "gnuplot.hpp"
 
 namespace bgsim::cli {
 
@@ -79,7 +79,7 @@ std::string script(const Trade& trade, std::optional<std::size_t> picked) {
           "set logscale xy\nset format x '10^{%T}'\nset format '%.0e'\n"
           "set xlabel 'processor time of a run in s'\nset ylabel 'largest error / range of the output'\n"
           "set key outside right top vertical samplen 2 spacing 1.1\nset grid lc rgb '#dddddd' lt 1\n"
-       << "set title '" << trade.model << ", scene " << trade.scene << "'\n"
+       << "set title " << gnuplot_string(trade.model + ", scene " + trade.scene) << "\n"
        << "set arrow from graph 0, first " << number(std::max(trade.reference.error, 1e-16), "%.6g")
        << " to graph 1, first " << number(std::max(trade.reference.error, 1e-16), "%.6g")
        << " nohead lc rgb '#888888' dashtype 3\n"
@@ -89,7 +89,7 @@ std::string script(const Trade& trade, std::optional<std::size_t> picked) {
   for (std::size_t i = 0; i < curves.size(); ++i) {
     const Look look = look_of(curves[i].setting);
     text << ", $c" << i << " with linespoints lc rgb '" << look.colour << "' lw 1.6 dashtype " << look.dash << " pt "
-         << look.point << " ps 0.7 title '" << curve_name(curves[i].setting) << "'";
+         << look.point << " ps 0.7 title " << gnuplot_string(curve_name(curves[i].setting));
   }
   text << ", $front with points pt 6 ps 1.5 lw 1.5 lc rgb '#000000' notitle";
   if (picked) text << ", $picked with points pt 3 ps 2 lw 2 lc rgb '#d00000' title 'picked'";
@@ -115,7 +115,7 @@ void html_row(std::ostringstream& page, const TradeRow& row) {
 }  // namespace
 
 std::string trade_svg(const Trade& trade, std::optional<std::size_t> picked) {
-  return run_program(kGnuplot, {"-"}, script(trade, picked));
+  return svg_from_gnuplot(script(trade, picked));
 }
 
 std::string trade_html(const Trade& trade, const std::string& svg) {

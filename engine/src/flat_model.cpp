@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "bgsim/json_text.hpp"
 #include "cut_graph.hpp"
 #include "element_kinds.hpp"
 
@@ -39,20 +40,20 @@ FlatNames make_names(const Model& model) {
 
 /// `{ "key": value, ... }` on one line.
 std::string one_line(const Json& object) {
-  if (!object.is_object()) return object.dump();
+  if (!object.is_object()) return json_text(object);
   std::string text = "{";
   for (const auto& [key, value] : object.items())
-    text += (text.size() > 1 ? ", " : " ") + Json(key).dump() + ": " + one_line(value);
+    text += (text.size() > 1 ? ", " : " ") + json_text(Json(key)) + ": " + one_line(value);
   return text + " }";
 }
 
 /// `"section": { ... }`, a line for each member.
 std::string section(const std::string& name, const Json& members) {
   const bool array = members.is_array();
-  std::string text = "  " + Json(name).dump() + (array ? ": [" : ": {");
+  std::string text = "  " + json_text(Json(name)) + (array ? ": [" : ": {");
   const char* comma = "";
   for (const auto& [key, value] : members.items()) {
-    text += std::string(comma) + "\n    " + (array ? "" : Json(key).dump() + ": ") + one_line(value);
+    text += std::string(comma) + "\n    " + (array ? "" : json_text(Json(key)) + ": ") + one_line(value);
     comma = ",";
   }
   return text + (array ? "\n  ]" : "\n  }");
@@ -84,9 +85,9 @@ class FlatWriter {
   }
 
   [[nodiscard]] std::string text() const {
-    std::string text = "{\n  \"bgsim\": 1,\n  \"name\": " + Json(options_.name).dump() + ",\n";
-    text += "  \"about\": " + Json(options_.about).dump() + ",\n";
-    if (!model_.source.empty()) text += "  \"source\": " + Json(model_.source).dump() + ",\n";
+    std::string text = "{\n  \"bgsim\": 1,\n  \"name\": " + json_text(Json(options_.name)) + ",\n";
+    text += "  \"about\": " + json_text(Json(options_.about)) + ",\n";
+    if (!model_.source.empty()) text += "  \"source\": " + json_text(Json(model_.source)) + ",\n";
     if (!parameters_.empty()) text += section("parameters", parameters_) + ",\n";
     if (!signals_.empty()) text += section("signals", signals_) + ",\n";
     text += section("elements", elements_) + ",\n" + section("bonds", bonds_) + ",\n";
@@ -263,7 +264,7 @@ class FlatWriter {
   std::string law_text(const Element& element, const Law& law, const std::string& user) {
     const Json right = value(law.right, user);
     const std::string port = port_count(element) > 1 ? element.ports[law.port] + "." : "";
-    return port + letter(law.variable) + " = " + (right.is_string() ? right.get<std::string>() : right.dump());
+    return port + letter(law.variable) + " = " + (right.is_string() ? right.get<std::string>() : json_text(right));
   }
 
   /// Signals that are used, and those that they use.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "bgsim/json_text.hpp"
 #include "bgsim/simulate.hpp"
 #include "failures.hpp"
 
@@ -197,7 +198,7 @@ std::string report_json(const RunResult& result) {
     if (!notes.empty()) json["failure"]["notes"] = std::move(notes);
     if (!result.failure->help.empty()) json["failure"]["help"] = result.failure->help;
   }
-  return json.dump(2) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 }  // namespace bgsim

@@ -4,7 +4,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <unordered_map>
+
+#include "bgsim/csv_field.hpp"
+#include "bgsim/json_text.hpp"
 
 namespace bgsim {
 
@@ -14,28 +18,6 @@ void append_number(std::string& line, double value) {
   std::array<char, 32> digits{};  // the longest shortest form, -2.2250738585072014e-308, has 24
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
   line.append(digits.data(), end);
-}
-
-void append_name(std::string& line, const std::string& name) {
-  if (name.find_first_of(",\"\r\n") == std::string::npos) {
-    line += name;
-    return;
-  }
-  line += '"';
-  for (const char c : name) {
-    if (c == '"') line += '"';
-    line += c;
-  }
-  line += '"';
-}
-
-void append_json_string(std::string& out, const std::string& text) {
-  out += '"';
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  out += '"';
 }
 
 /// Walks over a CSV text field by field.
@@ -146,7 +128,7 @@ void write_trace_csv(std::ostream& out, const Trace& trace) {
   std::string line = "t";
   for (const std::string& name : trace.names) {
     line += ',';
-    append_name(line, name);
+    line += csv_field(name);
   }
   for (std::size_t row = 0; row < trace.times.size() && out; ++row) {
     line += "\r\n";
@@ -163,15 +145,10 @@ void write_trace_csv(std::ostream& out, const Trace& trace) {
 }
 
 std::string trace_units_json(const Trace& trace) {
-  std::string text;
-  for (std::size_t column = 0; column < trace.names.size(); ++column) {
-    if (trace.units[column].empty()) continue;
-    text += text.empty() ? "\n  " : ",\n  ";
-    append_json_string(text, trace.names[column]);
-    text += ": ";
-    append_json_string(text, trace.units[column]);
-  }
-  return "{" + text + "\n}\n";
+  nlohmann::ordered_json units = nlohmann::ordered_json::object();
+  for (std::size_t column = 0; column < trace.names.size(); ++column)
+    if (!trace.units[column].empty()) units[trace.names[column]] = trace.units[column];
+  return json_text(units, 2) + "\n";
 }
 
 CsvTable parse_csv(std::string_view text) {

@@ -2,19 +2,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bgsim/csv_field.hpp"
+#include "bgsim/json_text.hpp"
 #include "bgsim/trade.hpp"
 #include "failures.hpp"
 
 namespace bgsim {
 
 namespace {
-
-std::string csv_text(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
 
 nlohmann::ordered_json setting_json(const TradeSetting& setting) {
   nlohmann::ordered_json json;
@@ -33,7 +28,7 @@ std::string trade_csv(const Trade& trade) {
       "method,max_order,relative,step,max_error,rms_error,error_between,cpu_seconds,repeats,steps,rates,jacobians,"
       "factorizations,energy_residual,pareto,verdict,why";
   for (const TradeOutput& output : trade.outputs)
-    if (output.judged()) out += "," + csv_text("max:" + output.name) + "," + csv_text("rms:" + output.name);
+    if (output.judged()) out += "," + csv_field("max:" + output.name) + "," + csv_field("rms:" + output.name);
   out += "\r\n";
   const auto number = [](double value) { return number_text(value, 6); };
   const auto given = [&](double value) { return value > 0.0 ? number(value) : std::string(); };
@@ -46,7 +41,7 @@ std::string trade_csv(const Trade& trade) {
            std::to_string(row.repeats) + "," + std::to_string(row.steps) + "," + std::to_string(row.rates) + "," +
            std::to_string(row.jacobians) + "," + std::to_string(row.factorizations) + "," +
            (row.energy_residual ? number(*row.energy_residual) : "") + "," + (row.pareto ? "1" : "0") + "," +
-           verdict_text(row.verdict) + "," + csv_text(row.why);
+           verdict_text(row.verdict) + "," + csv_field(row.why);
     for (std::size_t c = 0; c < trade.outputs.size(); ++c) {
       if (!trade.outputs[c].judged()) continue;
       const bool known = c < row.errors.size();
@@ -104,7 +99,7 @@ std::string trade_json(const Trade& trade) {
   }
   json["rows"] = std::move(rows);
   json["notes"] = trade.notes;
-  return json.dump(2) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 }  // namespace bgsim

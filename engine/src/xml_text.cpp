@@ -1,11 +1,13 @@
 #include "bgsim/xml_text.hpp"
 
+#include "bgsim/visible_text.hpp"
+
 namespace bgsim {
 
 std::string xml_text(std::string_view text) {
   std::string result;
   result.reserve(text.size());
-  for (const char c : text) {
+  for (const char c : visible_text(text)) {
     if (c == '&')
       result += "&amp;";
     else if (c == '<')
@@ -15,7 +17,7 @@ std::string xml_text(std::string_view text) {
     else if (c == '"')
       result += "&quot;";
     else
-      result += static_cast<unsigned char>(c) >= ' ' || c == '\n' || c == '\t' ? c : ' ';
+      result += c;
   }
   return result;
 }

@@ -142,7 +142,7 @@ TEST_CASE("texts of a model are escaped, ids take the prefix, and effort and flo
   model.about = "a < b & \"c\"\x01";
   const Layout layout{{{0, 0}, {100, 0}}};
   const std::string svg = drawing_svg(model, drawn_causality(model), layout, {.effort_flow = true, .id_prefix = "x-"});
-  CHECK_THAT(svg, Contains("a &lt; b &amp; &quot;c&quot; </desc>"));
+  CHECK_THAT(svg, Contains("a &lt; b &amp; &quot;c&quot;\\x01</desc>"));
   CHECK_THAT(svg, Contains("id=\"x-bond-b1\""));
   CHECK_THAT(svg, Contains(">e<tspan") && Contains(">f<tspan") && !Contains("bond-name\""));
 }

@@ -6,6 +6,7 @@
 #include "bgsim/bond_graph.hpp"
 #include "bgsim/causality.hpp"
 #include "bgsim/constitutive.hpp"
+#include "bgsim/csv_field.hpp"
 #include "bgsim/describe.hpp"
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/document.hpp"
@@ -16,6 +17,7 @@
 #include "bgsim/flat_model.hpp"
 #include "bgsim/id.hpp"
 #include "bgsim/infer_units.hpp"
+#include "bgsim/json_text.hpp"
 #include "bgsim/method.hpp"
 #include "bgsim/model.hpp"
 #include "bgsim/ordering.hpp"
@@ -29,5 +31,6 @@
 #include "bgsim/trade.hpp"
 #include "bgsim/unit.hpp"
 #include "bgsim/verify.hpp"
+#include "bgsim/visible_text.hpp"
 #include "bgsim/xml_text.hpp"
 // IWYU pragma: end_exports

@@ -6,8 +6,8 @@
 
 namespace bgsim {
 
-/// @p text as the content of an element or of an attribute in double quotes. Control characters, for which XML has no
-/// place, become blanks.
+/// @p text as the content of an element or of an attribute in double quotes. What XML has no place for (control
+/// characters, bytes that are no UTF-8) is written out as visible_text does it.
 std::string xml_text(std::string_view text);
 
 }  // namespace bgsim
