@@ -30,10 +30,11 @@ Trace rows_at(const Trace& trace, const std::vector<double>& times) {
 /// interpolated.
 void take_reference(const Model& model, ReportedScene& scene) {
   scene.reference = read_reference(model, *scene.inputs.reference);
-  const std::vector<double> theirs = at_reference_times(model, scene.inputs, *scene.reference).output_times;
-  const std::vector<double> ours = std::move(scene.inputs.output_times);
-  scene.inputs.output_times.clear();
-  std::set_union(ours.begin(), ours.end(), theirs.begin(), theirs.end(), std::back_inserter(scene.inputs.output_times));
+  const std::vector<double> theirs = at_reference_times(model, scene.inputs, *scene.reference).output_times.list();
+  const std::vector<double> ours = scene.inputs.output_times.list();
+  std::vector<double> both;
+  std::set_union(ours.begin(), ours.end(), theirs.begin(), theirs.end(), std::back_inserter(both));
+  scene.inputs.output_times = std::move(both);
 }
 
 }  // namespace

@@ -201,7 +201,7 @@ EnergyAuditor::Terms EnergyAuditor::terms() const {
   return terms;
 }
 
-void EnergyAuditor::record_course(const std::vector<double>& output_times, std::size_t points) {
+void EnergyAuditor::record_course(const OutputTimes& output_times, std::size_t points) {
   if (!measuring_ || points == 0 || output_times.empty()) return;
   const std::size_t stride = (output_times.size() + points - 1) / points;
   for (std::size_t i = stride; i < output_times.size(); i += stride) record_times_.push_back(output_times[i]);

@@ -26,7 +26,7 @@ class EnergyAuditor {
   EnergyAuditor(const Program& program, Evaluator& evaluator, bool wanted);
 
   /// Asks for the terms at about @p points of the output times. To be called before begin().
-  void record_course(const std::vector<double>& output_times, std::size_t points);
+  void record_course(const OutputTimes& output_times, std::size_t points);
 
   /// @param stop  the run's end.
   void begin(double t, const double* x, double stop);

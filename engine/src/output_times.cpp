@@ -9,78 +9,101 @@ namespace {
 
 constexpr std::size_t kDefaultSamples = 501;
 
-std::string faulty_span(double start, double stop) {
-  if (!(stop >= start)) return "it stops before it starts";
-  return std::isfinite(stop - start) ? "" : "the span of time is too long for a double";
+/// Sets fault and help if there is no span of time from @p start to @p stop.
+void check_span(PreparedTimes& prepared, double start, double stop) {
+  if (!(stop >= start))
+    prepared.fault = "it stops before it starts";
+  else if (!std::isfinite(stop - start))
+    prepared.fault = "the span of time is too long for a double";
+  if (!prepared.fault.empty()) prepared.help = "\"stop\" must not lie before \"start\"";
 }
 
 /// Whether neighbouring times differ enough for a step between them to mean something.
-void check_step(OutputTimes& times) {
-  const double largest = std::max(std::abs(times.start), std::abs(times.stop));
+void check_step(PreparedTimes& prepared, double start, double stop, double step) {
+  const double largest = std::max(std::abs(start), std::abs(stop));
   const double least = std::max(4.0 * std::numeric_limits<double>::epsilon() * largest,
                                 std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon());
-  if (times.step >= least) return;
-  times.fault = "its output times cannot be told apart in double precision";
-  times.help = "ask for fewer samples or a longer scene, or measure time in another unit or from another origin";
+  if (step >= least) return;
+  prepared.fault = "its output times cannot be told apart in double precision";
+  prepared.help = "ask for fewer samples or a longer scene, or measure time in another unit or from another origin";
 }
 
 }  // namespace
 
-std::vector<double> OutputTimes::values() const {
-  std::vector<double> times(count, stop);
-  const double steps = static_cast<double>(count - 1);
-  for (std::size_t i = 0; i + 1 < count; ++i) {
-    const double n = static_cast<double>(i);
-    times[i] = even ? start + (stop - start) * (n / steps) : start + step * n;
-  }
+OutputTimes OutputTimes::equidistant(double start, double stop, std::size_t count) {
+  OutputTimes times;
+  times.form_ = Form::shares;
+  times.start_ = start;
+  times.stop_ = stop;
+  times.count_ = count;
   return times;
 }
 
-OutputTimes times_by_number(double start, double stop, std::optional<std::size_t> samples) {
-  OutputTimes times{start, stop, 0.0, 1, true, faulty_span(start, stop), {}};
-  if (!times.fault.empty()) {
-    times.help = "\"stop\" must not lie before \"start\"";
-    return times;
-  }
+OutputTimes OutputTimes::at_multiples(double start, double stop, double interval, std::size_t count) {
+  OutputTimes times = equidistant(start, stop, count);
+  times.form_ = Form::multiples;
+  times.interval_ = interval;
+  return times;
+}
+
+double OutputTimes::operator[](std::size_t i) const {
+  if (form_ == Form::list) return list_[i];
+  if (i + 1 == count_) return stop_;
+  const double n = static_cast<double>(i);
+  if (form_ == Form::multiples) return start_ + interval_ * n;
+  return start_ + (stop_ - start_) * (n / static_cast<double>(count_ - 1));
+}
+
+std::vector<double> OutputTimes::list() const {
+  std::vector<double> times(count_);
+  for (std::size_t i = 0; i < count_; ++i) times[i] = (*this)[i];
+  return times;
+}
+
+PreparedTimes times_by_number(double start, double stop, std::optional<std::size_t> samples) {
+  PreparedTimes prepared;
+  check_span(prepared, start, stop);
+  if (!prepared.fault.empty()) return prepared;
   const bool instant = start == stop;
-  times.count = samples.value_or(instant ? 1 : kDefaultSamples);
-  if (instant && times.count > 1) {
-    times.fault = std::to_string(times.count) + " samples are asked for, but it stops where it starts";
-    times.help = "write \"samples\": 1, or a later \"stop\"";
-  } else if (!instant && times.count < 2) {
-    times.fault = "one sample cannot include both \"start\" and \"stop\"";
-    times.help = "write \"samples\": 2 or more";
-  } else if (!instant) {
-    times.step = (stop - start) / static_cast<double>(times.count - 1);
-    check_step(times);
+  const std::size_t count = samples.value_or(instant ? 1 : kDefaultSamples);
+  if (instant && count > 1) {
+    prepared.fault = std::to_string(count) + " samples are asked for, but it stops where it starts";
+    prepared.help = "write \"samples\": 1, or a later \"stop\"";
+  } else if (!instant && count < 2) {
+    prepared.fault = "one sample cannot include both \"start\" and \"stop\"";
+    prepared.help = "write \"samples\": 2 or more";
+  } else {
+    if (!instant) check_step(prepared, start, stop, (stop - start) / static_cast<double>(count - 1));
+    prepared.times = OutputTimes::equidistant(start, stop, count);
   }
-  return times;
+  return prepared;
 }
 
-OutputTimes times_at_interval(double start, double stop, double interval) {
-  OutputTimes times{start, stop, interval, 1, true, faulty_span(start, stop), {}};
-  if (!times.fault.empty()) {
-    times.help = "\"stop\" must not lie before \"start\"";
-    return times;
-  }
+PreparedTimes times_at_interval(double start, double stop, double interval) {
+  PreparedTimes prepared;
+  check_span(prepared, start, stop);
+  if (!prepared.fault.empty()) return prepared;
+  prepared.times = OutputTimes::equidistant(start, stop, 1);
   if (!(interval > 0.0)) {
-    times.fault = "\"interval\" must be greater than 0";
-    return times;
+    prepared.fault = "\"interval\" must be greater than 0";
+    return prepared;
   }
-  if (start == stop) return times;
-  check_step(times);
-  if (!times.fault.empty()) return times;
+  if (start == stop) return prepared;
+  check_step(prepared, start, stop, interval);
+  if (!prepared.fault.empty()) return prepared;
   constexpr double kMostSteps = 1e9, kSameTime = 1e-9;
   const double steps = (stop - start) / interval;
   if (steps > kMostSteps) {
-    times.fault = "more than 1e9 output times are asked for";
-    times.help = "write a longer \"interval\"";
-    return times;
+    prepared.fault = "more than 1e9 output times are asked for";
+    prepared.help = "write a longer \"interval\"";
+    return prepared;
   }
   const double whole = std::round(steps);
-  times.even = whole >= 1.0 && std::abs(whole - steps) <= kSameTime * steps;
-  times.count = static_cast<std::size_t>(times.even ? whole : std::floor(steps) + 1.0) + 1;
-  return times;
+  const bool even = whole >= 1.0 && std::abs(whole - steps) <= kSameTime * steps;
+  const std::size_t count = static_cast<std::size_t>(even ? whole : std::floor(steps) + 1.0) + 1;
+  prepared.times =
+      even ? OutputTimes::equidistant(start, stop, count) : OutputTimes::at_multiples(start, stop, interval, count);
+  return prepared;
 }
 
 }  // namespace bgsim

@@ -298,16 +298,17 @@ class ScenePreparation {
     if (!start || !stop || !interval) return;
     inputs_.start = *start;
     inputs_.stop = *stop;
-    OutputTimes times = scene.interval.valid() ? times_at_interval(*start, *stop, *interval)
-                                               : times_by_number(*start, *stop, scene.samples);
+    PreparedTimes times = scene.interval.valid() ? times_at_interval(*start, *stop, *interval)
+                                                 : times_by_number(*start, *stop, scene.samples);
     const std::size_t columns = scene.outputs.empty() ? model_.outputs.size() : scene.outputs.size();
-    constexpr double kMostNumbers = 1e9;  // 8 GB of trace
-    if (times.fault.empty() && static_cast<double>(times.count) * (1.0 + static_cast<double>(columns)) > kMostNumbers) {
+    constexpr double kMostNumbers = 1e9;
+    if (times.fault.empty() &&
+        static_cast<double>(times.times.size()) * (1.0 + static_cast<double>(columns)) > kMostNumbers) {
       times.fault = "the trace would hold more than 1e9 numbers";
       times.help = "ask for fewer samples or outputs";
     }
     if (times.fault.empty()) {
-      inputs_.output_times = times.values();
+      inputs_.output_times = std::move(times.times);
       return;
     }
     const bool order = !(*stop >= *start);

@@ -394,7 +394,8 @@ bool Run::follow_grid() {
   result_.report.method = "none (no states)";
   result_.report.method_reason = "nothing is stored";
   const auto evaluate = [this](double t) { return evaluator_.initialize_modes(t, x_.data()); };
-  for (const double t : inputs_.output_times) {
+  for (std::size_t i = 0; i < inputs_.output_times.size(); ++i) {
+    const double t = inputs_.output_times[i];
     while (audited_ < t) {
       const double to = evaluator_.next_time_event(audited_, t).value_or(t);
       if (to < t) ++time_events_;

@@ -39,7 +39,7 @@ RunInputs with_setting(const RunInputs& inputs, const TradeSetting& setting) {
 TradeRuns::TradeRuns(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
                      const TradeOptions& options)
     : model_(model), system_(system), program_(program), inputs_(inputs), options_(options) {
-  const std::vector<double>& times = inputs.output_times;
+  const OutputTimes& times = inputs.output_times;
   for (std::size_t i = 0; i < times.size(); ++i) {
     judged_times_.push_back(times[i]);
     if (i + 1 < times.size()) judged_times_.push_back(times[i] + (times[i + 1] - times[i]) / 2.0);

@@ -162,9 +162,10 @@ RunInputs at_reference_times(const Model& model, const RunInputs& inputs, const 
          "a reference lies within its scene's times", "adjust the scene's start and stop");
   }
   RunInputs adapted = inputs;
-  adapted.output_times.clear();
-  if (times.front() > inputs.start) adapted.output_times.push_back(inputs.start);
-  adapted.output_times.insert(adapted.output_times.end(), times.begin(), times.end());
+  std::vector<double> recorded;
+  if (times.front() > inputs.start) recorded.push_back(inputs.start);
+  recorded.insert(recorded.end(), times.begin(), times.end());
+  adapted.output_times = std::move(recorded);
   adapted.stop = times.back();  // nothing is compared beyond
   return adapted;
 }

@@ -74,7 +74,9 @@ std::string bellow_in_units(bool milliseconds) {
   overrides.set = set;
   CompiledModel other = compile_file("models/bellow.json", overrides, "step");
   other.inputs.stop *= time;
-  for (double& t : other.inputs.output_times) t *= time;
+  std::vector<double> times = other.inputs.output_times.list();
+  for (double& t : times) t *= time;
+  other.inputs.output_times = std::move(times);
   const Ran a = ran(ordinary), b = ran(other);
   double gap = 0.0;
   for (const auto& [name, unit] : {std::pair("x", length), std::pair("P2", pressure)}) {

@@ -23,9 +23,7 @@ RunResult run_part(const test::Stages& stages, const std::string& scene, double 
   overrides.relative = relative;
   RunInputs inputs = prepare_scene(*stages.model, scene, overrides);
   inputs.stop = stop;
-  inputs.output_times.clear();
-  for (std::size_t i = 0; i < samples; ++i)
-    inputs.output_times.push_back(stop * static_cast<double>(i) / static_cast<double>(samples - 1));
+  inputs.output_times = OutputTimes::equidistant(0.0, stop, samples);
   return run(stages, inputs);
 }
 

@@ -93,10 +93,9 @@ TEST_CASE("a run of no length shows its first point") {
 
 TEST_CASE("the trace has exactly the times asked for, however many fall into one step") {
   CompiledModel model = compile_text(charging("sin(t)", "1", "1", R"({ "stop": 1, "samples": 2 })"));
-  model.inputs.output_times.clear();
-  for (int i = 0; i <= 20000; ++i) model.inputs.output_times.push_back(i / 20000.0);
+  model.inputs.output_times = OutputTimes::equidistant(0.0, 1.0, 20001);
   const RunResult result = model.run();
-  REQUIRE(result.trace.times == model.inputs.output_times);
+  REQUIRE(result.trace.times == model.inputs.output_times.list());
   CHECK(result.report.steps < 200);
   const std::vector<double> v = column(result, "v");
   double error = 0.0;

@@ -27,8 +27,10 @@ RunInputs begin_of(const test::Stages& stages, const std::string& scene) {
   SceneOverrides overrides;
   overrides.relative = kTolerance;
   RunInputs inputs = prepare_scene(*stages.model, scene, overrides);
-  inputs.output_times.resize(std::max<std::size_t>(2, inputs.output_times.size() / 10));
-  inputs.stop = inputs.output_times.back();
+  std::vector<double> times = inputs.output_times.list();
+  times.resize(std::max<std::size_t>(2, times.size() / 10));
+  inputs.stop = times.back();
+  inputs.output_times = std::move(times);
   return inputs;
 }
 

@@ -81,7 +81,7 @@ TEST_CASE("scenes are found by name, the first one by default") {
 
 TEST_CASE("output times include both ends, to the last bit") {
   const auto times = [](const std::string& scene) {
-    return prepare_scene(model("\"run\": { " + scene + " }"), "").output_times;
+    return prepare_scene(model("\"run\": { " + scene + " }"), "").output_times.list();
   };
   CHECK(times(R"x("stop": 1, "samples": 5)x") == std::vector<double>{0.0, 0.25, 0.5, 0.75, 1.0});
   CHECK(times(R"x("start": -1, "stop": 1, "samples": 3)x") == std::vector<double>{-1.0, 0.0, 1.0});
@@ -195,4 +195,17 @@ TEST_CASE("references are read with their tolerances") {
       test::fault(
           R"x("elements": { "j": { "kind": "1" } }, "scenes": { "a": { "stop": 1, "reference": { "fil": "x" } } })x") ==
       "BG111 [\"fil\"] a reference has no key \"fil\"; did you mean \"file\"?");
+}
+
+TEST_CASE("many equidistant times cost no memory and are those of the formula") {
+  const OutputTimes many = OutputTimes::equidistant(-1.0, 3.0, 1000000001);
+  CHECK(many.size() == 1000000001);
+  CHECK(many.front() == -1.0);
+  CHECK(many[123456789] == -1.0 + 4.0 * (123456789.0 / 1e9));
+  CHECK(many.back() == 3.0);
+  const OutputTimes multiples = OutputTimes::at_multiples(0.5, 1.0, 0.1, 6);
+  CHECK(multiples.list() ==
+        std::vector<double>{0.5, 0.5 + 0.1, 0.5 + 0.1 * 2.0, 0.5 + 0.1 * 3.0, 0.5 + 0.1 * 4.0, 1.0});
+  CHECK(OutputTimes::equidistant(2.0, 2.0, 1).list() == std::vector<double>{2.0});
+  CHECK(OutputTimes().empty());
 }

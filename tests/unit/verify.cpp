@@ -136,10 +136,10 @@ TEST_CASE("a scene is run at its reference's times, from its own start") {
   inputs.output_times = {0.0, 10.0};
   inputs.reference = reference_with(0, 0);
   const RunInputs adapted = at_reference_times(model_without_files(), inputs, parse_csv("t,x\n1,0\n2,0\n"));
-  CHECK(adapted.output_times == std::vector<double>{0.0, 1.0, 2.0});
+  CHECK(adapted.output_times.list() == std::vector<double>{0.0, 1.0, 2.0});
   CHECK(adapted.stop == 2.0);
   // The row at the start is not compared: the reference does not have it.
-  const Trace trace{{"x"}, {""}, adapted.output_times, {99.0, 5.0, 6.0}};
+  const Trace trace{{"x"}, {""}, adapted.output_times.list(), {99.0, 5.0, 6.0}};
   CHECK(hold_against(model_without_files(), trace, parse_csv("t,x\n1,5\n2,6\n"), reference_with(0, 0)).ok());
 }
 

@@ -21,6 +21,7 @@
 #include "bgsim/method.hpp"
 #include "bgsim/model.hpp"
 #include "bgsim/ordering.hpp"
+#include "bgsim/output_times.hpp"
 #include "bgsim/parse_expression.hpp"
 #include "bgsim/program.hpp"
 #include "bgsim/reduce.hpp"

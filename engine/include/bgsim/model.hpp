@@ -12,6 +12,7 @@
 #include "bgsim/expression.hpp"
 #include "bgsim/id.hpp"
 #include "bgsim/method.hpp"
+#include "bgsim/output_times.hpp"
 
 namespace bgsim {
 
@@ -225,7 +226,7 @@ struct RunInputs {
   };
   std::vector<Initial> initial;  ///< only those given, by increasing element and port; the rest default to 0
   double start = 0.0, stop = 0.0;
-  std::vector<double> output_times;  ///< increasing, from start to stop
+  OutputTimes output_times;          ///< from start to stop
   std::vector<std::size_t> outputs;  ///< indices into Model::outputs, in order
   double relative = 1e-6;
   std::optional<double> absolute;
