@@ -18,7 +18,9 @@ for path in models:
     sentence = text.strip().split("\n")[0].rstrip(".")
     if not model["about"].startswith(sentence):
         faults.append(f'{name}: docs/gallery.md says what the model\'s "about" does not: {sentence}')
-    if f"img/gallery/{name}.svg" not in text or (model.get("scenes") and f"img/gallery/{name}.plot.svg" not in text):
+    scenes = list(model.get("scenes", {}))
+    shown = ["svg"] + ["plot.svg"] * bool(scenes) + ["start.svg"] * ("start" in scenes[1:])
+    if any(f"img/gallery/{name}.{ending}" not in text for ending in shown):
         faults.append(f"{name}: a picture is missing in docs/gallery.md")
     drawing = (root / "docs" / "img" / "gallery" / f"{name}.svg").read_text()
     drawn = set(re.findall(r'data-element="([^"]+)"', drawing))

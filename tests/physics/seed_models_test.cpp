@@ -43,6 +43,44 @@ TEST_CASE("with M = 2 m and J = 2 m l^2 each side of the actuator moves as a bel
   CHECK(largest_magnitude(column(left, "x")) > 0.29);
 }
 
+TEST_CASE("once the start is over, torque turns the body alone, and the air's torque holds the packets' stiffness") {
+  const auto result = run_part(read_stages("models/actuator.json"), "bending", kQuarterPeriod, 161, kRelative);
+  const auto after_start = [&](const std::string& name) {
+    const auto values = column(result, name);
+    return largest_magnitude(std::vector<double>(values.begin() + 16, values.end()));  // from 0.16 s
+  };
+  const double x = after_start("x_L"), theta = after_start("theta"), l = 0.4, k = 350, m = 0.015;
+  CHECK(theta == Approx(x / l));
+  // x = -x'' at the extreme of a sine of 1 rad/s, up to what the controller's lag leaves (1e-3).
+  CHECK(after_start("torque") == Approx(2 * m * l * l * theta).epsilon(1e-3));
+  CHECK(after_start("torque_air") == Approx(2 * l * k * x).epsilon(1e-3));
+  // the figures that models/README.md states
+  CHECK(after_start("torque") == Approx(0.003569).margin(1e-6));
+  CHECK(after_start("torque_air") == Approx(83.28).margin(0.005));
+}
+
+TEST_CASE("from rest the actuator's pumps jump to 300 kPa, and its closed loop rings for 153 periods") {
+  const auto result = run_part(read_stages("models/actuator.json"), "start", 0.15, 7501, kRelative);
+  const auto pressure = column(result, "P1_L"), flow = column(result, "Q_L");
+  CHECK(pressure.front() == Approx(3e5));  // kd times 0.3 m/s, in bar
+  CHECK(largest_magnitude(pressure) == Approx(3e5));
+  CHECK(*std::min_element(pressure.begin(), pressure.end()) == Approx(-291e3).margin(500));  // stated to 1 kPa
+  std::vector<double> reversals;
+  for (std::size_t i = 1; i < flow.size(); ++i)
+    if ((flow[i - 1] < 0) != (flow[i] < 0)) reversals.push_back(result.trace.times[i]);
+  CHECK(reversals.size() == 2 * 153);
+  CHECK(reversals.back() == Approx(0.1472).margin(5e-5));
+  CHECK(reversals[2] - reversals[0] == Approx(2.1e-3).margin(5e-5));
+}
+
+TEST_CASE("with sound units each side of the actuator moves as the bellow with sound units") {
+  const auto actuator = run_part(read_stages("models/actuator.json"), "physical", kQuarterPeriod, 81, kRelative);
+  const auto bellow = run_part(read_stages("models/bellow.json"), "physical", kQuarterPeriod, 81, kRelative);
+  // Both runs are within 1e-7 m of the exact solution at this tolerance (models/reference/README.md).
+  CHECK(largest_difference(column(actuator, "x_L"), column(bellow, "x")) < 1e-6);
+  CHECK(largest_magnitude(column(bellow, "x")) > 0.29);
+}
+
 TEST_CASE("with another moment of inertia the sides of the actuator feel each other") {
   const auto stages = read_stages("models/actuator.json");
   // In Pa instead of bar the controller is too weak to hide the coupling; the right side has no reference at all.

@@ -20,7 +20,7 @@ Number given(double value) { return Number(value); }
 void write(const std::string& folder, const std::string& name, const std::vector<std::string>& columns, double stop,
            std::size_t samples, const std::function<std::vector<Number>(const Number& t)>& row) {
   reference::Table table{columns, {}};
-  for (const long double t : reference::grid(stop, samples)) {
+  for (const long double t : reference::times_of({0, stop, samples})) {
     std::vector<long double> numbers{t};
     for (const Number& value : row(Number(t))) numbers.push_back(static_cast<long double>(value));
     table.rows.push_back(numbers);

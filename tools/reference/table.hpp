@@ -40,12 +40,20 @@ inline long double scaled_difference(const Table& a, const Table& b, std::size_t
   return magnitude > 0 ? difference / magnitude : difference;
 }
 
-/// `count` equidistant times from 0 to `stop`.
-inline std::vector<long double> grid(long double stop, std::size_t count) {
+/// Which times a table holds: `count` of them, equidistant, both ends included.
+struct Grid {
+  long double first, stop;
+  std::size_t count;
+};
+
+/// The times of a grid, rounded to the doubles that are written, so that a solution belongs to the time beside it.
+inline std::vector<long double> times_of(const Grid& grid) {
+  const auto last = static_cast<long double>(grid.count - 1);
   std::vector<long double> times;
-  for (std::size_t i = 0; i < count; ++i)
-    // Rounded to the double that is written, so that the solution belongs to the time that stands beside it.
-    times.push_back(static_cast<double>(stop * static_cast<long double>(i) / static_cast<long double>(count - 1)));
+  for (std::size_t i = 0; i < grid.count; ++i) {
+    const auto part = static_cast<long double>(i);
+    times.push_back(static_cast<double>((grid.first * (last - part) + grid.stop * part) / last));
+  }
   return times;
 }
 
