@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"
@@ -53,7 +54,8 @@ Exit draw_command(const Arguments& arguments) {
   const std::string ending =
       options.output == "-" ? ".svg" : std::filesystem::path(options.output).extension().string();
   if (ending != ".svg" && ending != ".png" && ending != ".dot")
-    throw UsageError("\"" + options.output + "\" ends with none of .svg, .png and .dot: which picture is meant?");
+    throw UsageError("\"" + short_path(options.output) +
+                     "\" ends with none of .svg, .png and .dot: which picture is meant?");
   check_writable(options.output, options.file);
   const DrawnCausality causality = drawn_causality(model);
   std::string picture = ending == ".dot" ? drawing_dot(model, causality) : drawn_svg(model, causality, options.how);

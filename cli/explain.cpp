@@ -4,6 +4,7 @@
 #include <cctype>
 #include <iostream>
 
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "texts.hpp"
 
@@ -56,7 +57,8 @@ Exit explain_command(const Arguments& arguments) {
     return Exit::done;
   }
   const std::string_view text = section(code_of(code));
-  if (text.empty()) throw UsageError("there is no message " + code_of(code) + "; bgsim explain lists all of them");
+  if (text.empty())
+    throw UsageError("there is no message " + short_name(code_of(code)) + "; bgsim explain lists all of them");
   std::cout << text << '\n';
   return Exit::done;
 }

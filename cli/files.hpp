@@ -15,7 +15,8 @@ void check_writable(const std::string& path, const std::string& input);
 /// @throws UsageError with the system's reason: no such folder, no permission, disk full, closed pipe.
 void write_file(const std::string& path, const std::function<void(std::ostream&)>& write);
 
-/// @p name as a file name: what a folder or a shell would trip over becomes "_".
+/// @p name as a file name in the working folder: "/", what has no shape, and a dot or hyphen at its head become "_"; of
+/// one beyond 200 bytes the beginning and a checksum.
 std::string file_name(const std::string& name);
 
 }  // namespace bgsim::cli

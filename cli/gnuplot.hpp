@@ -6,9 +6,9 @@
 
 namespace bgsim::cli {
 
-/// A text that gnuplot takes as it is: in double quotes, in which all but letters, digits and blanks is an octal code,
-/// so that nothing is left to be read as a quote, a command in backquotes or the end of a statement. No longer than
-/// short_name leaves it. The terminal is to be set to noenhanced.
+/// A text that gnuplot takes as it is: in double quotes, in which all but letters and blanks is an octal code, so that
+/// nothing is left to be read as a quote, a command in backquotes or the end of a statement. (Digits too, since gnuplot
+/// reads more than three into a code.) No longer than short_name leaves it. The terminal is to be set to noenhanced.
 std::string gnuplot_string(std::string_view text);
 
 /// The SVG that a script draws. Nobody's settings are read.

@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "bgsim/diagnostic.hpp"
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "standard_output.hpp"
 #include "usage.hpp"

@@ -6,8 +6,10 @@
 #include <span>
 
 #include "bgsim/json_text.hpp"
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
+#include "shell_word.hpp"
 #include "texts.hpp"
 
 namespace bgsim::cli {
@@ -27,7 +29,8 @@ void list_templates() {
 
 /// Nothing is overwritten: a model is somebody's work.
 void write_new(const std::filesystem::path& path, std::string_view text) {
-  if (std::filesystem::exists(path)) throw UsageError(path.string() + " is there already; name another file with -o");
+  if (std::filesystem::exists(path))
+    throw UsageError(short_path(path.string()) + " is there already; name another file with -o");
   write_file(path.string(), [text](std::ostream& out) { out << text; });
 }
 
@@ -60,7 +63,8 @@ Exit new_command(const Arguments& arguments) {
   }
   const auto all = templates();
   const auto found = std::find_if(all.begin(), all.end(), [&](const ModelTemplate& each) { return each.name == name; });
-  if (found == all.end()) throw UsageError("there is no starter model \"" + name + "\"; bgsim new lists them");
+  if (found == all.end())
+    throw UsageError("there is no starter model \"" + short_name(name) + "\"; bgsim new lists them");
   if (output == "-") {
     if (schema) throw UsageError("--schema writes a file beside the model: name the model's file with -o");
     std::cout << found->text;
@@ -70,8 +74,8 @@ Exit new_command(const Arguments& arguments) {
   const std::filesystem::path schema_path = path.parent_path() / "model.schema.json";
   write_new(path, schema ? with_schema(found->text, schema_path.filename().string()) : std::string(found->text));
   if (schema) write_file(schema_path.string(), [](std::ostream& out) { out << kSchemaText; });
-  std::cout << "wrote " << path.string() << (schema ? " and " + schema_path.string() : "") << "\nnext: bgsim "
-            << path.string() << ", bgsim check " << path.string() << '\n';
+  std::cout << "wrote " << short_path(path.string()) << (schema ? " and " + short_path(schema_path.string()) : "")
+            << "\nnext: bgsim " << shell_word(path.string()) << ", bgsim check " << shell_word(path.string()) << '\n';
   return Exit::done;
 }
 

@@ -15,6 +15,7 @@
 #include <iostream>
 #include <utility>
 
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "standard_output.hpp"
 
@@ -140,14 +141,14 @@ OutputFile::Descriptor& OutputFile::Descriptor::operator=(int opened) {
 }
 
 void OutputFile::fail(const std::string& reason) const {
-  throw UsageError("cannot write " + (path_ == "-" ? std::string("to standard output") : '"' + path_ + '"') + ": " +
-                   reason);
+  throw UsageError("cannot write " +
+                   (path_ == "-" ? std::string("to standard output") : '"' + short_path(path_) + '"') + ": " + reason);
 }
 void OutputFile::fail(int error) const { fail(error != 0 ? std::strerror(error) : "the reason is not known"); }
 
 OutputFile::OutputFile(const std::string& path) : path_(path), stream_(nullptr) {
   if (path == "-") {
-    stream_.rdbuf(std::cout.rdbuf());
+    stream_.rdbuf(StandardOutput::data());
     return;
   }
   try {

@@ -13,6 +13,7 @@
 
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/trace_csv.hpp"
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"
@@ -85,9 +86,10 @@ struct UnitTrace {
     if (const auto* values = find(name)) return *values;
     const std::string near = nearest_name(name, table.names);
     std::string list;
-    for (const std::string& have : table.names) list += (list.empty() ? "" : ", ") + have;
-    throw UsageError(file + " has no column \"" + name + "\"" +
-                     (near.empty() ? "" : "; did you mean \"" + near + "\"?") + "\nit has: " + list);
+    for (const std::string& have : table.names) list += (list.empty() ? "" : ", ") + short_name(have);
+    throw UsageError(short_path(file) + " has no column \"" + short_name(name) + "\"" +
+                     (near.empty() ? "" : "; did you mean \"" + short_name(near) + "\"?") +
+                     "\nit has: " + short_line(list, 2000));
   }
 };
 
@@ -95,8 +97,8 @@ std::string read_text(const std::string& path) {
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   std::ostringstream text;
-  if (fs::is_directory(path)) throw UsageError("cannot read \"" + path + "\": it is a folder");
-  if (!stream) throw UsageError("cannot read \"" + path + "\": " + std::strerror(errno));
+  if (fs::is_directory(path)) throw UsageError("cannot read \"" + short_path(path) + "\": it is a folder");
+  if (!stream) throw UsageError("cannot read \"" + short_path(path) + "\": " + std::strerror(errno));
   text << stream.rdbuf();
   return text.str();
 }
@@ -107,7 +109,8 @@ std::map<std::string, std::string> read_units(const std::string& csv) {
   try {
     return nlohmann::json::parse(read_text(path)).get<std::map<std::string, std::string>>();
   } catch (const nlohmann::json::exception& error) {
-    throw UsageError(path + ", which is taken for the units of " + csv + ", is no object of texts: " + error.what());
+    throw UsageError(short_path(path) + ", which is taken for the units of " + short_path(csv) +
+                     ", is no object of texts: " + short_line(error.what(), 300));
   }
 }
 
@@ -115,10 +118,11 @@ UnitTrace read_trace(const std::string& path) {
   const std::string text = read_text(path);
   try {
     UnitTrace trace{path, parse_csv(text), read_units(path)};
-    if (trace.table.columns.front().empty()) throw UsageError(path + " has a header and no records: nothing to draw");
+    if (trace.table.columns.front().empty())
+      throw UsageError(short_path(path) + " has a header and no records: nothing to draw");
     return trace;
   } catch (const CsvError& error) {
-    throw UsageError(path + ":" + std::to_string(error.line) + ": " + error.what());
+    throw UsageError(short_path(path) + ":" + std::to_string(error.line) + ": " + error.what());
   }
 }
 
@@ -131,7 +135,7 @@ PlotCurve curve_of(const UnitTrace& trace, const std::string& x, const std::stri
     curve.x.push_back(abscissa[i]);
     curve.y.push_back(ordinate[i]);
   }
-  if (curve.x.empty()) throw UsageError(trace.file + " has no record between --from and --to");
+  if (curve.x.empty()) throw UsageError(short_path(trace.file) + " has no record between --from and --to");
   return curve;
 }
 
@@ -213,13 +217,16 @@ std::vector<PlotPanel> panels_against(const UnitTrace& a, const UnitTrace& b, co
     PlotCurve mine = curve_of(a, x, column, options), other = curve_of(b, x, column, options);
     for (const auto* curve : {&mine, &other})
       if (!std::is_sorted(curve->x.begin(), curve->x.end()))
-        throw UsageError("column \"" + x + "\" goes back and forth: there is no difference over it to be drawn");
+        throw UsageError("column \"" + short_name(x) +
+                         "\" goes back and forth: there is no difference over it to be drawn");
     auto [apart, interpolated] = difference(mine, other);
-    if (apart.x.empty()) throw UsageError(a.file + " and " + b.file + " have no stretch of \"" + x + "\" in common");
+    if (apart.x.empty())
+      throw UsageError(short_path(a.file) + " and " + short_path(b.file) + " have no stretch of \"" + short_name(x) +
+                       "\" in common");
     const auto most =
         std::max_element(apart.y.begin(), apart.y.end(), [](double p, double q) { return std::abs(p) < std::abs(q); });
-    std::cerr << column << ": largest difference " << number_text(*most, 4) << " at " << x << " = "
-              << number_text(apart.x[static_cast<std::size_t>(most - apart.y.begin())], 6)
+    std::cerr << short_name(column) << ": largest difference " << number_text(*most, 4) << " at " << short_name(x)
+              << " = " << number_text(apart.x[static_cast<std::size_t>(most - apart.y.begin())], 6)
               << (interpolated ? ", the second trace being interpolated"
                                : ", of " + std::to_string(apart.x.size()) + " records in common")
               << "\n";
@@ -243,18 +250,19 @@ void choose_columns(PlotArguments& options, const std::string& x, const UnitTrac
   for (const std::string& name : a.table.names)
     if (name != x && (b == nullptr || b->find(name) != nullptr)) options.columns.push_back(name);
   if (options.columns.empty())
-    throw UsageError(b == nullptr ? a.file + " has no column but \"" + x + "\""
-                                  : a.file + " and " + b->file + " have no column in common but \"" + x + "\"");
+    throw UsageError(b == nullptr ? short_path(a.file) + " has no column but \"" + short_name(x) + "\""
+                                  : short_path(a.file) + " and " + short_path(b->file) +
+                                        " have no column in common but \"" + short_name(x) + "\"");
 }
 
 }  // namespace
 
 Exit plot_command(const Arguments& arguments) {
   PlotArguments options = parse(arguments);
-  if (options.output.empty()) options.output = fs::path(options.file).stem().string() + ".svg";
+  if (options.output.empty()) options.output = file_name(fs::path(options.file).stem().string()) + ".svg";
   const std::string ending = options.output == "-" ? ".svg" : fs::path(options.output).extension().string();
   if (ending != ".svg" && ending != ".png")
-    throw UsageError("\"" + options.output + "\" ends with neither .svg nor .png: which picture is meant?");
+    throw UsageError("\"" + short_path(options.output) + "\" ends with neither .svg nor .png: which picture is meant?");
   check_writable(options.output, options.file);
   const UnitTrace trace = read_trace(options.file);
   std::optional<UnitTrace> other;

@@ -33,7 +33,7 @@ class Scratch {
   Scratch() {
     const char* base = std::getenv("TMPDIR");
     path_ = std::string(base != nullptr && *base != '\0' ? base : "/tmp") + "/bgsim-XXXXXX";
-    if (::mkdtemp(path_.data()) == nullptr) throw UsageError("cannot make a temporary folder " + path_);
+    if (::mkdtemp(path_.data()) == nullptr) throw UsageError("cannot make a temporary folder " + short_path(path_));
   }
   ~Scratch() {
     std::error_code ignored;
@@ -184,7 +184,8 @@ std::string run_program(const ExternalProgram& program, const std::vector<std::s
     {
       std::ofstream file(scratch.file("in"), std::ios::binary);
       file << input;
-      if (!file.flush()) throw UsageError("cannot write " + scratch.file("in") + ": " + std::strerror(errno));
+      if (!file.flush())
+        throw UsageError("cannot write " + short_path(scratch.file("in")) + ": " + std::strerror(errno));
     }
     ending = run_in(scratch, program, path, arguments);
     if (ending.signal == 0 && WIFEXITED(ending.status) && WEXITSTATUS(ending.status) == 0)

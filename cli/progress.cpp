@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <iostream>
 
+#include "standard_output.hpp"
+
 namespace bgsim::cli {
 
 namespace {
@@ -42,6 +44,8 @@ std::string duration_text(double seconds) {
   return text.data();
 }
 
+void erase_line() { StandardOutput::control("\r\x1b[K"); }
+
 }  // namespace
 
 RunWatch::RunWatch(double start, double stop, bool quiet)
@@ -57,7 +61,7 @@ RunWatch::~RunWatch() {
   std::signal(SIGINT, old_interrupt_);
   std::signal(SIGTERM, old_terminate_);
   interrupted = 0;
-  if (shown_) std::cerr << "\r\x1b[K" << std::flush;  // carriage return, erase to the end of the line
+  if (shown_) erase_line();
 }
 
 Progress RunWatch::progress() {
@@ -75,7 +79,8 @@ void RunWatch::show(double time) {
   shown_ = true;
   const double done = stop_ > start_ ? (time - start_) / (stop_ - start_) : 1.0;
   std::array<char, 160> line{};
-  std::snprintf(line.data(), line.size(), "\r\x1b[Kt = %.6g of %.6g  %.1f %%  ", time, stop_, 100.0 * done);
+  std::snprintf(line.data(), line.size(), "t = %.6g of %.6g  %.1f %%  ", time, stop_, 100.0 * done);
+  erase_line();
   std::cerr << line.data();
   if (done > 0.0) std::cerr << "about " << duration_text(elapsed * (1.0 - done) / done) << " left";
   std::cerr << std::flush;
@@ -96,11 +101,12 @@ SettingWatch::~SettingWatch() {
 void SettingWatch::show(const std::string& what) {
   if (!visible_) return;
   shown_ = true;
-  std::cerr << "\r\x1b[K" << what << std::flush;
+  erase_line();
+  std::cerr << what << std::flush;
 }
 
 void SettingWatch::clear() {
-  if (shown_) std::cerr << "\r\x1b[K" << std::flush;
+  if (shown_) erase_line();
   shown_ = false;
 }
 

@@ -11,6 +11,7 @@
 #include "bgsim/csv_field.hpp"
 #include "bgsim/json_text.hpp"
 #include "bgsim/trace_csv.hpp"
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
 #include "progress.hpp"
@@ -156,7 +157,7 @@ std::string to_json(const Model& model, const std::string& scene, double allowed
 
 void tell(std::ostream& out, const Model& model, const std::string& scene, const ReduceArguments& options,
           const Reduction& reduction) {
-  out << model.name << ", scene " << scene << ": activity, the integral of |power|\n";
+  out << short_name(model.name) << ", scene " << short_name(scene) << ": activity, the integral of |power|\n";
   print_activities(out, model, reduction.activity);
   if (!reduction.unobserved.empty()) {
     out << "\nLeft away, since no output depends on them:";
@@ -207,7 +208,7 @@ Exit reduce_command(const Arguments& arguments) {
     write_file(options.json, [&](std::ostream& out) { out << to_json(model, inputs.scene, options.error, reduction); });
   const bool free = options.csv != "-" && options.json != "-";
   tell(free ? std::cout : std::cerr, model, inputs.scene, options, reduction);
-  std::cerr << "model: " << output << ", with the full model's trace in " << trace << '\n';
+  std::cerr << "model: " << short_path(output) << ", with the full model's trace in " << short_path(trace) << '\n';
   return Exit::done;
 }
 

@@ -3,6 +3,7 @@
 #include <ctime>
 #include <iostream>
 
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"
@@ -87,9 +88,7 @@ std::string page_name(const Model& model, const ReportArguments& options, const 
   if (!options.output.empty()) return options.output;
   std::string first = scenes.front();
   if (first.empty() && !model.scenes.empty()) first = model.scenes.front().name;
-  std::string name = run_name(model, options.file, first);
-  if (scenes.size() > 1) name.resize(name.size() - first.size() - 1);
-  return name + ".report.html";
+  return (scenes.size() > 1 ? file_name(model.name) : run_name(model, options.file, first)) + ".report.html";
 }
 
 }  // namespace
@@ -131,7 +130,7 @@ Exit report_command(const Arguments& arguments) {
     if (result.stop == StopReason::interrupted) break;
   }
   write_file(output, [&](std::ostream& out) { out << report_page(content); });
-  if (!options.quiet) std::cerr << "report: " << (output == "-" ? "standard output" : output) << '\n';
+  if (!options.quiet) std::cerr << "report: " << (output == "-" ? "standard output" : short_path(output)) << '\n';
   return outcome;
 }
 

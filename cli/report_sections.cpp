@@ -7,6 +7,7 @@
 #include "bgsim/xml_text.hpp"
 #include "html.hpp"
 #include "report_content.hpp"
+#include "shell_word.hpp"
 
 namespace bgsim::cli {
 
@@ -271,15 +272,6 @@ std::string statistics_section(const ReportContent& content) {
 }
 
 namespace {
-
-/// A word of a command line, quoted where a shell would not take it as it is.
-std::string shell_word(const std::string& word) {
-  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
 
 std::string command_line(const std::vector<std::string>& words) {
   std::string line;

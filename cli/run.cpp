@@ -6,11 +6,13 @@
 
 #include "accuracy.hpp"
 #include "bgsim/trace_csv.hpp"
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
 #include "options.hpp"
 #include "progress.hpp"
 #include "scenes.hpp"
+#include "shell_word.hpp"
 #include "stages.hpp"
 
 namespace bgsim::cli {
@@ -88,7 +90,7 @@ void warn_of_units(const Model& model, const UnitReport& units, const std::strin
     problem.severity = Severity::warning;
     std::cerr << headline(problem, *model.sources);
   }
-  if (!units.problems.empty()) std::cerr << "  bgsim check " << file << " tells more\n";
+  if (!units.problems.empty()) std::cerr << "  bgsim check " << short_path(shell_word(file)) << " tells more\n";
 }
 
 /// Columns without a unit in the model get the one that was inferred.
@@ -143,8 +145,9 @@ std::string counted(std::size_t count, const char* what) {
 void tell(const RunResult& result, const std::string& output) {
   std::cerr << report_text(result);
   std::cerr << (result.stop == StopReason::completed ? "trace: " : "trace up to there: ")
-            << (output == "-" ? "standard output" : output) << " (" << counted(result.trace.times.size(), "time")
-            << ", " << counted(result.trace.names.size(), "column") << ")\n";
+            << (output == "-" ? "standard output" : short_path(output)) << " ("
+            << counted(result.trace.times.size(), "time") << ", " << counted(result.trace.names.size(), "column")
+            << ")\n";
 }
 
 Exit run_scene(const Stages& stages, const RunOptions& options, const std::string& scene) {

@@ -21,13 +21,32 @@ bool fill_gaps() {
 
 }  // namespace
 
-StandardOutput::StandardOutput() : buffer_(STDOUT_FILENO, fill_gaps()), before_(std::cout.rdbuf(&buffer_)) {}
+StandardOutput::StandardOutput()
+    : buffer_(STDOUT_FILENO, fill_gaps()), out_(&buffer_), error_(std::cerr.rdbuf()), before_(std::cout.rdbuf(&out_)) {
+  std::cerr.rdbuf(&error_);
+}
 
-StandardOutput::~StandardOutput() { std::cout.rdbuf(before_); }
+StandardOutput::~StandardOutput() {
+  std::cout.rdbuf(before_);
+  std::cerr.rdbuf(error_.to());
+}
+
+std::streambuf* StandardOutput::data() {
+  const auto* text = dynamic_cast<const TextBuffer*>(std::cout.rdbuf());
+  return text == nullptr || ::isatty(STDOUT_FILENO) != 0 ? std::cout.rdbuf() : text->to();
+}
+
+void StandardOutput::control(std::string_view sequence) {
+  const auto* text = dynamic_cast<const TextBuffer*>(std::cerr.rdbuf());
+  std::streambuf* to = text == nullptr ? std::cerr.rdbuf() : text->to();
+  to->sputn(sequence.data(), static_cast<std::streamsize>(sequence.size()));
+  to->pubsync();
+}
 
 void StandardOutput::flush() {
   std::cout.flush();
-  const auto* own = dynamic_cast<const DescriptorBuffer*>(std::cout.rdbuf());
+  const auto* text = dynamic_cast<const TextBuffer*>(std::cout.rdbuf());
+  const auto* own = text == nullptr ? nullptr : dynamic_cast<const DescriptorBuffer*>(text->to());
   const int error = own != nullptr ? own->error() : 0;
   if (error != 0) throw UsageError(std::string("cannot write to standard output: ") + std::strerror(error));
 }

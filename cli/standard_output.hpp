@@ -1,13 +1,17 @@
-/// Standard output, with every failure to write known by its reason.
+/// Standard output and standard error: text made visible, data byte for byte, every failure to write known by its
+/// reason.
 #pragma once
 
 #include <streambuf>
+#include <string_view>
 
 #include "descriptor_buffer.hpp"
+#include "text_buffer.hpp"
 
 namespace bgsim::cli {
 
-/// While it lives, std::cout writes through a DescriptorBuffer, and no file that is opened can take the place of a
+/// While it lives, std::cout and std::cerr are text for people: what they are given is made visible (TextBuffer). What
+/// they write to standard output goes through a DescriptorBuffer, and no file that is opened can take the place of a
 /// standard stream that the caller closed: what is written to such a one fails.
 class StandardOutput {
  public:
@@ -19,9 +23,14 @@ class StandardOutput {
   /// Hands over what was written.
   /// @throws UsageError with the system's reason.
   static void flush();
+  /// Where data go (a trace, a picture), byte for byte; on a terminal they are text as well.
+  [[nodiscard]] static std::streambuf* data();
+  /// What a terminal is to obey, on standard error: for the lines that show how far a run is, and for nothing else.
+  static void control(std::string_view sequence);
 
  private:
   DescriptorBuffer buffer_;
+  TextBuffer out_, error_;
   std::streambuf* before_;
 };
 

@@ -4,17 +4,24 @@
 #include <array>
 #include <cstdio>
 
+#include "bgsim/visible_text.hpp"
+
 namespace bgsim::cli {
+
+void Table::add(std::vector<std::string> row) {
+  for (std::size_t c = 0; c < row.size(); ++c) row[c] = c + 1 < row.size() ? short_name(row[c]) : visible_line(row[c]);
+  rows_.push_back(std::move(row));
+}
 
 std::string Table::text() const {
   std::vector<std::size_t> width(rows_.front().size(), 0);
   for (const auto& row : rows_)
-    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
+    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], character_count(row[c]));
   std::string text;
   for (const auto& row : rows_) {
     std::string line;
     for (std::size_t c = 0; c < row.size(); ++c)
-      line += row[c] + (c + 1 < row.size() ? std::string(width[c] - row[c].size() + 2, ' ') : "");
+      line += row[c] + (c + 1 < row.size() ? std::string(width[c] - character_count(row[c]) + 2, ' ') : "");
     text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
   }
   return text;

@@ -6,11 +6,12 @@
 
 namespace bgsim::cli {
 
-/// Columns as wide as their widest entry, two spaces between them, the last one free.
+/// Columns as wide as their widest entry, two spaces between them, the last one free. Entries may be any names: they
+/// are made visible, and short but in the last column.
 class Table {
  public:
   explicit Table(std::vector<std::string> heads) : rows_{std::move(heads)} {}
-  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  void add(std::vector<std::string> row);
   [[nodiscard]] std::string text() const;
 
  private:

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <iostream>
 
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
 #include "options.hpp"
@@ -73,8 +74,8 @@ void print_rows(const Trade& trade) {
                   static_cast<unsigned long long>(row.rates),
                   row.energy_residual ? text(*row.energy_residual).c_str() : "");
     std::cout << line.data() << (row.pareto ? "* " : "")
-              << (row.verdict == TradeVerdict::stable ? "" : std::string(verdict_text(row.verdict)) + ": ") << row.why
-              << '\n';
+              << (row.verdict == TradeVerdict::stable ? "" : std::string(verdict_text(row.verdict)) + ": ")
+              << visible_line(row.why) << '\n';
   }
 }
 
@@ -82,8 +83,9 @@ void print_reference(const Trade& trade) {
   std::cout << "reference: " << setting_flags(trade.reference.setting) << "; its own error, by "
             << setting_flags(trade.reference.second) << ": " << text(trade.reference.error) << '\n';
   for (const TradeOutput& output : trade.outputs)
-    if (!output.judged()) std::cout << "not judged: " << output.name << ", " << output.why_not << '\n';
-  for (const std::string& note : trade.notes) std::cout << "note: " << note << '\n';
+    if (!output.judged())
+      std::cout << "not judged: " << short_name(output.name) << ", " << visible_line(output.why_not) << '\n';
+  for (const std::string& note : trade.notes) std::cout << "note: " << visible_line(note) << '\n';
   std::cout << "* is on the Pareto front: no setting is both cheaper and more exact\n";
 }
 
@@ -135,7 +137,7 @@ Exit trade_command(const Arguments& arguments) {
       write_file(base + ".svg", [&](std::ostream& out) { out << svg; });
     }
     write_file(base + ".html", [&](std::ostream& out) { out << trade_html(trade, svg); });
-    if (!options.quiet) std::cerr << "table and picture: " << base << ".csv, .json, .svg, .html\n";
+    if (!options.quiet) std::cerr << "table and picture: " << short_path(base) << ".csv, .json, .svg, .html\n";
     return SettingWatch::interrupted() || (options.accuracy && !picked) ? Exit::numerics_failed : Exit::done;
   } catch (const TradeFailure& failure) {
     watch.clear();

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "bgsim/diagnostic.hpp"
+#include "bgsim/visible_text.hpp"
 
 namespace bgsim::cli {
 namespace {
@@ -118,17 +119,19 @@ std::string unknown_option(const CLI::App& app, const std::string& argument) {
         longer.push_back(known);
     if (longer.size() == 1) help = "did you mean " + longer[0] + "?";
   }
-  return app.get_name() + " has no option " + name + "\n" + (help.empty() ? "options: " + joined(names) : help);
+  return app.get_name() + " has no option " + short_name(name) + "\n" +
+         (help.empty() ? "options: " + joined(names) : help);
 }
 
 /// An argument that no option takes, and that is none itself.
 std::string left_over(const CLI::App& app, const std::string& argument) {
   const auto equals = argument.find('=');
   if (equals == 0)
-    return "\"" + argument + "\" is left over\nwrite --set NAME=VALUE without spaces around the equals sign";
+    return "\"" + short_name(argument) +
+           "\" is left over\nwrite --set NAME=VALUE without spaces around the equals sign";
   if (equals != std::string::npos && app.get_option_no_throw("--set") != nullptr)
-    return "\"" + argument + "\" is left over\nwrite --set " + argument + " to set a value";
-  return "\"" + argument + "\" is left over: " + app.get_name() +
+    return "\"" + short_name(argument) + "\" is left over\nwrite --set " + short_name(argument) + " to set a value";
+  return "\"" + short_name(argument) + "\" is left over: " + app.get_name() +
          " takes one file at a time, and options with -- before them";
 }
 
@@ -155,11 +158,11 @@ std::string unknown_command(const std::string& first, std::span<const std::strin
   if (first.empty() || first.starts_with("-") || fs::exists(first, ignored) || first.find('/') != std::string::npos ||
       first.find('.') != std::string::npos)
     return {};
-  std::string text = "\"" + first + "\" is neither a command nor a file\n";
+  std::string text = "\"" + short_name(first) + "\" is neither a command nor a file\n";
   const auto* other =
       std::find_if(kOtherCommands.begin(), kOtherCommands.end(), [&](const Word& w) { return w.other == first; });
   if (fs::exists(first + ".json", ignored))
-    text += "did you mean " + first + ".json?\n";
+    text += "did you mean " + short_name(first) + ".json?\n";
   else if (other != kOtherCommands.end())
     text += std::string(other->help) + "\n";
   else if (const std::string help = question(first, {commands.begin(), commands.end()}); !help.empty())
@@ -183,7 +186,7 @@ std::string unknown_argument(const CLI::App& app, const Arguments& arguments, co
     }
   }
   if (text.empty() && message == "model.json is required") text = "which model? " + app.get_name() + " model.json";
-  if (text.empty()) text = message;
+  if (text.empty()) text = short_line(message, 500);
   return text + "\nusage: " + app.get_name() + " --help tells what can be given";
 }
 

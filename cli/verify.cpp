@@ -8,6 +8,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "stages.hpp"
 
@@ -37,8 +38,13 @@ std::string number_text(double value, int digits) {
 /// One line of the table: columns of fixed width, the last one free.
 void print_line(const std::string& model, const std::string& scene, const std::string& column, const std::string& error,
                 const std::string& where, const std::string& limit, const std::string& verdict) {
-  std::cout << std::left << std::setw(24) << model << ' ' << std::setw(16) << scene << ' ' << std::setw(20) << column
-            << ' ' << std::setw(10) << error << ' ' << std::setw(12) << where << ' ' << std::setw(10) << limit << ' '
+  const auto padded = [](const std::string& name, std::size_t width) {
+    const std::string text = short_name(name);
+    const std::size_t length = character_count(text);
+    return text + std::string(length < width ? width - length : 0, ' ');
+  };
+  std::cout << std::left << padded(model, 24) << ' ' << padded(scene, 16) << ' ' << padded(column, 20) << ' '
+            << std::setw(10) << error << ' ' << std::setw(12) << where << ' ' << std::setw(10) << limit << ' '
             << verdict << '\n';
 }
 
@@ -47,7 +53,7 @@ void print_check(const std::string& model, const std::string& scene, const Refer
     print_line(model, scene, column.output, number_text(column.error, 3), number_text(column.time, 6),
                number_text(column.limit, 3), column.ok() ? "ok" : "MISSED");
     if (column.ok()) continue;
-    std::cout << "    at t = " << number_text(column.time, 17) << ": " << column.output << " = "
+    std::cout << "    at t = " << number_text(column.time, 17) << ": " << short_name(column.output) << " = "
               << number_text(column.value, 17) << ", the reference has ";
     if (column.low == column.high) {
       std::cout << number_text(column.low, 17) << '\n';
@@ -55,7 +61,8 @@ void print_check(const std::string& model, const std::string& scene, const Refer
       std::cout << number_text(column.low, 17) << " to " << number_text(column.high, 17) << " within the tube\n";
     }
   }
-  for (const std::string& name : check.unused) std::cout << "    column " << name << " of the reference: no output\n";
+  for (const std::string& name : check.unused)
+    std::cout << "    column " << short_name(name) << " of the reference: no output\n";
 }
 
 /// Runs one scene at its reference's times and compares.
@@ -131,7 +138,8 @@ Exit verify_command(const Arguments& arguments) {
   Tally tally;
   Exit outcome = Exit::done;
   for (const std::string& file : files) outcome = worse(outcome, verify_file_guarded(file, tally));
-  for (const std::string& file : tally.without_reference) std::cout << file << ": no scene names a reference\n";
+  for (const std::string& file : tally.without_reference)
+    std::cout << short_path(file) << ": no scene names a reference\n";
   std::cout << tally.held << " held, " << tally.missed << " missed, " << tally.without_reference.size()
             << " without a reference\n";
   return outcome;

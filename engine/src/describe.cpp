@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "bgsim/visible_text.hpp"
 #include "causal_explanation.hpp"
 #include "text_rows.hpp"
 
@@ -29,8 +30,9 @@ std::string text_of(const Finding& finding) {
   for (const auto& [left, right] : finding.rows)
     if (left.size() <= kWidestColumn) width = std::max(width, left.size());
   for (const auto& [left, right] : finding.rows) {
-    text += "  " + left;
-    if (!right.empty()) text += std::string(left.size() < width ? width - left.size() : 0, ' ') + "  " + right;
+    text += "  " + visible_line(left);
+    if (!right.empty())
+      text += std::string(left.size() < width ? width - left.size() : 0, ' ') + "  " + visible_line(right);
     text += "\n";
   }
   if (finding.more > 0) text += "  ... and " + std::to_string(finding.more) + " more\n";
@@ -63,7 +65,7 @@ struct View {
 void describe_counts(Findings& findings, const View& view) {
   const auto junctions = static_cast<std::size_t>(std::count_if(view.graph.kinds.begin(), view.graph.kinds.end(),
                                                                 [](ElementKind kind) { return is_junction(kind); }));
-  findings.push_back({"model \"" + view.model.name +
+  findings.push_back({"model \"" + short_name(view.model.name) +
                           "\": " + plural(view.graph.kinds.size() - junctions, "element", "elements") + " and " +
                           plural(junctions, "junction", "junctions") + ", " +
                           plural(view.graph.bonds.size(), "bond", "bonds"),

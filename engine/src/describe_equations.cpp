@@ -5,6 +5,9 @@
 #include <unordered_map>
 
 #include "bgsim/describe.hpp"
+#include "bgsim/visible_text.hpp"
+#include "bgsim/xml_text.hpp"
+#include "latex_text.hpp"
 #include "tidy.hpp"
 
 namespace bgsim {
@@ -239,15 +242,8 @@ class ReadableEquations {
   }
   [[nodiscard]] std::string zero() const { return notation_ == Notation::mathml ? "<mn>0</mn>" : "0"; }
   [[nodiscard]] std::string upright(const std::string& text) const {
-    if (notation_ == Notation::text) return text;
-    std::string escaped;
-    for (const char c : text) {
-      if (notation_ == Notation::latex)
-        escaped += c == '_' ? std::string("\\_") : std::string(1, c);
-      else
-        escaped += c == '&' ? std::string("&amp;") : c == '<' ? std::string("&lt;") : std::string(1, c);
-    }
-    return notation_ == Notation::latex ? "\\mathrm{" + escaped + "}" : "<mtext>" + escaped + "</mtext>";
+    if (notation_ == Notation::text) return short_name(text);
+    return notation_ == Notation::latex ? latex_text(text) : "<mtext>" + xml_text(visible_line(text)) + "</mtext>";
   }
   Line definition(SymbolId symbol, ExprId expression) {
     return line(written(display_->symbol(symbol), name()).front(), expression);
@@ -312,7 +308,8 @@ std::string group_text(const EquationGroup& group) {
   for (const auto& line : group.lines) width = std::max(width, line.left.size());
   std::string result = "\n" + group.title + "\n";
   for (const auto& line : group.lines)
-    result += "  " + line.left + std::string(width - line.left.size(), ' ') + " = " + line.right.front() + "\n";
+    result +=
+        visible_line("  " + line.left + std::string(width - line.left.size(), ' ') + " = " + line.right.front()) + "\n";
   return result;
 }
 
@@ -327,14 +324,14 @@ std::string group_latex(const EquationGroup& group) {
 }  // namespace
 
 std::string equations_text(const Model& model, const EquationSystem& system, const BlockOrder& order) {
-  std::string result = model.name + ": " + count_text(system.states.size(), "state") + ", " +
+  std::string result = short_name(model.name) + ": " + count_text(system.states.size(), "state") + ", " +
                        count_text(order.blocks.size(), "algebraic loop") + "\n";
   for (const EquationGroup& group : groups_of(model, system, order, Notation::text)) result += group_text(group);
   return result;
 }
 
 std::string equations_latex(const Model& model, const EquationSystem& system, const BlockOrder& order) {
-  std::string result = "% " + model.name + "\n";
+  std::string result = "% " + short_name(model.name) + "\n";
   for (const EquationGroup& group : groups_of(model, system, order, Notation::latex)) result += group_latex(group);
   return result;
 }
@@ -373,34 +370,37 @@ std::string describe_loops(const Model& model, const EquationSystem& system, con
 std::string show_equations(const Model& model, const EquationSystem& system) {
   const auto name = [&](SymbolId symbol) { return system.symbols[symbol.index()].name; };
   std::string result;
+  const auto line = [&result](const std::string& raw) { result += visible_line(raw) + "\n"; };
   for (const State& state : system.states)
-    result += "state " + state.name + "' = " + to_text(system.pool, state.rate, name) + "\n";
+    line("state " + state.name + "' = " + to_text(system.pool, state.rate, name));
   for (const DependentStore& store : system.dependent) result += "dependent " + store.name + "\n";
   for (const Equation& equation : system.equations) {
     const std::string text = to_text(system.pool, equation.expression, name);
-    result +=
-        equation.implicit ? "0 = " + text + "  for " + name(equation.unknown) : name(equation.unknown) + " = " + text;
-    if (equation.element.valid()) result += "  (" + model.elements[equation.element.index()].name + ")";
-    result += "\n";
+    const std::string owner =
+        equation.element.valid() ? "  (" + model.elements[equation.element.index()].name + ")" : "";
+    line((equation.implicit ? "0 = " + text + "  for " + name(equation.unknown)
+                            : name(equation.unknown) + " = " + text) +
+         owner);
   }
   for (const OutputEquation& output : system.outputs)
-    result += "output " + output.name + " = " + to_text(system.pool, output.value, name) + "\n";
+    line("output " + output.name + " = " + to_text(system.pool, output.value, name));
   return result;
 }
 
 std::string show_order(const Model& model, const EquationSystem& system, const BlockOrder& order) {
   const auto name = [&](SymbolId symbol) { return system.symbols[symbol.index()].name; };
   std::string result = describe_loops(model, system, order);
+  const auto line = [&result](const std::string& raw) { result += visible_line(raw) + "\n"; };
   for (const Block& block : order.blocks) {
     result += "loop of " + count_text(block.members.size(), "unknown") + ":";
     for (const SymbolId member : block.members) result += " " + name(member);
     result += "\n";
-    for (const ExprId residual : block.residuals) result += "  0 = " + to_text(order.pool, residual, name) + "\n";
+    for (const ExprId residual : block.residuals) line("  0 = " + to_text(order.pool, residual, name));
   }
   for (std::size_t i = 0; i < order.rates.size(); ++i)
-    result += "rate of " + system.states[i].name + " = " + to_text(order.pool, order.rates[i], name) + "\n";
+    line("rate of " + system.states[i].name + " = " + to_text(order.pool, order.rates[i], name));
   for (std::size_t i = 0; i < order.outputs.size(); ++i)
-    result += "output " + system.outputs[i].name + " = " + to_text(order.pool, order.outputs[i], name) + "\n";
+    line("output " + system.outputs[i].name + " = " + to_text(order.pool, order.outputs[i], name));
   return result;
 }
 
@@ -444,7 +444,7 @@ std::string show_program(const Program& program) {
     result += "constant s" + std::to_string(i) + " = " + number + "\n";
   }
   for (std::size_t i = 0; i < program.relations.size(); ++i)
-    result += "mode s" + std::to_string(program.first_mode + i) + ": " + program.relations[i].text +
+    result += "mode s" + std::to_string(program.first_mode + i) + ": " + visible_line(program.relations[i].text) +
               (program.relations[i].time_only ? "  (scheduled)\n" : "  (root function)\n");
   result += routine_text("once", program.once) + routine_text("rates", program.rates);
   for (std::size_t b = 0; b < program.blocks.size(); ++b)

@@ -1,5 +1,6 @@
 // What infer_units found, in words and line by line.
 #include "bgsim/describe.hpp"
+#include "bgsim/visible_text.hpp"
 #include "element_kinds.hpp"
 #include "text_rows.hpp"
 
@@ -50,7 +51,8 @@ std::string describe_units(const Model& model, const UnitReport& units) {
   Known known;
   for (std::size_t i = 0; i < model.parameters.size(); ++i) known.add(model.parameters[i].name, units.parameters[i]);
   for (std::size_t i = 0; i < model.signals.size(); ++i) known.add(model.signals[i].name, units.signals[i]);
-  for (std::size_t i = 0; i < model.outputs.size(); ++i) known.add("output " + model.outputs[i].name, units.outputs[i]);
+  for (std::size_t i = 0; i < model.outputs.size(); ++i)
+    known.add("output " + short_name(model.outputs[i].name), units.outputs[i]);
   std::string text = "\nunits of parameters, signals and outputs: " + std::to_string(known.given) + " given, " +
                      std::to_string(known.inferred) + " inferred, " + std::to_string(known.unknown.size()) +
                      " unknown\n";
@@ -76,14 +78,16 @@ std::string describe_units(const Model& model, const UnitReport& units) {
 std::string show_units(const Model& model, const BondGraph& graph, const UnitReport& units) {
   std::string text;
   const auto line = [&text](const char* what, const std::string& name, const QuantityUnit& quantity) {
-    text +=
-        std::string(what) + " " + name + ": " + or_unknown(quantity.text) + (quantity.given ? " (given)" : "") + "\n";
+    text += visible_line(std::string(what) + " " + name + ": " + or_unknown(quantity.text) +
+                         (quantity.given ? " (given)" : "")) +
+            "\n";
   };
   for (std::size_t i = 0; i < model.parameters.size(); ++i)
     line("parameter", model.parameters[i].name, units.parameters[i]);
   for (std::size_t i = 0; i < model.signals.size(); ++i) line("signal", model.signals[i].name, units.signals[i]);
   for (std::size_t i = 0; i < model.bonds.size(); ++i)
-    text += "bond " + model.bonds[i].name + ": " + region_units(units.regions[units.region_of_bond[i]]) + "\n";
+    text += visible_line("bond " + model.bonds[i].name + ": " + region_units(units.regions[units.region_of_bond[i]])) +
+            "\n";
   for (std::size_t i = 0; i < model.elements.size(); ++i) {
     const Element& store = model.elements[i];
     if (!is_store(store.kind)) continue;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "bgsim/visible_text.hpp"
+
 namespace bgsim {
 namespace {
 
@@ -15,17 +17,8 @@ std::string first_line(const std::vector<Diagnostic>& problems) {
 
 bool continues_character(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; }
 
-std::size_t characters(std::string_view text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return !continues_character(c); }));
-}
-
-/// Control characters of a file must not reach a terminal.
-std::string printable(std::string text) {
-  for (char& c : text)
-    if ((static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7F) c = '?';
-  return text;
-}
+/// A part of a message: one line, visible, and of one that a name or a list has made endless the two ends.
+std::string printable(const std::string& text) { return short_line(text, 3000); }
 
 struct Line {
   std::size_t number = 1, begin = 0, end = 0;  ///< bytes [begin, end) of the text, without the line's end
@@ -44,31 +37,41 @@ Line line_at(std::string_view text, std::size_t offset) {
   return line;
 }
 
+/// Moves the ends of a part of a line outwards to where characters begin; a character has four bytes at most.
+void widen_to_characters(std::string_view text, const Line& line, std::size_t& begin, std::size_t& end) {
+  for (int i = 0; i < 3 && begin > line.begin && begin < line.end && continues_character(text[begin]); ++i) --begin;
+  for (int i = 0; i < 3 && end < line.end && continues_character(text[end]); ++i) ++end;
+}
+
 /// The line with a caret under the place and the JSON Pointer behind it. Long lines are clipped around the place.
 std::string excerpt(const Document& document, const Place& place) {
   constexpr std::size_t kWidest = 100, kBefore = 30;
   const std::string_view text = document.text();
   const Line line = line_at(text, place.begin);
-  const std::size_t begin = std::min<std::size_t>(place.begin, line.end);
-  const std::size_t end = std::clamp<std::size_t>(place.end, begin, line.end);
+  std::size_t begin = std::min<std::size_t>(place.begin, line.end);
+  std::size_t end = std::clamp<std::size_t>(place.end, begin, line.end);
+  widen_to_characters(text, line, begin, end);
   std::size_t from = line.begin, to = line.end;
   if (to - from > kWidest) {
     from = begin - line.begin > kBefore ? begin - kBefore : line.begin;
     to = std::min(line.end, from + kWidest);
-    while (from > line.begin && continues_character(text[from])) --from;
-    while (to < line.end && continues_character(text[to])) ++to;
+    widen_to_characters(text, line, from, to);
   }
   std::string number = std::to_string(line.number);
   if (number.size() < 4) number.insert(0, 4 - number.size(), ' ');
   const std::string left = from > line.begin ? "..." : "", right = to < line.end ? "..." : "";
-  std::string result = number + " | " + left + printable(std::string(text.substr(from, to - from))) + right + "\n";
+  end = std::min(end, to);
+  const std::string before = visible_text(text.substr(from, begin - from));
+  const std::string at = visible_text(text.substr(begin, end - begin));
+  const std::string behind = visible_text(text.substr(end, to - end));
+  std::string result = number + " | " + left + before + at + behind + right + "\n";
   result += std::string(number.size(), ' ') + " | " + std::string(left.size(), ' ');
-  for (const char c : text.substr(from, begin - from))
+  for (const char c : before)
     if (!continues_character(c)) result += c == '\t' ? '\t' : ' ';
-  const std::size_t width = characters(text.substr(begin, std::min(end, to) - begin));
+  const std::size_t width = character_count(at);
   result += '^' + std::string(std::max<std::size_t>(width, 1) - 1, '~');
   if (place.node.valid())
-    if (const std::string pointer = document.pointer(place.node); !pointer.empty()) result += " " + printable(pointer);
+    if (const std::string pointer = document.pointer(place.node); !pointer.empty()) result += " " + short_name(pointer);
   return result + "\n";
 }
 
@@ -78,8 +81,8 @@ std::string where(const std::optional<Place>& place, const Sources& sources) {
   const std::string_view text = document.text();
   const Line line = line_at(text, place->begin);
   const std::size_t begin = std::clamp<std::size_t>(place->begin, line.begin, line.end);
-  const std::size_t column = 1 + characters(text.substr(line.begin, begin - line.begin));
-  return document.path() + ":" + std::to_string(line.number) + ":" + std::to_string(column) + ": ";
+  const std::size_t column = 1 + character_count(text.substr(line.begin, begin - line.begin));
+  return short_path(document.path()) + ":" + std::to_string(line.number) + ":" + std::to_string(column) + ": ";
 }
 
 std::string shown(const std::optional<Place>& place, const Sources& sources) {

@@ -2,17 +2,20 @@
 #include <algorithm>
 #include <map>
 
+#include "bgsim/visible_text.hpp"
 #include "drawing_plan.hpp"
 
 namespace bgsim {
 
 namespace {
 
+/// A text that Graphviz takes as it is: in quotes, without escapes (\N, \l) and entities (&lt;), in one line.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
-  for (const char c : text) {
+  for (const char c : visible_line(text)) {
     if (c == '"' || c == '\\') out += '\\';
     out += c;
+    if (c == '&') out += "amp;";
   }
   return out + '"';
 }

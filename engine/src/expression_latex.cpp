@@ -1,17 +1,21 @@
 #include "bgsim/expression.hpp"
+#include "latex_text.hpp"
 #include "typeset.hpp"
 
 namespace bgsim {
 
 namespace {
 
+/// The name of a column may be any one character.
+bool is_letter(const std::string& word) {
+  return word.size() == 1 && ((word[0] >= 'a' && word[0] <= 'z') || (word[0] >= 'A' && word[0] <= 'Z'));
+}
+
 /// A word of a name: a Greek letter, one letter in italics, or upright.
 std::string word_latex(const std::string& word) {
   if (!greek_letter(word).empty()) return "\\" + word;
-  if (word.size() == 1 || is_number_word(word)) return word;
-  std::string escaped;
-  for (const char c : word) escaped += c == '_' ? std::string("\\_") : std::string(1, c);
-  return "\\mathrm{" + escaped + "}";
+  if (is_letter(word) || is_number_word(word)) return word;
+  return latex_text(word);
 }
 
 /// "packet.wall.q" is q_{\mathrm{packet.wall}}, "R_b" is R_{b}, "C2" is C_{2}, "omega" is \omega.

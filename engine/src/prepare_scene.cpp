@@ -7,6 +7,7 @@
 #include "bgsim/model.hpp"
 #include "bgsim/parse_expression.hpp"
 #include "bgsim/unit.hpp"
+#include "bgsim/visible_text.hpp"
 #include "dependence.hpp"
 #include "element_kinds.hpp"
 #include "initial_from_law.hpp"
@@ -18,7 +19,7 @@
 namespace bgsim {
 namespace {
 
-std::string in_quotes(std::string_view name) { return "\"" + std::string(name) + "\""; }
+std::string in_quotes(std::string_view name) { return "\"" + short_name(name) + "\""; }
 
 std::string trimmed(const std::string& text) {
   const auto begin = text.find_first_not_of(' '), end = text.find_last_not_of(' ');

@@ -15,6 +15,7 @@
 #include "bgsim/parse_expression.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "bgsim/unit.hpp"
+#include "bgsim/visible_text.hpp"
 #include "element_kinds.hpp"
 
 namespace bgsim {
@@ -232,6 +233,7 @@ const char* json_kind_name(JsonKind kind);
 std::string suggestion(std::string_view name, const std::vector<std::string>& candidates);
 /// "a", "b" or "c"; in quotes.
 std::string list_of(const std::vector<std::string>& names, const char* last_separator = " or ");
-[[nodiscard]] inline std::string in_quotes(std::string_view name) { return "\"" + std::string(name) + "\""; }
+/// A name in a message.
+[[nodiscard]] inline std::string in_quotes(std::string_view name) { return "\"" + short_name(name) + "\""; }
 
 }  // namespace bgsim

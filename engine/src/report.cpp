@@ -3,6 +3,7 @@
 
 #include "bgsim/json_text.hpp"
 #include "bgsim/simulate.hpp"
+#include "bgsim/visible_text.hpp"
 #include "failures.hpp"
 
 namespace bgsim {
@@ -21,10 +22,10 @@ const char* stop_text(StopReason stop) {
   return "";
 }
 
-/// "name      text", names padded to one column.
+/// "name      text", names padded to one column, whatever the text in one line.
 void line(std::string& out, const std::string& name, const std::string& text) {
   constexpr std::size_t kNames = 14;
-  out += "  " + name + std::string(name.size() < kNames ? kNames - name.size() : 1, ' ') + text + "\n";
+  out += "  " + name + std::string(name.size() < kNames ? kNames - name.size() : 1, ' ') + visible_line(text) + "\n";
 }
 
 std::string count_text(std::uint64_t count, const char* one, const char* many) {
@@ -73,7 +74,8 @@ std::string columns_text(const Trace& trace) {
   constexpr std::size_t kListed = 8;
   std::string text;
   for (std::size_t i = 0; i < trace.names.size() && i < kListed; ++i)
-    text += (i == 0 ? "" : ", ") + trace.names[i] + (trace.units[i].empty() ? "" : " [" + trace.units[i] + "]");
+    text += (i == 0 ? "" : ", ") + short_name(trace.names[i]) +
+            (trace.units[i].empty() ? "" : " [" + short_name(trace.units[i]) + "]");
   if (trace.names.size() > kListed) text += " and " + std::to_string(trace.names.size() - kListed) + " more";
   return text;
 }
@@ -103,7 +105,8 @@ void energy_lines(std::string& out, const RunReport& report) {
 
 std::string report_text(const RunResult& result) {
   const RunReport& r = result.report;
-  std::string out = r.model + (r.scene.empty() ? "" : ", scene " + r.scene) + ": " + stop_text(result.stop) + "\n";
+  std::string out = short_name(r.model) + (r.scene.empty() ? "" : ", scene " + short_name(r.scene)) + ": " +
+                    stop_text(result.stop) + "\n";
   line(out, "time",
        number_text(r.start) + " to " + number_text(r.stop) +
            (r.reached == r.stop ? "" : ", reached " + number_text(r.reached)) + ", " +

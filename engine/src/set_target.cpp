@@ -2,12 +2,13 @@
 
 #include <algorithm>
 
+#include "bgsim/visible_text.hpp"
 #include "element_kinds.hpp"
 
 namespace bgsim {
 namespace {
 
-std::string quoted(std::string_view name) { return '"' + std::string(name) + '"'; }
+std::string quoted(std::string_view name) { return '"' + short_name(name) + '"'; }
 
 std::string list(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 6;

@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "bgsim/describe.hpp"
+#include "bgsim/visible_text.hpp"
 #include "causal_explanation.hpp"
 #include "element_kinds.hpp"
 
@@ -46,7 +47,7 @@ std::string show_element(const Model& model, const Element& element) {
             letter(stores_displacement(element.kind) ? Variable::displacement : Variable::momentum) + " = " +
             write(initial.value);
   if (element.priority != 0.0) text += ", priority " + number(element.priority);
-  return text + "\n";
+  return visible_line(text) + "\n";
 }
 
 std::string show_scene(const Model& model, const Scene& scene) {
@@ -66,7 +67,7 @@ std::string show_scene(const Model& model, const Scene& scene) {
   if (scene.step) text += ", step " + number(*scene.step);
   if (scene.max_order) text += ", max_order " + std::to_string(*scene.max_order);
   if (scene.reference) text += ", reference " + scene.reference->file;
-  return text + "\n";
+  return visible_line(text) + "\n";
 }
 
 std::string end_text(const Model& model, const BondEndText& end) {
@@ -103,16 +104,18 @@ std::string reason_word(StrokeReason reason) {
 
 std::string show_model(const Model& model) {
   const Writer write{model};
-  std::string text = "model " + model.name + "\n";
+  std::string text;
+  const auto line = [&text](const std::string& raw) { text += visible_line(raw) + "\n"; };
+  line("model " + model.name);
   for (const Parameter& parameter : model.parameters)
-    text += "parameter " + parameter.name + " = " + write(parameter.value) + with_unit(parameter.unit) + "\n";
+    line("parameter " + parameter.name + " = " + write(parameter.value) + with_unit(parameter.unit));
   for (const Signal& signal : model.signals)
-    text += "signal " + signal.name + " = " + write(signal.value) + with_unit(signal.unit) + "\n";
+    line("signal " + signal.name + " = " + write(signal.value) + with_unit(signal.unit));
   for (const Element& element : model.elements) text += show_element(model, element);
   for (const ModelBond& bond : model.bonds)
     text += "bond " + bond.name + ": " + end_text(model, bond.from) + " -> " + end_text(model, bond.to) + "\n";
   for (const Output& output : model.outputs)
-    text += "output " + output.name + " = " + write(output.value) + with_unit(output.unit) + "\n";
+    line("output " + output.name + " = " + write(output.value) + with_unit(output.unit));
   for (const Scene& scene : model.scenes) text += show_scene(model, scene);
   return text;
 }

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "bgsim/visible_text.hpp"
+
 namespace bgsim {
 
 // Lists longer than this are cut with a count; `show` lists everything.
@@ -29,8 +31,9 @@ inline void add_table(std::string& text, const std::string& heading, const std::
     if (rows[i].first.size() <= kWidestColumn) width = std::max(width, rows[i].first.size());
   for (std::size_t i = 0; i < shown; ++i) {
     const auto& [left, right] = rows[i];
-    text += "  " + left;
-    if (!right.empty()) text += std::string(left.size() < width ? width - left.size() : 0, ' ') + "  " + right;
+    text += "  " + visible_line(left);
+    if (!right.empty())
+      text += std::string(left.size() < width ? width - left.size() : 0, ' ') + "  " + visible_line(right);
     text += "\n";
   }
   if (rows.size() > shown) text += "  ... and " + std::to_string(rows.size() - shown) + " more\n";

@@ -9,6 +9,7 @@
 
 #include "bgsim/csv_field.hpp"
 #include "bgsim/json_text.hpp"
+#include "bgsim/visible_text.hpp"
 
 namespace bgsim {
 
@@ -82,7 +83,7 @@ class CsvReader {
   std::size_t line_ = 1;
 };
 
-std::string quote(const std::string& text) { return '"' + text + '"'; }
+std::string quote(const std::string& text) { return '"' + short_name(text) + '"'; }
 
 double parse_number(std::size_t line, const std::string& column, const std::string& field) {
   const std::size_t first = field.find_first_not_of(" \t");

@@ -6,6 +6,8 @@
 #include <limits>
 #include <sstream>
 
+#include "bgsim/visible_text.hpp"
+
 namespace bgsim {
 
 namespace {
@@ -24,7 +26,7 @@ constexpr const char* kTime = "t";
 }
 
 [[noreturn]] void unreadable(const Model& model, const Reference& reference, const std::string& what) {
-  fail(model, reference, "BG150", "reference \"" + reference.file + "\": " + what,
+  fail(model, reference, "BG150", "reference \"" + short_name(reference.file) + "\": " + what,
        "a reference is a CSV file with a header, a first column t that increases, and numbers", {});
 }
 
@@ -102,12 +104,14 @@ std::vector<std::optional<std::size_t>> pair_columns(const Model& model, const s
                                                      const CsvTable& table, const Reference& reference) {
   for (const auto& [output, column] : reference.columns) {
     if (position(outputs, output) == outputs.size()) {
-      fail(model, reference, "BG152", "the scene has no output \"" + output + "\" to be held against a reference",
+      fail(model, reference, "BG152",
+           "the scene has no output \"" + short_name(output) + "\" to be held against a reference",
            "\"columns\" maps outputs of the scene to columns of the reference",
            "add it to the model's outputs, or leave it out here");
     }
     if (position(table.names, column) == table.names.size()) {
-      fail(model, reference, "BG152", "reference \"" + reference.file + "\" has no column \"" + column + '"',
+      fail(model, reference, "BG152",
+           "reference \"" + short_name(reference.file) + "\" has no column \"" + short_name(column) + '"',
            "\"columns\" maps outputs of the scene to columns of the reference", {});
     }
   }
@@ -120,7 +124,8 @@ std::vector<std::optional<std::size_t>> pair_columns(const Model& model, const s
     any = any || pairs.back();
   }
   if (!any) {
-    fail(model, reference, "BG152", "no output of the scene is a column of reference \"" + reference.file + '"',
+    fail(model, reference, "BG152",
+         "no output of the scene is a column of reference \"" + short_name(reference.file) + '"',
          "outputs are held against columns of the same name", "map them by \"columns\": { \"output\": \"column\" }");
   }
   return pairs;
@@ -157,8 +162,9 @@ RunInputs at_reference_times(const Model& model, const RunInputs& inputs, const 
   const std::vector<double>& times = table.columns.front();
   if (times.front() < inputs.start || times.back() > inputs.stop) {
     fail(model, inputs.reference.value(), "BG151",
-         "scene \"" + inputs.scene + "\" runs from " + number_text(inputs.start) + " to " + number_text(inputs.stop) +
-             ", its reference from " + number_text(times.front()) + " to " + number_text(times.back()),
+         "scene \"" + short_name(inputs.scene) + "\" runs from " + number_text(inputs.start) + " to " +
+             number_text(inputs.stop) + ", its reference from " + number_text(times.front()) + " to " +
+             number_text(times.back()),
          "a reference lies within its scene's times", "adjust the scene's start and stop");
   }
   RunInputs adapted = inputs;

@@ -120,17 +120,20 @@ std::size_t character_count(std::string_view text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
-std::string short_name(std::string_view name) {
-  constexpr std::size_t kLongest = 120, kHead = 80, kTail = 20;
-  if (name.size() <= kLongest) return visible_line(name);
-  const std::size_t length = character_count(name);
-  if (length <= kLongest) return visible_line(name);
-  const auto inside = [&](std::size_t at) { return (static_cast<unsigned char>(name[at]) & 0xC0U) == 0x80U; };
-  std::size_t head = kHead, tail = name.size() - kTail;
-  while (head > 0 && inside(head)) --head;
-  while (tail < name.size() && inside(tail)) ++tail;
-  return visible_line(name.substr(0, head)) + "..." + visible_line(name.substr(tail)) + " (" + std::to_string(length) +
+std::string short_line(std::string_view text, std::size_t longest) {
+  if (text.size() <= longest) return visible_line(text);
+  const std::size_t length = character_count(text);
+  if (length <= longest && text.size() <= 4 * longest) return visible_line(text);
+  const auto inside = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U; };
+  std::size_t head = 2 * longest / 3, tail = text.size() - longest / 6;
+  for (int i = 0; i < 3 && head > 0 && inside(head); ++i) --head;
+  for (int i = 0; i < 3 && tail < text.size() && inside(tail); ++i) ++tail;
+  return visible_line(text.substr(0, head)) + "..." + visible_line(text.substr(tail)) + " (" + std::to_string(length) +
          " characters)";
 }
+
+std::string short_name(std::string_view name) { return short_line(name, 120); }
+
+std::string short_path(std::string_view path) { return short_line(path, 1000); }
 
 }  // namespace bgsim

@@ -57,3 +57,89 @@ TEST_CASE("units beside a trace are JSON for a name with a line break, and its p
   CHECK(here.read("x.units.json") == "{\n  \"a\\n\\u0000b\": \"V\"\n}\n");
   CHECK_THAT(here.bgsim("plot x.csv -o -").out, Contains("a\\n\\x00b") && Contains("<text>V</text>"));
 }
+
+TEST_CASE("a name neither rules the terminal nor forges a line of what is printed") {
+  const Workplace here;
+  here.write("m.json", named("a\\u001b[31m\\nerror BG000\\u009b\\u202e"));
+  for (const char* command : {"run m.json", "check m.json", "equations m.json", "show --stage model m.json",
+                              "show --stage equations m.json", "verify m.json", "reduce m.json", "report m.json",
+                              "trade m.json --budget 0.05 --no-picture", "run m.json --set 'x\x1b[31m=1'"}) {
+    INFO(command);
+    const Outcome outcome = here.bgsim(command);
+    for (const std::string& text : {outcome.out, outcome.err}) {
+      CHECK(text.find_first_of("\x1b\r") == std::string::npos);
+      CHECK(text.find("\u009b") == std::string::npos);
+      CHECK(text.find("\u202e") == std::string::npos);
+      CHECK(text.find("\nerror BG000") == std::string::npos);
+    }
+  }
+  CHECK_THAT(here.bgsim("run m.json").err, Contains("a\\x1b[31m\\nerror BG000\\u{9b}\\u{202e}"));
+}
+
+TEST_CASE("data on standard output hold a name as it is") {
+  const Workplace here;
+  here.write("m.json", named("=cmd|' /C calc'!A0\\n\\u001b"));
+  CHECK_THAT(here.bgsim("m.json -o - --quiet").out, Catch::StartsWith("t,\"=cmd|' /C calc'!A0\n\x1b\"\r\n"));
+}
+
+TEST_CASE("a name of a million characters makes short messages and a file's name that the system takes") {
+  const Workplace here;
+  here.write("m.json", named(std::string(1000000, 'x')));
+  const Outcome run = here.bgsim("m.json");
+  CHECK(run.code == 0);
+  CHECK(run.err.size() < 4000);
+  CHECK_THAT(run.err, Contains("xxx...xxx") && Contains(" (1000000 characters)"));
+  CHECK(here.bgsim("check m.json").out.size() < 4000);
+  CHECK(here.bgsim("--version", "; ls | grep -c '^x\\{100,\\}_[0-9a-f]\\{16\\}.csv$'").out.ends_with("\n1\n"));
+}
+
+TEST_CASE("what is written for a name stays in the working folder, in sight and no option") {
+  const Workplace here;
+  for (const std::string name : {"../../x", "/tmp/x", "-rf", ".hidden", "a\\u0000\\nb"}) {
+    here.write("m.json", named(name));
+    CHECK(here.bgsim("m.json --quiet").code == 0);
+  }
+  CHECK(here.has("_._.._x..._.._x.csv"));
+  CHECK(here.has("_tmp_x._tmp_x.csv"));
+  CHECK(here.has("_rf.-rf.csv"));
+  CHECK(here.has("_hidden..hidden.csv"));
+  CHECK(here.has("a__b.a__b.csv"));
+}
+
+TEST_CASE("LaTeX takes a name as text, and a comment holds it to its end") {
+  const Workplace here;
+  here.write("m.json", named("p_1 \\\\input{x}^^5c%\\n$"));
+  const std::string latex = here.bgsim("equations --latex m.json").out;
+  CHECK_THAT(latex, Catch::StartsWith("% p_1 \\input{x}^^5c%\\n$\n"));
+  CHECK_THAT(latex, Contains("\\text{p\\_1 \\textbackslash{}input\\{x\\}\\textasciicircum{}\\textasciicircum{}5c\\%"
+                             "\\textbackslash{}n\\$}"));
+}
+
+TEST_CASE("completing a scene's name runs nothing that it says") {
+  const Workplace here;
+  here.write("m.json", named("$(touch${IFS}PWNED)`touch PWNED`"));
+  here.write("complete.sh", R"sh(PATH="$(dirname "$1"):$PATH"
+source completion.bash
+COMP_WORDS=(bgsim m.json --scene ''); COMP_CWORD=3
+_bgsim
+printf '%s\n' "${COMPREPLY[@]}"
+)sh");
+  REQUIRE(here.bgsim("completion bash", "> completion.bash").code == 0);
+  CHECK_THAT(here.bgsim("--version", "> .version; bash complete.sh '" BGSIM_COMMAND "'").out,
+             Contains("$(touch${IFS}PWNED)`touch PWNED`\n"));
+  CHECK_FALSE(here.has("PWNED"));
+}
+
+TEST_CASE("a command that a message proposes is one word for each argument") {
+  const Workplace here;
+  CHECK_THAT(here.bgsim("new mechanical -o 'it'\\''s; x.json'").out,
+             Contains("next: bgsim 'it'\\''s; x.json', bgsim check"));
+  CHECK_THAT(here.bgsim("new mechanical -o \"$(printf 'a\\033b.json')\"").out, Contains("next: bgsim $'a\\033b.json'"));
+}
+
+TEST_CASE("Graphviz takes the name of a model as text") {
+  const Workplace here;
+  here.write("m.json", named("\\\"; a -> b \\\\N &lt; \\n"));
+  CHECK(here.bgsim("draw m.json -o x.dot").code == 0);
+  CHECK_THAT(here.read("x.dot"), Contains(R"(digraph "\"; a -> b \\N &amp;lt; \\n" {)"));
+}

@@ -43,7 +43,7 @@ TEST_CASE("what a file name cannot hold becomes an underscore") {
   const std::string name = "\"decay\"";
   here.write("named.json", model.replace(model.find(name), name.size(), "\"../to/decay\""));
   CHECK(here.bgsim("named.json").code == 0);
-  CHECK(here.has(".._to_decay.first.csv"));
+  CHECK(here.has("_._to_decay.first.csv"));
 }
 
 TEST_CASE("parameters and initial values are changed by --set, several at once, expressions among them") {

@@ -18,9 +18,15 @@ std::string visible_text(std::string_view text);
 /// The same for a text that belongs into one line: line breaks and tabs are \n, \r and \t.
 std::string visible_line(std::string_view text);
 
-/// A name or a file's path within a line: as visible_line, and of one longer than some hundred characters the beginning
-/// and the end, with its length. For messages and tables; data have names whole.
+/// A name within a line: as visible_line, and of one longer than some hundred characters the beginning and the end,
+/// with its length. For messages and tables; data have names whole.
 std::string short_name(std::string_view name);
+/// The same for the path of a file, which is whole up to a thousand characters.
+std::string short_path(std::string_view path);
+
+/// The same for a text of at most @p longest characters, of which a longer one keeps two thirds from its beginning and
+/// a sixth from its end.
+std::string short_line(std::string_view text, std::size_t longest);
 
 /// Characters (code points) of a text in UTF-8: what a column of a table counts.
 std::size_t character_count(std::string_view text);
