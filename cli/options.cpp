@@ -1,6 +1,9 @@
 #include "options.hpp"
 
+#include <array>
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 namespace bgsim::cli {
 
@@ -18,6 +21,22 @@ std::vector<std::string> method_names() {
       names.emplace_back();
   }
   return names;
+}
+
+/// The method that another tool's name stands for, or that is nearest; empty if none is.
+std::string likely_method(const std::string& name) {
+  static constexpr std::array<std::pair<std::string_view, const char*>, 9> kOthers{{{"ode45", "erk5"},
+                                                                                    {"rk45", "erk5"},
+                                                                                    {"dopri5", "erk5"},
+                                                                                    {"ode23", "erk3"},
+                                                                                    {"rk23", "erk3"},
+                                                                                    {"ode15s", "bdf"},
+                                                                                    {"cvode", "bdf"},
+                                                                                    {"lsoda", "bdf"},
+                                                                                    {"dassl", "ida"}}};
+  for (const auto& [other, method] : kOthers)
+    if (other == name) return method;
+  return nearest_name(name, method_names());
 }
 
 }  // namespace
@@ -48,7 +67,7 @@ void add_solver_options(CLI::App& app, SceneOverrides& overrides) {
          [&overrides](const std::string& name) {
            overrides.method = method_from(name);
            if (!overrides.method) {
-             const std::string near = nearest_name(name, method_names());
+             const std::string near = likely_method(name);
              throw CLI::ValidationError("--method", "there is no method \"" + name + "\"; " +
                                                         (near.empty() ? "" : "did you mean " + near + "? ") +
                                                         "There are " + method_list());

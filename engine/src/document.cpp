@@ -1,6 +1,7 @@
 #include "bgsim/document.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <unordered_map>
@@ -124,7 +125,7 @@ class DocumentBuilder {
     const std::string token = excerpt(at, c == '"' ? last + 1 : std::max(at + 1, end_of_word(at)));
     if (open_.empty() && !document_.nodes_.empty())
       return {"something follows the end of the model", "one file holds one model", at};
-    if (in_key_place && c != '"') return {"a name in double quotes should stand here, not " + token, "", at};
+    if (in_key_place && c != '"') return behind_value(after, token, at);
     if (after_key_ && separators.find(':') == std::string_view::npos)
       return {"a colon should stand between a name and its value", "", at};
     if (!open_.empty() && separators.find_first_of(",:") == std::string_view::npos &&
@@ -132,8 +133,31 @@ class DocumentBuilder {
       return {"a comma or a closing bracket should stand before " + token, "", at};
     if (token == "NaN" || token == "Infinity" || token == "-Infinity" || token == "nan" || token == "inf")
       return {token + " is no number", "write a finite number", at};
-    return {token + " is no value", "values are numbers, texts in double quotes, true, false, null, [...], {...}", at};
+    return {token + " is no value", help_for_value(token), at};
   }
+
+  /// Where a name or the end of an object should stand: mostly what belongs to the value before it.
+  [[nodiscard]] Fault behind_value(std::size_t after, const std::string& token, std::size_t at) const {
+    const bool number_before = after > 0 && is_digit(text_[after - 1]);
+    const bool comma = text_.substr(after, at - after).find(',') != std::string_view::npos;
+    if (number_before && comma && is_digit(token[0]) && at == after + 1)
+      return {"a comma stands inside a number", "the decimal sign is a point", after};
+    if (!number_before || comma) return {"a name in double quotes should stand here, not " + token, "", at};
+    return {token + " stands behind a number",
+            "a number stands alone: expressions are texts in double quotes, \"2*k\", and a unit goes into \"unit\"",
+            at};
+  }
+
+  [[nodiscard]] std::string help_for_value(const std::string& token) const {
+    if (document_.nodes_.empty()) return "a model is a JSON object: { \"bgsim\": 1, ... }";
+    if (token[0] == '.' && token.size() > 1 && is_digit(token[1])) return "write 0" + token;
+    if (token[0] == '+' && token.size() > 1 && is_digit(token[1])) return "write " + token.substr(1);
+    if (token == "True" || token == "False" || token == "None") return "write true, false or null in small letters";
+    const bool word = token[0] == '_' || std::isalpha(static_cast<unsigned char>(token[0])) != 0;
+    return (word ? "texts and expressions stand in double quotes: \"" + token + "\"; other " : std::string()) +
+           "values are numbers, texts in double quotes, true, false, null, [...], {...}";
+  }
+  [[nodiscard]] static bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
   [[nodiscard]] std::string end_of_text() const {
     if (document_.nodes_.empty()) return "the file is empty";

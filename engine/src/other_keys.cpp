@@ -47,7 +47,7 @@ constexpr std::array kInertiaKeys{
 };
 constexpr std::array kStoreInitialKeys{
     Key{" init ic initial_condition initial_conditions initial_value initialvalue start state state0 x0 x_0 q0 q_0 p0 "
-        "p_0 v0 i0 u0 ",
+        "p_0 v0 i0 u0 q p ",
         "the start of what is stored is \"initial\": { \"q\": 0 } at a C, { \"p\": 0 } at an I"},
 };
 constexpr std::array kEffortKeys{
@@ -87,7 +87,8 @@ constexpr std::array kElementKeys{
 };
 /// Words for the one value that an element has; the help names the keys.
 constexpr std::string_view kValueWords =
-    " value val parameter parameters param params constant gain coefficient expr expression formula equation equations "
+    " signal input value val parameter parameters param params constant gain coefficient expr expression formula "
+    "equation equations "
     "function relation constitutive modulus ratio resistance capacitance inertance effort flow law laws energy ";
 
 constexpr std::array kModelKeys{
@@ -195,6 +196,22 @@ constexpr std::array kKinds{
         "what has no power is written under \"signals\", as an expression"},
 };
 
+constexpr std::array kMethods{
+    Key{" ode45 rk45 dopri5 dp5 dormandprince dormand-prince tsit5 ", "erk5"},
+    Key{" ode23 rk23 bs3 bogackishampine ", "erk3"},
+    Key{" ode78 ode89 dop853 rk78 ", "erk8"},
+    Key{" ode15s lsoda vode cvode gear stiff ndf fbdf ", "bdf"},
+    Key{" ode23s ode23t ode23tb radau rodas rosenbrock trbdf2 esdirk esdirk23a ", "dirk3"},
+    Key{" ode113 adams-bashforth abm ", "adams"},
+    Key{" dassl daskr ode15i daspk ", "ida"},
+    Key{" rk runge-kutta rungekutta rungekutta4 runge_kutta ode4 ", "rk4"},
+    Key{" forward_euler forwardeuler explicit_euler expliciteuler ode1 ", "euler"},
+    Key{" backward_euler backwardeuler impliciteuler ", "implicit_euler"},
+    Key{" leapfrog symplectic stoermer-verlet velocity_verlet ", "verlet"},
+    Key{" heun ode2 midpoint ", "erk2"},
+    Key{" default automatic variable ", "auto"},
+};
+
 std::string own_value_key(ElementKind kind) {
   switch (kind) {
     case ElementKind::effort_source:
@@ -262,6 +279,11 @@ std::string instead_of_key(std::string_view object, std::string_view key) {
   if (object == "a scene") return help_for(kSceneKeys, key);
   if (object == "a parameter" || object == "a signal" || object == "an output") return help_for(kQuantityKeys, key);
   return {};
+}
+
+std::string instead_of_method(std::string_view method) {
+  const std::string here = help_for(kMethods, method);
+  return here.empty() ? here : "for " + std::string(method) + " write " + here + "; ";
 }
 
 std::string instead_of_kind(std::string_view kind) { return help_for(kKinds, kind); }

@@ -170,6 +170,10 @@ constexpr std::array kNameWords{
     Word{"nan", "a value is a number: write the one that is meant"},
     Word{"true", "write a condition that always holds, such as 1 > 0"},
     Word{"false", "write a condition that never holds, such as 1 < 0"},
+    Word{"g",
+         "no constants of nature are built in: declare \"g\": { \"value\": 9.81, \"unit\": \"m/s^2\" } among "
+         "\"parameters\""},
+    Word{"gravity", "no constants of nature are built in: declare it among \"parameters\""},
     Word{"eps", "write the number, 2.2e-16"},
     Word{"dt", "steps are chosen by the integrator: write der(x) for a rate, and signals with \"integral\" for sums"},
 };
@@ -311,6 +315,7 @@ std::string instead_of_name(std::string_view name, std::string_view rest) {
   if (small == "e" && rest.starts_with("^")) return "write exp(x) for e^x";
   if (small == "exp" && rest.starts_with("^")) return "write exp(x)";
   if (dot != std::string_view::npos) return {};
+  if (name == "G") return {};  // a conductance or a shear modulus more often than gravity
   return help_for(kNameWords, small);
 }
 

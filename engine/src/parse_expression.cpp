@@ -371,7 +371,8 @@ class Parser {
     fail(
         "BG122",
         std::string(f.name) + " takes " + meant + (one ? " argument" : " arguments") + ", not " + std::to_string(count),
-        begin, end, "write " + std::string(f.usage));
+        begin, end,
+        f.op == Op::select && count > f.most ? "nest them: if(a, x, if(b, y, z))" : "write " + std::string(f.usage));
   }
 
   ExprId call(const Function& f, const std::vector<Operand>& x, std::size_t begin) {

@@ -77,6 +77,14 @@ class ScenePreparation {
     if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
   }
 
+  /// Where the model begins, for what is missing in it as a whole.
+  [[nodiscard]] std::optional<Place> head() const {
+    if (!model_.sources || model_.sources->empty()) return std::nullopt;
+    Place place = model_.sources->front().place(Document::root());
+    place.end = place.begin + 1;
+    return place;
+  }
+
   const Scene& find(const std::string& name) {
     std::vector<std::string> names;
     for (const Scene& scene : model_.scenes) {
@@ -84,7 +92,7 @@ class ScenePreparation {
       names.push_back(scene.name);
     }
     if (names.empty()) {
-      problem("BG140", "the model " + in_quotes(model_.name) + " has no scenes, so there is nothing to run", {},
+      problem("BG140", "the model " + in_quotes(model_.name) + " has no scenes, so there is nothing to run", head(),
               "add \"scenes\": { \"run\": { \"stop\": 1 } }");
     } else {
       std::string help = nearest_name(name, names);
@@ -321,7 +329,7 @@ class ScenePreparation {
     if (scene.outputs.empty()) {
       for (std::size_t i = 0; i < model_.outputs.size(); ++i) inputs_.outputs.push_back(i);
       if (model_.outputs.empty())
-        warn("BG149", "the model " + in_quotes(model_.name) + " has no outputs: its trace holds the times only", {},
+        warn("BG149", "the model " + in_quotes(model_.name) + " has no outputs: its trace holds the times only", head(),
              "add \"outputs\": { \"x\": \"spring.q\" }, say");
       return;
     }

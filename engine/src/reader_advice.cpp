@@ -74,11 +74,10 @@ std::string Reader::unit_advice(const Context& context, NodeId value, std::strin
     return "times are in seconds: write " + seconds.value_or("the number alone");
   }
   const std::string pointer = document(scopes_[context.scope]).pointer(value);
-  if (what == "an initial value" || pointer.starts_with("/scenes/") || pointer.find("/parameters/") > 0)
-    if (what == "an initial value" || pointer.starts_with("/scenes/") ||
-        (pointer.starts_with("/elements/") && pointer.find("/parameters/") != std::string::npos))
-      return "write the number alone, " + number + ", in the unit that " +
-             (what == "an initial value" ? "the state has" : "the parameter has");
+  const bool of_instance = pointer.starts_with("/elements/") && pointer.find("/parameters/") != std::string::npos;
+  if (what == "an initial value") return "write the number alone, " + number + ", in the unit that the state has";
+  if (of_instance || pointer.starts_with("/scenes/"))
+    return "write the number alone, " + number + ", in the unit that the parameter has";
   const std::string shown = is_json_number(number) ? number : in_quotes(number);
   const std::string pair = "{ \"value\": " + shown + ", \"unit\": " + in_quotes(unit) + " }";
   if (pointer.starts_with("/elements/"))
@@ -94,7 +93,9 @@ std::string Reader::name_advice(const Context& context, std::string_view name) c
       return law_advice(*context.own, name);
     const auto variable = variable_called(name, ElementKind::zero_junction);
     if (!variable || context.constant != nullptr) return {};
-    return "variables of the graph are written with their element: mass.f, spring.q, R1.e; here " +
+    return "declare it among \"parameters\" or \"signals\"; variables of the graph are written with their element, as "
+           "in "
+           "mass.f: " +
            with_words(*variable);
   }
   std::string base = scopes_[context.scope].prefix + std::string(name.substr(0, dot));
@@ -117,7 +118,10 @@ std::string Reader::name_advice(const Context& context, std::string_view name) c
   if (is_junction(element.kind))
     return "the bonds of a " + kind + "-junction share their " + (kind == "0" ? "effort " : "flow ") +
            in_quotes(written + (kind == "0" ? ".e" : ".f"));
-  const auto variable = variable_called(last, element.kind);
+  // The V of a tank is its volume, that of a capacitor its voltage, and Q is a charge or a flow: then all are listed.
+  const bool ambiguous = stores_displacement(element.kind) && (last == "V" || last == "Q");
+  std::optional<Variable> variable;
+  if (!ambiguous) variable = variable_called(last, element.kind);
   const bool field_without_port = is_field(element.kind) && base == element.name;
   const std::string end = field_without_port ? written + "." + element.ports[0] : written;
   if (variable && has_variable(element.kind, *variable))
@@ -125,7 +129,7 @@ std::string Reader::name_advice(const Context& context, std::string_view name) c
   std::string help = "the variables of " + in_quotes(written) + ", of kind " + kind + ", are";
   for (const Variable v : variables_of(element.kind, false))
     help += (help.ends_with(" are") ? " " : ", ") + in_quotes(end + "." + letter(v)) + ": " + variable_words(v);
-  if (variable && *variable == Variable::displacement)
+  if (variable == Variable::displacement)
     help += "; a displacement is the \"integral\" of a flow among \"signals\", or the q of a C at the same junction";
   return help;
 }
@@ -134,8 +138,12 @@ std::string Reader::name_advice(const Context& context, std::string_view name) c
 std::string Reader::law_advice(const Element& own, std::string_view name) const {
   const auto variable = variable_called(name, own.kind);
   if (!variable) return {};
-  const std::string port = is_field(own.kind) ? own.ports[0] + "." : "";
-  const bool usable = law_relates(own.kind, *variable) || own.coefficient.valid();
+  std::string ports;
+  for (std::size_t port = 0; is_field(own.kind) && port < own.ports.size(); ++port)
+    for (const Variable v : variables_of(own.kind, true))
+      ports += (ports.empty() ? "" : ", ") + in_quotes(own.ports[port] + "." + letter(v));
+  if (!ports.empty()) return "the variables of a field are written with their port: " + ports;
+  const bool usable = law_relates(own.kind, *variable);
   std::string help;
   if (!usable)
     help =
@@ -144,7 +152,7 @@ std::string Reader::law_advice(const Element& own, std::string_view name) const 
     help = "here a law relates ";
   bool first = true;
   for (const Variable v : variables_of(own.kind, true)) {
-    help += (first ? "" : " and ") + in_quotes(port + letter(v)) + ", the " + variable_words(v);
+    help += (first ? "" : " and ") + in_quotes(std::string(1, letter(v))) + ", the " + variable_words(v);
     first = false;
   }
   return help;

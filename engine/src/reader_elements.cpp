@@ -152,6 +152,15 @@ void Reader::parse_law(std::size_t index, NodeId value) {
                      "the law of " + kind_text(element.kind, element.modulated) + " relates " +
                          law_letters(element.kind)[0] + " and " + law_letters(element.kind)[5]);
   }
+  if (!is_store(element.kind))
+    for (const ExprId e : reachable(model_.pool, std::array{right})) {
+      if (model_.pool[e].op != Op::der) continue;
+      for (const SymbolId id : symbols_in(model_.pool, std::array{e}))
+        if (own(id) != nullptr)
+          return problem("BG117", "this law contains the rate of the element's own " + symbol_name(model_, id),
+                         right_place, "what follows the rate of a flow is an I, of an effort a C",
+                         "the law of a resistor relates effort and flow of one instant; what it takes in is lost");
+    }
   warn_of_euler(index, right, right_place);
   model_.elements[index].laws.push_back({variable->port, variable->variable, right, file.place(value)});
 }

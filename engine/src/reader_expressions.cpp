@@ -9,8 +9,12 @@ ExprId Reader::expression(const Context& context, NodeId value, const std::strin
   const Document& file = document(scopes_[context.scope]);
   if (file[value].kind == JsonKind::number) return model_.pool.constant(file[value].number);
   if (file[value].kind == JsonKind::string) return parse(context, value, file[value].text, 0);
+  const bool unit = file[value].kind == JsonKind::object && file.find(value, "value").valid();
   problem("BG113", what + " must be a number or an expression, not " + json_kind_name(file[value].kind),
-          file.place(value));
+          file.place(value),
+          unit ? "units belong to parameters: declare one with this value and unit, and write its name here"
+          : file[value].kind == JsonKind::array ? "write one value; where there are several, each has a name of its own"
+                                                : "");
   return {};
 }
 
@@ -46,7 +50,8 @@ bool Reader::only_parameters(const Context& context, NodeId value, ExprId expres
     const bool time = model_.pool.is_symbol(id) && model_.pool.symbol_of(id) == model_.time;
     if (!time && model_.pool[id].op != Op::der) continue;
     problem("BG118", std::string(time ? "t" : "der") + " cannot be used in " + context.constant,
-            document(scopes_[context.scope]).place(value), {},
+            document(scopes_[context.scope]).place(value),
+            std::string_view(context.constant) == "a parameter" ? "what varies is declared among \"signals\"" : "",
             std::string(context.constant) + " is computed from numbers and parameters only");
     return false;
   }
@@ -191,7 +196,10 @@ std::optional<SymbolId> Reader::variable_of(std::size_t scope, std::string_view 
     return refuse(
         "BG121",
         "an element of kind " + kind_text(element.kind, element.modulated) + " has no ." + std::string(1, letter),
-        "its variables are " + list_of(has, " and "));
+        "its variables are " + list_of(has, " and ") +
+            (is_store(element.kind) && *variable == Variable::displacement
+                 ? "; the displacement of a mass is the \"integral\" of its flow, a signal"
+                 : ""));
   }
   if (element.ports.size() > 1 && !port)
     return refuse("BG121", in_quotes(name) + " has several ports: say which one is meant",

@@ -143,11 +143,29 @@ bool Reader::unreadable(const Scope& scope, std::string_view key) const {
   return file[value].kind != (key == "bonds" ? JsonKind::array : JsonKind::object);
 }
 
+namespace {
+
+/// "write "spring_constant"" for a name with other signs in it.
+std::string valid_spelling(std::string_view name) {
+  std::string spelling;
+  for (const char c : name) {
+    if (is_letter(c) || is_digit(c))
+      spelling += c;
+    else if (!spelling.empty() && spelling.back() != '_')
+      spelling += '_';
+  }
+  while (!spelling.empty() && spelling.back() == '_') spelling.pop_back();
+  if (spelling.empty()) return {};
+  return "write " + in_quotes(is_digit(spelling[0]) ? "x" + spelling : spelling) + ", say";
+}
+
+}  // namespace
+
 bool Reader::valid_name(std::string_view name, const Place& place, const std::string& what) {
   const bool good = !name.empty() && is_letter(name[0]) &&
                     std::all_of(name.begin(), name.end(), [](char c) { return is_letter(c) || is_digit(c); });
   if (!good) {
-    problem("BG115", in_quotes(name) + " cannot be the name of " + what, place, {},
+    problem("BG115", in_quotes(name) + " cannot be the name of " + what, place, valid_spelling(name),
             "names consist of the letters a-z and A-Z, digits and underscores, and do not begin with a digit");
     return false;
   }

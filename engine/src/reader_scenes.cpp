@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "other_words.hpp"
 #include "reader.hpp"
 
 namespace bgsim {
@@ -160,7 +161,9 @@ bool Reader::check_output(const std::string& name, const Place& place) {
   if (unreadable(scopes_[0], "outputs")) return false;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < model_.outputs.size() && !enough_problems(); ++i) names.push_back(model_.outputs[i].name);
-  problem("BG147", "there is no output " + in_quotes(name), place, suggestion(name, names),
+  std::string help = suggestion(name, names);
+  if (help.empty() && !names.empty()) help = "there are " + list_of(names, " and ");
+  problem("BG147", "there is no output " + in_quotes(name), place, help,
           "the outputs are those of the model's \"outputs\"");
   return false;
 }
@@ -212,7 +215,7 @@ void Reader::parse_method(NodeId node, Scene& scene) {
       scene.method = *method;
     else
       problem("BG146", "there is no method " + in_quotes(file[value].text), file.place(value),
-              "methods are " + method_list());
+              instead_of_method(file[value].text) + "methods are " + method_list());
   }
   if (const NodeId value = file.find(node, "step"); value.valid()) scene.step = positive(value, "\"step\"");
   if (const NodeId value = file.find(node, "max_order"); value.valid()) {

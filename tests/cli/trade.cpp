@@ -45,7 +45,7 @@ TEST_CASE("a run takes the method, its step and its order from the command line"
   CHECK_THAT(here.bgsim("decay.json --method bdf --max-order 2").err, Contains("CVODE BDF of order up to 2"));
   const Outcome unknown = here.bgsim("decay.json --method rk45");
   CHECK(unknown.code == 2);
-  CHECK_THAT(unknown.err, Contains("there is no method \"rk45\"; did you mean rk4? There are auto, bdf"));
+  CHECK_THAT(unknown.err, Contains("there is no method \"rk45\"; did you mean erk5? There are auto, bdf"));
   const Outcome stepless = here.bgsim("decay.json --method verlet");
   CHECK(stepless.code == 2);
   CHECK_THAT(stepless.err, Contains("takes steps of one length, which is not given"));

@@ -180,7 +180,7 @@ TEST_CASE("tolerances are positive, whoever gives them") {
 
 TEST_CASE("a model without scenes has nothing to run") {
   CHECK_THAT(fault(read(R"x("elements": { "j": { "kind": "1" } })x")),
-             Catch::StartsWith("BG140 the model \"test\" has no scenes, so there is nothing to run; ad"));
+             Catch::StartsWith("BG140 [{] the model \"test\" has no scenes, so there is nothing to run; ad"));
 }
 
 TEST_CASE("references are read with their tolerances") {

@@ -188,8 +188,10 @@ TEST_CASE("parameters and initial values are constants") {
   };
   CHECK(parameter("\"2*a + pi\"") == "none");
   CHECK(parameter(R"x({ "value": "2*a", "unit": "m", "about": "x", "source": "y" })x") == "none");
-  CHECK(parameter("\"2*t\"") == "BG118 [\"2*t\"] t cannot be used in a parameter");
-  CHECK(parameter("\"der(a)\"") == "BG118 [\"der(a)\"] der cannot be used in a parameter");
+  CHECK(parameter("\"2*t\"") ==
+        "BG118 [\"2*t\"] t cannot be used in a parameter; what varies is declared among \"signals\"");
+  CHECK(parameter("\"der(a)\"") ==
+        "BG118 [\"der(a)\"] der cannot be used in a parameter; what varies is declared among \"signals\"");
   CHECK_THAT(parameter("\"2*s\""), Catch::StartsWith("BG118 [s] the signal \"s\" cannot be used in a parameter; a "));
   CHECK_THAT(parameter("\"2*m.p\""),
              Catch::StartsWith("BG118 [m.p] \"m.p\" cannot be used in a parameter: it varies; a p"));
