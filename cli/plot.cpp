@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -27,7 +28,7 @@ namespace fs = std::filesystem;
 namespace {
 
 struct PlotArguments {
-  std::string file, against, output, x, title;
+  std::string file, against, reference, output, x, title;
   std::vector<std::string> columns;
   std::optional<double> from, to;
   bool one_panel = false, each = false;
@@ -45,6 +46,7 @@ PlotArguments parse(const Arguments& arguments) {
       "  bgsim plot actuator.bending.csv x_L x_R -o x.png\n"
       "  bgsim plot run.csv theta --from 1 --to 2\n"
       "  bgsim plot run.csv p --x q                           over another column\n"
+      "  bgsim plot run.csv --reference reference.csv         the reference dashed over each column that it has\n"
       "  bgsim plot run.csv --against reference.csv           both, and their difference below");
   app.add_option("trace.csv", options.file, "the trace")->required();
   app.add_option("columns", options.columns, "columns to be drawn (default: all)");
@@ -53,6 +55,9 @@ PlotArguments parse(const Arguments& arguments) {
       ->type_name("FILE");
   app.add_option("--against", options.against, "another trace, drawn over the first, with the difference")
       ->type_name("CSV");
+  app.add_option("--reference", options.reference, "a trace whose columns are drawn dashed over those of one name")
+      ->type_name("CSV")
+      ->excludes("--against");
   app.add_option("--x", options.x, "the column to draw over (default: the first)")->type_name("COLUMN");
   app.add_option("--from", options.from, "least value of the abscissa")->type_name("X");
   app.add_option("--to", options.to, "greatest value of the abscissa")->type_name("X");
@@ -129,7 +134,7 @@ UnitTrace read_trace(const std::string& path) {
 /// The rows of a column whose abscissa lies in the range asked for.
 PlotCurve curve_of(const UnitTrace& trace, const std::string& x, const std::string& y, const PlotArguments& options) {
   const std::vector<double>&abscissa = trace.column(x), &ordinate = trace.column(y);
-  PlotCurve curve{y, {}, {}, false};
+  PlotCurve curve{y, {}, {}, false, true, {}};
   for (std::size_t i = 0; i < abscissa.size(); ++i) {
     if ((options.from && abscissa[i] < *options.from) || (options.to && abscissa[i] > *options.to)) continue;
     curve.x.push_back(abscissa[i]);
@@ -139,35 +144,90 @@ PlotCurve curve_of(const UnitTrace& trace, const std::string& x, const std::stri
   return curve;
 }
 
-double magnitude(const PlotCurve& curve) {
+double magnitude(const std::vector<double>& values) {
   double most = 0.0;
-  for (const double y : curve.y) most = std::max(most, std::abs(y));
+  for (const double value : values)
+    if (std::isfinite(value)) most = std::max(most, std::abs(value));
   return most;
 }
 
+/// A sum whose terms cancel keeps the rounding of its terms: of some thousand additions, this part of the largest.
+constexpr double kRounded = 4096 * std::numeric_limits<double>::epsilon();
+
+/// The largest magnitude of all columns of a unit; 0 for an unknown one, of which nothing can be said.
+double largest_of_unit(const UnitTrace& trace, const std::string& unit) {
+  double most = 0.0;
+  for (std::size_t i = 0; !unit.empty() && i < trace.table.names.size(); ++i)
+    if (trace.unit(trace.table.names[i]) == unit) most = std::max(most, magnitude(trace.table.columns[i]));
+  return most;
+}
+
+/// A column that is no more than the rounding of others of its unit: the difference of two that are equal.
+bool only_rounding(const UnitTrace& trace, const std::string& unit, const PlotCurve& curve) {
+  return magnitude(curve.y) <= kRounded * largest_of_unit(trace, unit);
+}
+
+/// What is only rounding is drawn at the scale of its unit, and what is constant but for it with room around.
+void choose_range(const UnitTrace& trace, PlotPanel& panel) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const PlotCurve& curve : panel.curves)
+    for (const double y : curve.y)
+      if (std::isfinite(y)) {
+        low = std::min(low, y);
+        high = std::max(high, y);
+      }
+  if (low > high) return;
+  const double size = std::max(std::abs(low), std::abs(high)), largest = largest_of_unit(trace, panel.unit);
+  if (size <= kRounded * largest) {
+    if (largest > 0.0) panel.range = {-largest, largest};
+  } else if (high - low <= kRounded * size) {
+    panel.range = {low - 0.1 * size, high + 0.1 * size};
+  }
+}
+
 /// Whether a curve can be read beside others in one panel: the same unit, and no more than ten times smaller or larger.
-bool fits(const PlotPanel& panel, const std::string& unit, const PlotCurve& curve) {
+bool fits(const UnitTrace& trace, const PlotPanel& panel, const std::string& unit, const PlotCurve& curve) {
   constexpr std::size_t kMostCurves = 5;
   if (panel.unit != unit || panel.curves.size() >= kMostCurves) return false;
-  const double size = magnitude(curve), other = magnitude(panel.curves.front());
+  if (only_rounding(trace, unit, curve)) return true;
+  const double size = magnitude(curve.y), other = magnitude(panel.curves.front().y);
   return size <= 10.0 * other && other <= 10.0 * size;
 }
 
-std::vector<PlotPanel> panels_of(const UnitTrace& trace, const std::string& x, const PlotArguments& options) {
+/// @param reference  drawn over the columns that it has; null without one
+std::vector<PlotPanel> panels_of(const UnitTrace& trace, const UnitTrace* reference, const std::string& x,
+                                 const PlotArguments& options) {
   std::vector<PlotPanel> panels;
+  std::map<std::size_t, std::vector<PlotCurve>> references;  // by panel
   for (const std::string& column : options.columns) {
     PlotCurve curve = curve_of(trace, x, column, options);
     const std::string unit = trace.unit(column);
+    if (only_rounding(trace, unit, curve) && magnitude(curve.y) > 0.0) curve.name += " (only rounding)";
     const auto place = std::find_if(panels.begin(), panels.end(), [&](const PlotPanel& panel) {
-      return options.one_panel || (!options.each && fits(panel, unit, curve));
+      return options.one_panel || (!options.each && fits(trace, panel, unit, curve));
     });
+    const auto at = static_cast<std::size_t>(place - panels.begin());
     if (place == panels.end()) {
-      panels.push_back({unit, {std::move(curve)}, false});
+      panels.push_back({unit, {std::move(curve)}, false, std::nullopt});
     } else {
       if (place->unit != unit) place->unit.clear();
       place->curves.push_back(std::move(curve));
     }
+    if (reference == nullptr || reference->find(column) == nullptr) continue;
+    PlotCurve over = curve_of(*reference, x, column, options);
+    over.name = "reference";
+    over.colour = "#222222";
+    over.reference = true;
+    references[at].push_back(std::move(over));
   }
+  // Last, so that they lie above, and the others keep their colours.
+  for (auto& [panel, curves] : references) {
+    for (PlotCurve& curve : curves) {
+      curve.named = &curve == &curves.front();
+      panels[panel].curves.push_back(std::move(curve));
+    }
+  }
+  for (PlotPanel& panel : panels) choose_range(trace, panel);
   return panels;
 }
 
@@ -190,7 +250,7 @@ Difference difference(const PlotCurve& a, const PlotCurve& b) {
   constexpr std::size_t kEnough = 10;
   // Two programs may write one time with rounding errors of its computation.
   const double same = 1e-12 * std::max(std::abs(a.x.front()), std::abs(a.x.back()));
-  Difference common{{a.name + ", difference", {}, {}, false}, false};
+  Difference common{{a.name + ", difference", {}, {}, false, true, {}}, false};
   for (std::size_t i = 0, k = 0; i < a.x.size() && k < b.x.size();) {
     if (std::abs(a.x[i] - b.x[k]) <= same) {
       common.curve.x.push_back(a.x[i]);
@@ -200,7 +260,7 @@ Difference difference(const PlotCurve& a, const PlotCurve& b) {
     }
   }
   if (common.curve.x.size() >= kEnough || common.curve.x.size() == a.x.size()) return common;
-  Difference all{{a.name + ", difference (interpolated)", {}, {}, false}, true};
+  Difference all{{a.name + ", difference (interpolated)", {}, {}, false, true, {}}, true};
   std::size_t after = 0;
   for (std::size_t i = 0; i < a.x.size(); ++i) {
     if (a.x[i] < b.x.front() || a.x[i] > b.x.back()) continue;
@@ -235,8 +295,8 @@ std::vector<PlotPanel> panels_against(const UnitTrace& a, const UnitTrace& b, co
     mine.name = column + ", " + (told_apart ? name(a.file) : a.file);
     other.name = column + ", " + (told_apart ? name(b.file) : b.file);
     other.reference = true;
-    panels.push_back({a.unit(column), {std::move(mine), std::move(other)}, false});
-    panels.push_back({a.unit(column), {std::move(apart)}, true});
+    panels.push_back({a.unit(column), {std::move(mine), std::move(other)}, false, std::nullopt});
+    panels.push_back({a.unit(column), {std::move(apart)}, true, std::nullopt});
   }
   return panels;
 }
@@ -255,6 +315,14 @@ void choose_columns(PlotArguments& options, const std::string& x, const UnitTrac
                                         " have no column in common but \"" + short_name(x) + "\"");
 }
 
+/// @throws UsageError if a reference has nothing of what is drawn.
+void check_reference(const UnitTrace& reference, const std::string& x, const std::vector<std::string>& columns) {
+  static_cast<void>(reference.column(x));
+  if (std::none_of(columns.begin(), columns.end(), [&](const auto& name) { return reference.find(name) != nullptr; }))
+    throw UsageError(reference.file +
+                     " has none of the columns that are drawn: there is no reference to draw over them");
+}
+
 }  // namespace
 
 Exit plot_command(const Arguments& arguments) {
@@ -265,16 +333,21 @@ Exit plot_command(const Arguments& arguments) {
     throw UsageError("\"" + short_path(options.output) + "\" ends with neither .svg nor .png: which picture is meant?");
   check_writable(options.output, options.file);
   const UnitTrace trace = read_trace(options.file);
-  std::optional<UnitTrace> other;
+  std::optional<UnitTrace> other, reference;
   if (!options.against.empty()) other = read_trace(options.against);
+  if (!options.reference.empty()) reference = read_trace(options.reference);
 
   const std::string x = options.x.empty() ? trace.table.names.front() : options.x;
   static_cast<void>(trace.column(x));
   choose_columns(options, x, trace, other ? &*other : nullptr);
   Plot plot;
   plot.title = options.title.empty() ? fs::path(options.file).filename().string() : options.title;
-  plot.x_label = x + (trace.unit(x).empty() ? "" : " in " + trace.unit(x));
-  plot.panels = other ? panels_against(trace, *other, x, options) : panels_of(trace, x, options);
+  // Model format 1 has its time in seconds, for which its traces have no unit.
+  const std::string x_unit = !trace.unit(x).empty() ? trace.unit(x) : x == "t" && !trace.units.empty() ? "s" : "";
+  plot.x_label = x + (x_unit.empty() ? "" : " in " + x_unit);
+  if (reference) check_reference(*reference, x, options.columns);
+  plot.panels = other ? panels_against(trace, *other, x, options)
+                      : panels_of(trace, reference ? &*reference : nullptr, x, options);
   std::string picture = plot_svg(plot);
   if (ending == ".png") picture = png_from_svg(picture, options.zoom);
   write_file(options.output, [&](std::ostream& out) { out << picture; });

@@ -72,12 +72,17 @@ void add_panel(std::ostringstream& script, const Plot& plot, const Grid& grid, s
          << " at graph 0, graph 1 right offset character -1, character 0.9\n"
          << (lowest ? "set xlabel " + gnuplot_string(plot.x_label) + "\nset format x '%g'\n"
                     : std::string("unset xlabel\nset format x ''\n"))
+         << (panel.range ? "set yrange [" + number(panel.range->first, "%.12g") + ":" +
+                               number(panel.range->second, "%.12g") + "]\n"
+                         : std::string("set yrange [*:*]\n"))
          << "plot ";
   for (std::size_t i = 0; i < panel.curves.size(); ++i) {
     const PlotCurve& curve = panel.curves[i];
     script << (i == 0 ? "" : ", ") << "$d" << index << "_" << i << " with "
-           << (curve.x.size() == 1 ? "points pt 7" : "lines") << " lc rgb '" << kColours[i % kColours.size()]
-           << (curve.reference ? "' lw 1.2 dashtype 2" : "' lw 1.7") << " title " << gnuplot_string(curve.name);
+           << (curve.x.size() == 1 ? "points pt 7" : "lines") << " lc rgb '"
+           << (curve.colour.empty() ? kColours[i % kColours.size()] : curve.colour.c_str())
+           << (curve.reference ? "' lw 1.2 dashtype 2" : "' lw 1.7")
+           << (curve.named ? " title " + gnuplot_string(curve.name) : std::string(" notitle"));
   }
   script << "\n";
 }

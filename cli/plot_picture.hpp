@@ -1,7 +1,9 @@
 /// Curves over a common abscissa as a picture, by gnuplot.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bgsim::cli {
@@ -10,13 +12,16 @@ struct PlotCurve {
   std::string name;
   std::vector<double> x, y;
   bool reference = false;  ///< drawn thin and dashed over the others
+  bool named = true;       ///< in the key
+  std::string colour;      ///< "#rrggbb"; empty: the next one
 };
 
 /// One diagram: curves that share an ordinate.
 struct PlotPanel {
   std::string unit;  ///< or another text beside the ordinate
   std::vector<PlotCurve> curves;
-  bool low = false;  ///< of half the height: differences
+  bool low = false;                                ///< of half the height: differences
+  std::optional<std::pair<double, double>> range;  ///< of the ordinate; none: as far as the curves go
 };
 
 struct Plot {

@@ -20,9 +20,9 @@ struct Section {
   const char* id;
   const char* title;
 };
-constexpr Section kSections[] = {{"summary", "Summary"},       {"drawing", "Bond graph"},  {"causality", "Causality"},
-                                 {"parameters", "Parameters"}, {"equations", "Equations"}, {"outputs", "Outputs"},
-                                 {"energy", "Energy"},         {"activity", "Activity"},   {"statistics", "Statistics"},
+constexpr Section kSections[] = {{"summary", "Summary"},     {"drawing", "Bond graph"},  {"outputs", "Outputs"},
+                                 {"energy", "Energy"},       {"causality", "Causality"}, {"parameters", "Parameters"},
+                                 {"equations", "Equations"}, {"activity", "Activity"},   {"statistics", "Statistics"},
                                  {"reproduce", "Reproduce"}};
 
 std::vector<double> column_of(const Trace& trace, std::size_t column) {
@@ -61,12 +61,14 @@ std::size_t output_index(const Json& outputs, const std::string& name) {
 Json outputs_of(const ReportContent& content) {
   Json outputs = Json::array();
   for (const Output& output : content.stages.model->outputs) {
-    const auto recorded = [&](const ReportedScene& scene) {
-      const auto& names = scene.result.trace.names;
-      return std::find(names.begin(), names.end(), output.name) != names.end();
-    };
-    if (std::any_of(content.scenes.begin(), content.scenes.end(), recorded))
-      outputs.push_back({{"name", output.name}, {"unit", output.unit}});
+    const std::string* unit = nullptr;  // given or inferred, by the first scene that records it
+    for (const ReportedScene& scene : content.scenes) {
+      const Trace& trace = scene.result.trace;
+      const auto found = std::find(trace.names.begin(), trace.names.end(), output.name);
+      if (found != trace.names.end() && unit == nullptr)
+        unit = &trace.units[static_cast<std::size_t>(found - trace.names.begin())];
+    }
+    if (unit != nullptr) outputs.push_back({{"name", output.name}, {"unit", *unit}});
   }
   return outputs;
 }
@@ -101,10 +103,11 @@ void add_references(Json& data, Arrays& arrays, const ReportContent& content, st
   }
 }
 
-void add_energy(Json& data, Arrays& arrays, const EnergyAudit& audit, std::size_t scene) {
-  const EnergyCourse& course = audit.course;
+void add_energy(Json& data, Arrays& arrays, const RunReport& report, std::size_t scene) {
+  const EnergyCourse& course = report.energy.course;
+  const std::string& unit = report.energy_unit;
   if (course.times.empty()) return;
-  Json entry{{"scene", scene}, {"t", arrays.add(course.times)}, {"terms", Json::array()}};
+  Json entry{{"scene", scene}, {"unit", unit}, {"t", arrays.add(course.times)}, {"terms", Json::array()}};
   const auto add = [&](const char* name, const std::vector<double>& values) {
     entry["terms"].push_back({{"name", name}, {"v", arrays.add(values)}});
   };
@@ -119,14 +122,14 @@ void add_energy(Json& data, Arrays& arrays, const EnergyAudit& audit, std::size_
 
 Json page_data(const ReportContent& content) {
   Arrays arrays;
-  Json data{{"scenes", Json::array()}, {"outputs", outputs_of(content)}};
+  Json data{{"time", "s"}, {"scenes", Json::array()}, {"outputs", outputs_of(content)}};  // model format 1: seconds
   for (const char* const kind : {"curves", "references", "energy"}) data[kind] = Json::array();
   for (std::size_t i = 0; i < content.scenes.size(); ++i) {
     const RunInputs& inputs = content.scenes[i].inputs;
     data["scenes"].push_back({{"name", inputs.scene}, {"start", inputs.start}, {"stop", inputs.stop}});
     add_curves(data, arrays, content, i);
     add_references(data, arrays, content, i);
-    add_energy(data, arrays, content.scenes[i].result.report.energy, i);
+    add_energy(data, arrays, content.scenes[i].result.report, i);
   }
   data["arrays"] = arrays.texts();
   return data;
@@ -190,7 +193,7 @@ std::string summary_section(const ReportContent& content) {
 }
 
 std::string drawing_section(const ReportContent& content) {
-  std::string text = "<section id=\"drawing\"><h2>Bond graph</h2>\n";
+  std::string text = "<section id=\"drawing\"><span class=\"files\"></span><h2>Bond graph</h2>\n";
   if (!content.svg) return text + "<p class=\"note\">" + xml_text(content.why_no_drawing) + "</p>\n</section>\n";
   // What stands before the element (XML declaration, document type) belongs to a file, not into a page.
   return text + "<div class=\"drawing\" tabindex=\"0\">" + content.svg->substr(content.svg->find("<svg")) +
@@ -237,6 +240,10 @@ std::string outputs_section(const ReportContent& content) {
             std::to_string(content.points) +
             " are drawn: first, last, least and greatest of each stretch, so no "
             "extreme is lost. The trace has them all; --points keeps more here.</p>\n";
+  // One output over another: the script fills it in and shows it.
+  text +=
+      "<div id=\"phase\" hidden><details><summary>One output over another (phase plot)</summary>\n"
+      "<div class=\"phase-bar\"></div><div id=\"phase-plot\"></div></details></div>\n";
   return text + "<details open><summary>Ranges and references in numbers</summary>\n" + output_table(content) +
          "</details>\n</section>\n";
 }
@@ -313,10 +320,9 @@ std::string scripts(const ReportContent& content) {
 
 std::string report_page(const ReportContent& content) {
   std::string page = head(content) + body_begin(content);
-  page += summary_section(content) + drawing_section(content) + causality_section(content);
-  page += parameters_section(content) + equations_section(content) + outputs_section(content);
-  page += energy_section(content) + activity_section(content) + statistics_section(content);
-  page += reproduction_section(content);
+  page += summary_section(content) + drawing_section(content) + outputs_section(content) + energy_section(content);
+  page += causality_section(content) + parameters_section(content) + equations_section(content);
+  page += activity_section(content) + statistics_section(content) + reproduction_section(content);
   page += "</main>\n<footer>Made by bgsim " + xml_text(content.version) + ", " + xml_text(content.date) +
           ". Plots by uPlot.</footer>\n";
   return page + scripts(content) + "</body>\n</html>\n";

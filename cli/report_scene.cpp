@@ -62,6 +62,11 @@ ReportedScene run_for_report(const Stages& stages, const std::string& scene, con
   }
   auto& all_seconds = done.result.report.stage_seconds;
   all_seconds.insert(all_seconds.begin(), seconds.begin(), seconds.end());
+  const UnitReport units = infer_units(model, *stages.graph, done.inputs.scene);
+  done.result.report.energy_unit = units.energy;
+  for (std::size_t column = 0; column < done.inputs.outputs.size(); ++column)
+    if (done.result.trace.units[column].empty())
+      done.result.trace.units[column] = units.outputs[done.inputs.outputs[column]].text;
   done.activity = activities(*stages.system, done.result);
   if (!done.reference) return done;
 

@@ -110,6 +110,7 @@ std::string parameters_section(const ReportContent& content) {
   if (model.parameters.empty()) return {};
   const auto name = [&](SymbolId symbol) { return symbol_name(model, symbol); };
   std::vector<Cells> rows;
+  std::map<std::string, std::vector<Cells>> folded;  // by submodel at the top
   for (std::size_t i = 0; i < model.parameters.size(); ++i) {
     const Parameter& parameter = model.parameters[i];
     std::vector<std::string> values;
@@ -117,12 +118,21 @@ std::string parameters_section(const ReportContent& content) {
     std::string value = by_scene(content, values);
     if (!model.pool.is_constant(parameter.value))
       value += " <small>= <code>" + xml_text(to_text(model.pool, parameter.value, name)) + "</code></small>";
-    rows.push_back({"<code>" + xml_text(parameter.name) + "</code>", value, xml_text(parameter.unit),
-                    xml_text(parameter.about), "<code>" + xml_text(file_and_line(model, parameter.place)) + "</code>"});
+    const std::size_t dot = parameter.name.find('.');
+    auto& place = dot == std::string::npos ? rows : folded[parameter.name.substr(0, dot)];
+    place.push_back({"<code>" + xml_text(parameter.name) + "</code>", value, xml_text(parameter.unit),
+                     xml_text(parameter.about),
+                     "<code>" + xml_text(file_and_line(model, parameter.place)) + "</code>"});
   }
   std::string text = heading("parameters", "Parameters");
   if (!model.source.empty()) text += "<p>Source: " + xml_text(model.source) + "</p>\n";
-  return text + html_table({"Name", "Value", "Unit", "Meaning", "Given in"}, rows) + kEnd;
+  const std::vector<std::string> titles{"Name", "Value", "Unit", "Meaning", "Given in"};
+  if (!rows.empty()) text += html_table(titles, rows);
+  for (const auto& [submodel, inside] : folded)
+    text += "<details><summary>Submodel <code>" + xml_text(submodel) + "</code>: " + std::to_string(inside.size()) +
+            (inside.size() == 1 ? " parameter" : " parameters") + "</summary>\n" + html_table(titles, inside) +
+            "</details>\n";
+  return text + kEnd;
 }
 
 std::string equations_section(const ReportContent& content) {

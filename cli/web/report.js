@@ -9,6 +9,8 @@
   const full = [Math.min(...data.scenes.map((s) => s.start)), Math.max(...data.scenes.map((s) => s.stop))];
   if (!(full[1] > full[0])) full[1] = full[0] + 1;
 
+  const timeTitle = "t" + (data.time ? " (" + data.time + ")" : "");
+
   // What all plots share: the stretch of time that they show, and the scenes that are hidden.
   let view = full;
   const hidden = new Set();
@@ -46,15 +48,19 @@
     const unit = Number("1e" + axisPower(u.scales[u.axes[axis].scale]));
     return at.map((value) => (value / unit).toFixed(digits(-Math.log10(step / unit) - 1e-9)).replace("-", "\u2212"));
   };
+  const bare = (unit) => unit && unit !== "1" ? unit : "";
   const axisTitle = (name) => (u, axis) => {
     const power = axisPower(u.scales[u.axes[axis].scale]);
     return [name, power === 0 ? "" : "\u00d7 " + ten(power)].filter(Boolean).join("  ");
   };
-  // A little room above and below; a constant stands in the middle.
-  const room = (u, min, max) => {
+  // A little room above and below; a constant stands in the middle. What is rounding beside the other outputs of its
+  // unit is drawn at their scale.
+  const rounded = 4096 * Number.EPSILON;
+  const room = (least) => (u, min, max) => {
     if (min == null) return [0, 1];
     const size = Math.max(Math.abs(min), Math.abs(max));
-    if (max - min <= 1e-12 * size) return size === 0 ? [-1, 1] : [min - 0.1 * size, max + 0.1 * size];
+    if (size <= rounded * least) return [-least, least];
+    if (max - min <= rounded * size) return size === 0 ? [-1, 1] : [min - 0.1 * size, max + 0.1 * size];
     return [min - 0.05 * (max - min), max + 0.05 * (max - min)];
   };
 
@@ -72,6 +78,7 @@
     page.dataset.theme = theme !== "auto" ? theme : dark.matches ? "dark" : "light";
     for (const rule of darkRules) rule.media.mediaText = page.dataset.theme === "dark" ? "all" : "not all";
     for (const plot of plots) plot.u?.redraw(false, true);
+    drawPhase();
   };
   dark.addEventListener("change", () => useTheme(chosen));
   const themeButton = document.getElementById("theme");
@@ -93,6 +100,7 @@
     view = width >= full[1] - full[0] ? full : [start, start + width];
     page.dataset.view = view.join(" ");
     for (const plot of plots) plot.u?.setScale("x", {min: view[0], max: view[1]});
+    drawPhase();
   };
   const zoom = (factor, about = (view[0] + view[1]) / 2) =>
     show(about - factor * (about - view[0]), about + factor * (view[1] - about));
@@ -103,15 +111,51 @@
   };
   const showAll = () => show(...full);
 
+  // ---- values between samples ------------------------------------------------------------------------------------
+  // Linear between the samples beside t; null before the first and after the last one, and beside what is no number.
+  const valueOf = (xs, ys, t) => {
+    let low = 0, high = xs.length - 1;
+    if (!(t >= xs[low] && t <= xs[high])) return null;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (xs[middle] <= t) low = middle; else high = middle;
+    }
+    if (xs[high] === t) low = high;
+    const value = xs[low] === t ? ys[low] : ys[low] + (ys[high] - ys[low]) * ((t - xs[low]) / (xs[high] - xs[low]));
+    return Number.isFinite(value) ? value : null;
+  };
+  // Curves have their own times. The legend and the dots show all of them at the cursor's.
+  const readValues = (u) => {
+    const t = u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null;
+    const rows = u.root.querySelectorAll(".u-legend tr");
+    u.series.forEach((series, i) => {
+      const y = t == null || i > 0 && !series.show ? null : i === 0 ? t : valueOf(series.xs, series.ys, t);
+      const cell = rows[i]?.querySelector("td");
+      if (cell) cell.textContent = text(y);
+      if (!series.dot) return;
+      series.dot.hidden = y == null;
+      if (y != null) series.dot.style.transform = `translate(${u.cursor.left}px, ${u.valToPos(y, "y")}px)`;
+    });
+  };
+  const addDots = (u) => {
+    for (const series of u.series.slice(1)) {
+      if (series.class) continue;
+      series.dot = u.over.appendChild(document.createElement("div"));
+      series.dot.className = "dot";
+      series.dot.hidden = true;
+      series.dot.style.background = `var(--c${series.colour % colours})`;
+    }
+  };
+
   // ---- one plot ------------------------------------------------------------------------------------------------
   // A plot: {title, unit, about, tables}; a table: {x, curves}, a curve: {name, y, colour, dash, scene, low, high}.
   const seriesOf = (plot) => {
     const series = [{label: "t", value: (u, value) => text(value)}];
     const bands = [];
-    for (const curve of plot.tables.flatMap((table) => table.curves)) {
+    for (const [xs, curve] of plot.tables.flatMap((table) => table.curves.map((curve) => [table.x, curve]))) {
       const at = series.length;
       const stroke = curveColour(curve.colour);
-      const shared = {show: !hidden.has(curve.scene), scene: curve.scene, colour: curve.colour};
+      const shared = {show: !hidden.has(curve.scene), scene: curve.scene, colour: curve.colour, xs, ys: curve.y};
       series.push({...shared, label: curve.name, stroke, dash: curve.dash, width: curve.low ? 1.2 : 1.6, points: {show: false},
         value: (u, value) => text(value), followers: curve.low ? [at + 1, at + 2] : []});
       if (!curve.low) continue;
@@ -137,15 +181,16 @@
     const axis = {stroke: ink, grid, ticks: {...grid, size: 4}, font, labelFont: font, incrs: steps, splits: ticks, values: labels, labelSize: 20};
     return {
       ...sizeOf(plot), series, bands,
-      scales: {x: {time: false, range: (u, min, max) => [min, max]}, y: {range: room}},
-      axes: [{...axis, label: axisTitle("t"), space: 64, gap: 2, size: 30},
-        {...axis, label: axisTitle(plot.unit), space: 34, gap: 4, size: (u, values) => 16 + 7 * Math.max(2, ...(values ?? []).map((v) => v.length))}],
+      scales: {x: {time: false, range: (u, min, max) => [min, max]}, y: {range: room(plot.least ?? 0)}},
+      axes: [{...axis, label: axisTitle(timeTitle), space: 64, gap: 2, size: 30},
+        {...axis, label: axisTitle(bare(plot.unit)), space: 34, gap: 4, size: (u, values) => 16 + 7 * Math.max(2, ...(values ?? []).map((v) => v.length))}],
       padding: [10, 14, 0, 0],
       legend: {live: true, markers: {stroke: (u, i) => `var(--c${u.series[i].colour % colours})`, fill: "transparent", dash: (u, i) => u.series[i].dash?.length ? "dashed" : "solid", width: 2}},
       cursor: {drag: {x: true, y: false, setScale: false, dist: 4}, sync: {key: "t", scales: ["x", null], setSeries: false},
-        focus: {prox: -1}, hover: {prox: 40}, y: false, points: {size: 6},
+        focus: {prox: -1}, y: false, points: {show: false},
         bind: {dblclick: () => () => { showAll(); return null; }, mousedown: (u, over, handler) => (e) => e.shiftKey ? dragPan(u, e) : handler(e)}},
-      hooks: {setSelect: [selected], setSeries: [followers], ready: [(u) => equip(u, plot)]},
+      hooks: {setSelect: [selected], setSeries: [followers, readValues], setCursor: [readValues], setLegend: [readValues],
+        ready: [(u) => { addDots(u); equip(u, plot); }]},
     };
   };
   const sizeOf = (plot) => ({width: Math.max(plot.holder.clientWidth, 240), height: matchMedia("(max-width: 40rem)").matches ? 230 : 270});
@@ -202,7 +247,7 @@
   const moveCursor = (u, by) => {
     const xs = u.data[0];
     const [from, to] = [u.valToIdx(view[0]), u.valToIdx(view[1])];
-    const now = u.cursor.idx ?? (by > 0 ? from - 1 : to + 1);
+    const now = u.cursor.left >= 0 ? u.valToIdx(u.posToVal(u.cursor.left, "x")) : by > 0 ? from - 1 : to + 1;
     const stride = Math.max(1, Math.round((to - from) / 200));
     const next = Math.min(Math.max(now + by * stride, from), to);
     u.setCursor({left: u.valToPos(xs[next], "x"), top: u.over.clientHeight / 2});
@@ -236,6 +281,8 @@
     });
   };
 
+  //@include report_files.js
+
   // Plots are made when they come near the screen: a report may have hundreds.
   const make = (plot) => {
     if (plot.u) return;
@@ -258,7 +305,9 @@
   const place = (parent, plot) => {
     const figure = document.createElement("figure");
     const caption = figure.appendChild(document.createElement("figcaption"));
-    caption.textContent = plot.title;
+    caption.appendChild(document.createElement("span")).textContent = plot.title;
+    smallButton(caption, "CSV", "Save the curves of " + plot.title + " as CSV", () => save(plot.name + ".csv", csvOf(plot)));
+    smallButton(caption, "PNG", "Save the plot of " + plot.title + " as PNG", async () => { make(plot); save(plot.name + ".png", await pngOf(plot)); });
     plot.holder = figure.appendChild(document.createElement("div"));
     plot.holder.className = "plot";
     plot.holder.tabIndex = 0;
@@ -291,7 +340,15 @@
     for (const reference of data.references.filter((r) => outputs.includes(r.output)))
       tables.push({x: array(reference.t), curves: [{...look(reference), dash: [3, 3], scene: reference.scene,
         name: label(reference.output, reference.scene, several) + " ref.", y: array(reference.v), low: array(reference.low), high: array(reference.high)}]});
-    return {title, unit, tables};
+    return {title, unit, tables, least: unit ? largestOf(unit) : 0, name: outputs.map((i) => data.outputs[i].name).join("_")};
+  };
+  // The largest magnitude of all outputs of a unit.
+  const largest = new Map();
+  const largestOf = (unit) => {
+    if (!largest.has(unit))
+      largest.set(unit, data.curves.filter((c) => data.outputs[c.output].unit === unit).reduce((most, curve) =>
+        array(curve.v).reduce((m, v) => Math.abs(v) > m ? Math.abs(v) : m, most), 0));
+    return largest.get(unit);
   };
   const withUnit = (output) => output.name + (output.unit ? " (" + output.unit + ")" : "");
   const groupings = {
@@ -320,10 +377,12 @@
     for (const energy of data.energy) {
       const scene = data.scenes[energy.scene].name, x = array(energy.t);
       const curves = energy.terms.map((term, i) => ({name: term.name, y: array(term.v), colour: i, scene: energy.scene}));
-      place(parent, {title: scene + ": energy supplied, stored, dissipated", unit: "", tables: [{x, curves}]});
-      place(parent, {title: scene + ": residual", unit: "", tables: [{x, curves: [{name: "residual", y: array(energy.residual), colour: 6, scene: energy.scene}]}]});
+      place(parent, {title: scene + ": energy supplied, stored, dissipated", unit: energy.unit, name: scene + "_energy", tables: [{x, curves}]});
+      place(parent, {title: scene + ": residual", unit: energy.unit, name: scene + "_residual", tables: [{x, curves: [{name: "residual", y: array(energy.residual), colour: 6, scene: energy.scene}]}]});
     }
   };
+
+  //@include report_phase.js
 
   // ---- toolbar -------------------------------------------------------------------------------------------------
   const toolbar = document.getElementById("toolbar");
@@ -346,6 +405,7 @@
           plot.u?.series.forEach((series, j) => {
             if (series.scene === i && !series.class) plot.u.setSeries(j, {show: shown});
           });
+        drawPhase();
       });
       made.setAttribute("aria-pressed", "true");
       const swatch = document.createElement("span");
@@ -375,6 +435,9 @@
   useTheme(chosen);
   groupingChoice();
   energyPlots();
+  phaseSection();
+  const drawing = document.querySelector(".drawing svg");
+  if (drawing) smallButton(document.querySelector("#drawing .files"), "SVG", "Save the drawing as SVG", () => save("svg", svgOf(drawing)));
 
   // ---- formulas: those too wide are set smaller, down to what can still be read, and scroll beyond --------------
   const fitFormulas = () => {

@@ -112,13 +112,27 @@ void EnergyAuditor::add_point(std::size_t point, double t, double weight) {
       gross_source_ += weight * std::abs(power_[i]);
     } else if (program_.energy_roles[i] == EnergyPart::Role::dissipator) {
       gross_dissipation_ += weight * std::abs(power_[i]);
-      largest_power_ = std::max(largest_power_, std::abs(power_[i]));
-      if (!least_part_ || power_[i] < least_power_) {
-        least_part_ = i;
-        least_power_ = power_[i];
-      }
+      take_least(i, t);
     }
   }
+}
+
+/// Remembers the smallest power of a dissipator. A negative one counts as far as rounding cannot have made it: a
+/// resistor at rest between large efforts is not active.
+void EnergyAuditor::take_least(std::size_t part, double t) {
+  double power = power_[part];
+  if (least_part_ && power >= least_power_) return;
+  if (power < 0.0) {
+    if (rounding_at_ != t) {
+      rounding_.resize(power_.size());
+      evaluator_.power_rounding(t, y_.data(), rounding_.data());
+      rounding_at_ = t;
+    }
+    if (power >= -rounding_[part]) power = 0.0;
+  }
+  if (least_part_ && power >= least_power_) return;
+  least_part_ = part;
+  least_power_ = power;
 }
 
 /// Integrals of |power|. Gauss' rule is exact enough while a power keeps its sign; where it changes it, a rule that
@@ -242,9 +256,7 @@ EnergyAudit EnergyAuditor::finish(double t, const double* x) {
   const double largest = std::max({gross_source_, gross_dissipation_, swing_, std::abs(audit.stored)});
   audit.relative = largest > 0.0 ? std::abs(audit.residual) / largest : 0.0;
   if (least_part_) {
-    // what rounding makes of a resistor at rest is no activity
-    constexpr double kRounding = 1e-12;
-    audit.least_dissipation = least_power_ < -kRounding * largest_power_ ? least_power_ : std::max(least_power_, 0.0);
+    audit.least_dissipation = least_power_;
     audit.least_dissipation_element = program_.energy_names[*least_part_];
   }
   return audit;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -95,8 +96,11 @@ class EnergyAuditor {
   std::vector<double> y_, power_, stretch_, activity_, samples_;  ///< samples: powers by part and point
   std::vector<CompensatedSum> total_;                             ///< by energy part
   double gross_source_ = 0.0, gross_dissipation_ = 0.0, swing_ = 0.0;
-  double least_power_ = 0.0, largest_power_ = 0.0;
+  void take_least(std::size_t part, double t);
+  double least_power_ = 0.0;
   std::optional<std::size_t> least_part_;
+  std::vector<double> rounding_;  ///< of power_, at rounding_at_
+  double rounding_at_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> energy_before_, energy_after_, displaced_before_, displaced_after_;
   std::vector<double> record_times_;  ///< none left: no course is asked for, or it is complete
   std::size_t next_record_ = 0;

@@ -63,6 +63,13 @@ struct Evaluator::Impl {
   static double scaled_norm(const Eigen::VectorXd& step, const Eigen::VectorXd& scale);
   bool load_residual(std::size_t block);
 
+  /// Bounds of what rounding has made of each slot: of what is computed once, of code that has just run, and of the
+  /// tears of a block that has just been solved. What states, time and parameters are is exact. (rounding.cpp)
+  std::vector<double> errors;
+  void begin_errors();
+  void carry_errors(const std::vector<Instruction>& code);
+  void carry_errors_through(std::size_t block);
+
   void fail_at(std::uint32_t slot, const std::string& target);
   void fail_loop(std::size_t block, LoopOutcome outcome);
   [[nodiscard]] std::string text(ExprId expression) const;

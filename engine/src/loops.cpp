@@ -185,25 +185,26 @@ std::string solution_text(const ProgramBlock& block, std::span<const double> z) 
   return result;
 }
 
-/// Leaves out solutions that have been found before. Newton leaves them near 1e-13 of their size, or of the others'
-/// size where they are zero; those of different branches differ by far more than this.
-void drop_repeated(std::vector<std::vector<double>>& solutions) {
-  constexpr double kSame = 1e-6, kZero = 1e-12;
-  std::vector<double> scale;
-  for (const std::vector<double>& z : solutions) {
-    scale.resize(z.size(), 0.0);
-    for (std::size_t i = 0; i < z.size(); ++i) scale[i] = std::max(scale[i], std::abs(z[i]));
-  }
-  std::vector<std::vector<double>> kept;
-  const auto alike = [&](const std::vector<double>& a, const std::vector<double>& b) {
-    for (std::size_t i = 0; i < a.size(); ++i)
-      if (std::abs(a[i] - b[i]) > std::max(kSame * std::max(std::abs(a[i]), std::abs(b[i])), kZero * scale[i]))
+/// A solution of a loop, and how far its tears can be from where an exact computation would have put them.
+struct LoopSolution {
+  std::vector<double> tears, unknown;
+};
+
+/// Leaves out solutions that have been found before: those that differ by less than rounding and what is left of the
+/// residuals make of them, or relatively by less than two branches of a law ever do where Newton has stopped early.
+void drop_repeated(std::vector<LoopSolution>& solutions) {
+  constexpr double kSame = 1e-6;
+  std::vector<LoopSolution> kept;
+  const auto alike = [&](const LoopSolution& a, const LoopSolution& b) {
+    for (std::size_t i = 0; i < a.tears.size(); ++i)
+      if (std::abs(a.tears[i] - b.tears[i]) >
+          std::max(kSame * std::max(std::abs(a.tears[i]), std::abs(b.tears[i])), a.unknown[i] + b.unknown[i]))
         return false;
     return true;
   };
-  for (std::vector<double>& z : solutions)
-    if (std::none_of(kept.begin(), kept.end(), [&](const auto& other) { return alike(z, other); }))
-      kept.push_back(std::move(z));
+  for (LoopSolution& solution : solutions)
+    if (std::none_of(kept.begin(), kept.end(), [&](const auto& other) { return alike(solution, other); }))
+      kept.push_back(std::move(solution));
   solutions = std::move(kept);
 }
 
@@ -213,9 +214,11 @@ bool Evaluator::explore_loops(double t, const double* x, std::vector<std::string
   Impl& impl = *impl_;
   std::vector<bool> explored(impl.program.blocks.size(), false);
   const Routine& routine = impl.program.plan.routine;
+  impl.begin_errors();
   impl.set_point(t, x);
   for (std::size_t i = 0; i < routine.code.size(); ++i) {
     impl.run(routine.code[i]);
+    impl.carry_errors(routine.code[i]);
     if (i == routine.solves.size()) break;
     const std::uint32_t b = routine.solves[i];
     const ProgramBlock& block = impl.program.blocks[b];
@@ -224,9 +227,10 @@ bool Evaluator::explore_loops(double t, const double* x, std::vector<std::string
         impl.fail_loop(b, outcome);
         return false;
       }
+      impl.carry_errors_through(b);
       continue;
     }
-    std::vector<std::vector<double>> solutions;
+    std::vector<LoopSolution> solutions;
     double first_start = 0.0;
     LoopOutcome outcome = LoopOutcome::no_convergence;
     const std::span<double> z = impl.tears_of(b);
@@ -236,7 +240,9 @@ bool Evaluator::explore_loops(double t, const double* x, std::vector<std::string
       if (start == 0.0) outcome = this_one;
       if (this_one != LoopOutcome::solved) continue;
       if (solutions.empty()) first_start = start;
-      solutions.emplace_back(z.begin(), z.end());
+      impl.carry_errors_through(b);
+      const auto unknown = std::span(impl.errors).subspan(impl.program.first_tear + block.first_tear, block.size);
+      solutions.push_back({{z.begin(), z.end()}, {unknown.begin(), unknown.end()}});
     }
     drop_repeated(solutions);
     if (solutions.empty()) {
@@ -245,14 +251,15 @@ bool Evaluator::explore_loops(double t, const double* x, std::vector<std::string
       impl.fail_loop(b, outcome);
       return false;
     }
-    std::copy(solutions.front().begin(), solutions.front().end(), z.begin());
+    std::copy(solutions.front().tears.begin(), solutions.front().tears.end(), z.begin());
+    impl.carry_errors_through(b);
     std::string line = "the loop through ";
     for (std::size_t k = 0; k < block.elements.size(); ++k) line += (k == 0 ? "" : ", ") + block.elements[k];
     char number[40];
     std::snprintf(number, sizeof number, "%.6g", first_start);
-    line += ": " + solution_text(block, solutions.front()) + ", found from the start " + number;
+    line += ": " + solution_text(block, solutions.front().tears) + ", found from the start " + number;
     for (std::size_t k = 1; k < solutions.size(); ++k)
-      line += (k == 1 ? "; other solutions exist: " : "; ") + solution_text(block, solutions[k]);
+      line += (k == 1 ? "; other solutions exist: " : "; ") + solution_text(block, solutions[k].tears);
     found.push_back(std::move(line));
   }
   return true;

@@ -132,6 +132,121 @@ const checks = {
     await close(page);
   },
 
+  async "the cursor reads every curve at one time, between the samples of each"() {
+    const page = await open(bellow);
+    const figure = page.locator("#plots figure").first(), box = await figure.locator(".u-over").boundingBox();
+    let between = 0;
+    for (let k = 1; k < 40; ++k) {
+      await page.mouse.move(box.x + box.width * k / 40 + 0.3, box.y + 70);
+      const wrong = await page.evaluate(() => {
+        const u = window.bgsimPlots()[0], t = u.posToVal(u.cursor.left, "x");
+        const shown = [...u.root.querySelectorAll(".u-legend tr")].map((row) => Number(row.querySelector("td").textContent.replace("\u2212", "-")));
+        const faults = [], near = (a, b) => Math.abs(a - b) <= 1e-5 * Math.max(Math.abs(b), 1e-3); // six digits are shown
+        if (!near(shown[0], t)) faults.push(`t = ${shown[0]}, not ${t}`);
+        let some = 0;
+        u.series.forEach((series, i) => {
+          if (i === 0 || series.class) return;
+          const {xs, ys} = series, after = xs.findIndex((x) => x >= t);
+          if (after < 1) return;
+          if (xs[after] !== t) ++some;
+          const expected = ys[after - 1] + (ys[after] - ys[after - 1]) * (t - xs[after - 1]) / (xs[after] - xs[after - 1]);
+          if (!near(shown[i], expected)) faults.push(`${series.label}(${t}) = ${shown[i]}, not ${expected}`);
+          const dot = new DOMMatrix(getComputedStyle(series.dot).transform);
+          if (series.dot.hidden || Math.abs(dot.e - u.cursor.left) > 0.5 || Math.abs(dot.f - u.valToPos(expected, "y")) > 0.5)
+            faults.push(`the dot of ${series.label} stands at ${dot.e}, ${dot.f}`);
+        });
+        return {faults, some};
+      });
+      assert.deepEqual(wrong.faults, []);
+      between += wrong.some;
+    }
+    assert.ok(between > 100); // of 39 places on eight curves, most lie between samples
+    await close(page);
+  },
+
+  async "axes have units, plots follow the drawing, and a submodel's parameters are folded"() {
+    const page = await open(bellow);
+    await seeAll(page);
+    const titles = await page.evaluate(() => window.bgsimPlots().map((u) => u.axes.map((axis, i) => axis.label(u, i).split("  ")[0])));
+    for (const [time] of titles) assert.equal(time, "t (s)");
+    assert.deepEqual([...new Set(titles.map((title) => title[1]))].sort(), ["J", "Pa", "m", "m^3/s"]);
+    const sections = await page.locator("main > section").evaluateAll((all) => all.map((section) => section.id));
+    assert.equal(sections.indexOf("outputs"), sections.indexOf("drawing") + 1);
+    const folded = page.locator("#parameters details");
+    assert.ok(await folded.count() >= 1);
+    assert.ok(!await folded.first().evaluate((part) => part.open));
+    assert.match(await folded.first().locator("summary").textContent(), /^Submodel packet: \d+ parameters?$/);
+    await close(page);
+  },
+
+  async "curves, plots and the drawing are saved as files, without a network"() {
+    const page = await open(bellow);
+    const saved = async (button) => {
+      const [download] = await Promise.all([page.waitForEvent("download"), button.click()]);
+      return {name: download.suggestedFilename(), bytes: readFileSync(await download.path())};
+    };
+    const figure = page.locator("#plots figure").first();
+    const csv = await saved(figure.getByRole("button", {name: /as CSV/}));
+    assert.match(csv.name, /^bellow\..*\.csv$/);
+    const lines = csv.bytes.toString().trim().split("\r\n").map((line) => line.split(","));
+    assert.equal(lines[0][0], "t");
+    assert.ok(lines[0].includes("tracking") && lines[0].includes("tracking ref."));
+    const [curve, column] = [await page.evaluate(() => { const s = window.bgsimPlots()[0].series[1]; return {xs: [...s.xs], ys: [...s.ys], label: s.label}; }), 1];
+    assert.equal(lines[0][column], curve.label);
+    const rows = lines.slice(1).filter((line) => line[column] !== "");
+    assert.deepEqual(rows.map((line) => Number(line[0])), curve.xs); // each sample, to the last digit
+    assert.deepEqual(rows.map((line) => Number(line[column])), curve.ys);
+    const png = await saved(figure.getByRole("button", {name: /as PNG/}));
+    assert.equal(png.bytes.subarray(1, 4).toString(), "PNG");
+    assert.ok(png.bytes.length > 10_000);
+    if (pictures) writeFileSync(join(pictures, "saved.png"), png.bytes);
+    const svg = await saved(page.locator("#drawing").getByRole("button", {name: "Save the drawing as SVG"}));
+    assert.ok(svg.bytes.toString().startsWith("<svg") && svg.bytes.includes("data-bond="));
+    await close(page);
+  },
+
+  async "any output is drawn over any other"() {
+    const page = await open(bellow);
+    await page.locator("#phase summary").click();
+    const [up, right] = [page.getByLabel("Output upwards"), page.getByLabel("Output to the right")];
+    await up.selectOption({index: 2});
+    await right.selectOption({index: 0});
+    const names = await up.locator("option").allTextContents();
+    const svg = page.locator("#phase-plot svg");
+    assert.equal(await svg.locator(".phase-curve").count(), 4); // scenes
+    const texts = await svg.locator("text").allTextContents();
+    assert.ok(texts.some((text) => text.startsWith(names[0])) && texts.some((text) => text.startsWith(names[2])));
+    const whole = (await svg.locator(".phase-curve").first().getAttribute("d")).length;
+    await page.locator("#plots .plot").first().focus();
+    await page.keyboard.press("+"); // the stretch of time in view
+    assert.ok((await svg.locator(".phase-curve").first().getAttribute("d")).length < 0.7 * whole);
+    const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", {name: "Save the phase plot as SVG"}).click()]);
+    assert.ok(readFileSync(await download.path()).toString().includes("phase-curve"));
+    await page.locator("#phase").scrollIntoViewIfNeeded();
+    await picture(page, "phase");
+    await close(page);
+  },
+
+  async "an output that is only rounding is drawn at the scale of its unit"() {
+    const file = join(folder, "rounding.json");
+    writeFileSync(file, JSON.stringify({
+      bgsim: 1, name: "rounding", elements: {source: {kind: "Se", effort: "3*sin(t)"}, load: {kind: "R", resistance: 1}},
+      bonds: [{from: "source", to: "load"}],
+      outputs: {u: {value: "source.e", unit: "V"}, zero: {value: "source.e/3 - source.e*(1/3)", unit: "V"}, tiny: {value: "1e-9*cos(t)", unit: "m"}},
+      scenes: {long: {stop: 10, samples: 101}},
+    }));
+    const page = await open(report("rounding.html", file));
+    await page.locator("#toolbar select").selectOption("each output");
+    await seeAll(page);
+    const [zero, tiny] = await page.evaluate(() => ["zero", "tiny"].map((name) => {
+      const u = window.bgsimPlots().find((plot) => plot.root.closest("figure").querySelector("figcaption").textContent.startsWith(name + " "));
+      return [u.scales.y.min, u.scales.y.max];
+    }));
+    assert.ok(zero[0] < -2.9 && zero[1] > 2.9, `what is zero is drawn from ${zero}`);
+    assert.ok(tiny[0] > -2e-9 && tiny[1] < 2e-9, `nanometres are drawn from ${tiny}`);
+    await close(page);
+  },
+
   async "curves and scenes are hidden and shown again"() {
     const page = await open(bellow);
     const figure = page.locator("#plots figure").first();

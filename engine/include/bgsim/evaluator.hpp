@@ -81,6 +81,9 @@ class Evaluator {
   [[nodiscard]] std::size_t energy_parts() const;
   /// By energy part: power supplied by sources, taken in by the others.
   bool powers(double t, const double* x, double* values);
+  /// How much of each of powers() at this point rounding can have made, by energy part: a bound to first order, loops
+  /// and what is left of their residuals included. Costs some ten times as much, and a factorization of each loop.
+  void power_rounding(double t, const double* x, double* bounds);
   /// Energy of each store that has it in closed form, NaN for the other parts.
   bool stored(double t, const double* x, double* energy);
   /// q or p of every store port: part i's are [first_displacement[i], first_displacement[i+1]).
