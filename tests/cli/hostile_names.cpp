@@ -143,3 +143,16 @@ TEST_CASE("Graphviz takes the name of a model as text") {
   CHECK(here.bgsim("draw m.json -o x.dot").code == 0);
   CHECK_THAT(here.read("x.dot"), Contains(R"(digraph "\"; a -> b \\N &amp;lt; \\n" {)"));
 }
+
+TEST_CASE("a program that bgsim has started ends with it and leaves nothing behind") {
+  const Workplace here;
+  here.write("a.csv", "t,x\n0,1\n1,2\n");
+  here.write("gnuplot", "#!/bin/sh\necho $$ >'" + here.folder() + "/pid'\nexec sleep 100\n");
+  const Outcome outcome = here.bgsim(
+      "--version",
+      "; mkdir bin scratch; mv gnuplot bin; chmod +x bin/gnuplot; TMPDIR=$PWD/scratch PATH=\"$PWD/bin:$PATH\" "
+      "timeout --foreground 3 '" BGSIM_COMMAND
+      "' plot a.csv; echo code $?; kill -0 $(cat pid) 2>/dev/null && echo alive; ls scratch");
+  CHECK_THAT(outcome.out, Catch::EndsWith("\ncode 124\n"));
+  CHECK_FALSE(here.has("a.svg"));
+}

@@ -34,6 +34,7 @@ FRAGMENTS = [
 ]
 BIDI = set("\u061c\u180e\u200b\u200e\u200f\u2028\u2029\u202a\u202b\u202c\u202d\u202e\u2060\u2066\u2067\u2068\u2069\ufeff\u00ad")
 LONGEST_MESSAGE = 60_000
+csv.field_size_limit(10_000_000)
 
 
 class Failed(Exception):
