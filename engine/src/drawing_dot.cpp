@@ -55,8 +55,8 @@ struct DotWriter {
 
 std::string drawing_dot(const Model& model, const DrawnCausality& causality) {
   const DotWriter write{model, causality};
-  std::string text =
-      "digraph " + quoted(model.name) + " {\nrankdir=LR;\nnode [shape=plaintext];\nedge [dir=both, fontsize=10];\n";
+  std::string text = "digraph " + quoted(short_name(model.name)) +
+                     " {\nrankdir=LR;\nnode [shape=plaintext];\nedge [dir=both, fontsize=10];\n";
   std::map<std::string, std::vector<std::size_t>> by_scope;
   for (std::size_t i = 0; i < model.elements.size(); ++i) {
     std::string scope = scope_of(model.elements[i].name);
