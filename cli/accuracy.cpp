@@ -15,8 +15,16 @@ RunInputs with_accuracy(const Model& model, const EquationSystem& system, const 
     SettingWatch watch(quiet);
     TradeOptions how;
     how.tell = [&](const std::string& what) { watch.show(what); };
-    how.goes_on = [] { return !SettingWatch::interrupted(); };
-    pick = find_setting(model, system, program, inputs, accuracy, how);
+    how.goes_on = [] { return !was_interrupted(); };
+    try {
+      pick = find_setting(model, system, program, inputs, accuracy, how);
+    } catch (const TradeFailure&) {
+      if (!was_interrupted()) throw;
+    }
+    if (was_interrupted()) {
+      watch.clear();
+      throw Interrupted("the search for --accuracy was interrupted; no setting is known, and no trace is written");
+    }
   }
   if (!quiet) {
     std::array<char, 400> text{};

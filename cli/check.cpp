@@ -4,19 +4,22 @@
 #include <iostream>
 
 #include "command.hpp"
+#include "options.hpp"
 #include "stages.hpp"
 
 namespace bgsim::cli {
 
 Exit check_command(const Arguments& arguments) {
   std::string file;
+  ReadOptions reading;
   CLI::App app("Reports strokes and why they stand where they stand, states, dependent stores, loops and units.",
                "bgsim check");
   app.add_option("model.json", file, "the model")->required();
+  add_read_options(app, reading);
   app.footer("Example: bgsim check models/actuator.json");
   parse_arguments(app, arguments);
 
-  Stages stages = run_stages(file, Stage::causality);
+  Stages stages = run_stages(file, reading, Stage::causality);
   const Model& model = *stages.model;
   // What is found out is told before the next stage may refuse the model: the strokes help to understand why.
   std::cout << describe_causality(model, *stages.graph, *stages.causal) << std::endl;

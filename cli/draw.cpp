@@ -7,6 +7,8 @@
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"
+#include "options.hpp"
+#include "output_file.hpp"
 #include "scenes.hpp"
 #include "stages.hpp"
 
@@ -16,6 +18,7 @@ namespace {
 
 struct DrawArguments {
   std::string file, output;
+  ReadOptions reading;
   DrawingOptions how;
   bool no_names = false;
   double zoom = 2.0;
@@ -31,6 +34,7 @@ DrawArguments parse(const Arguments& arguments) {
       "  bgsim draw models/rlc.json --effort-flow -o rlc.png\n"
       "  bgsim draw models/rlc.json -o - > rlc.svg");
   app.add_option("model.json", options.file, "the model")->required();
+  add_read_options(app, options.reading);
   app.add_option("-o,--output", options.output,
                  "the picture, .svg, .png or .dot by its ending; - for SVG on standard output (default: NAME.svg)")
       ->type_name("FILE");
@@ -48,7 +52,7 @@ DrawArguments parse(const Arguments& arguments) {
 
 Exit draw_command(const Arguments& arguments) {
   DrawArguments options = parse(arguments);
-  Stages stages = run_stages(options.file, Stage::model);
+  Stages stages = run_stages(options.file, options.reading, Stage::model);
   const Model& model = *stages.model;
   if (options.output.empty()) options.output = file_name(model.name) + ".svg";
   const std::string ending =
@@ -56,11 +60,13 @@ Exit draw_command(const Arguments& arguments) {
   if (ending != ".svg" && ending != ".png" && ending != ".dot")
     throw UsageError("\"" + short_path(options.output) +
                      "\" ends with none of .svg, .png and .dot: which picture is meant?");
-  check_writable(options.output, options.file);
+  check_outputs({{options.output, "the picture"}}, files_of(model));
+  OutputFile file(options.output);
   const DrawnCausality causality = drawn_causality(model);
   std::string picture = ending == ".dot" ? drawing_dot(model, causality) : drawn_svg(model, causality, options.how);
   if (ending == ".png") picture = png_from_svg(picture, options.zoom);
-  write_file(options.output, [&](std::ostream& out) { out << picture; });
+  file.stream() << picture;
+  file.commit();
   if (causality.problems.empty()) {
     advance(stages, Stage::causality);  // for its warnings
     return Exit::done;

@@ -1,13 +1,13 @@
 #include "files.hpp"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
+#include <map>
 
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
@@ -24,8 +24,30 @@ namespace {
                    ": " + reason);
 }
 
-/// The system's reason for the last failed call, or that there is none to be had.
-std::string reason() { return errno != 0 ? std::strerror(errno) : "the reason is not known"; }
+std::string number_of(const struct stat& file) {
+  return std::to_string(file.st_dev) + ':' + std::to_string(file.st_ino);
+}
+
+/// The same text for all names of one file: links of both kinds, "./", an absolute path; also for a file that is not
+/// there yet. "" for devices, which hold nothing that could be lost.
+std::string identity(const std::string& path) {
+  struct stat file {};
+  const bool there = path == "-" ? ::fstat(STDOUT_FILENO, &file) == 0 : ::stat(path.c_str(), &file) == 0;
+  if (there) return S_ISCHR(file.st_mode) ? std::string() : number_of(file);
+  if (path == "-") return {};
+  // A file to be made: its folder and its name there. Links that lead nowhere yet are followed.
+  fs::path name = path;
+  constexpr int kMostLinks = 40;
+  for (int i = 0; i < kMostLinks; ++i) {
+    std::error_code fault;
+    const fs::path target = fs::read_symlink(name, fault);
+    if (fault) break;
+    name = name.parent_path() / target;
+  }
+  const std::string folder = name.has_parent_path() ? name.parent_path().string() : ".";
+  if (::stat(folder.c_str(), &file) != 0) return name.lexically_normal().string();
+  return number_of(file) + '/' + name.filename().string();
+}
 
 /// "_0123456789abcdef", by which two long names that begin alike are told apart (FNV-1a).
 std::string checksum(const std::string& name) {
@@ -38,20 +60,37 @@ std::string checksum(const std::string& name) {
 
 }  // namespace
 
-void check_writable(const std::string& path, const std::string& input) {
-  if (path == "-") return;
-  std::error_code ignored;
-  if (fs::equivalent(path, input, ignored)) cannot_write(path, "it is the model itself");
-  if (fs::is_directory(path, ignored)) cannot_write(path, "it is a folder");
-  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
-  const fs::path asked = fs::exists(path, ignored) ? fs::path(path) : folder;
-  if (access(asked.c_str(), W_OK) != 0) cannot_write(path, reason());
+std::vector<NamedFile> files_of(const Model& model) {
+  std::vector<NamedFile> files;
+  for (const Document& source : *model.sources)
+    files.push_back({source.path(), files.empty() ? "it is the model itself" : "it is a submodel of the model"});
+  for (const Table& table : model.pool.tables()) files.push_back({table.file, "it is a data file of the model"});
+  for (const Scene& scene : model.scenes)
+    if (scene.reference) files.push_back({scene.reference->file, "it is the reference of scene " + scene.name});
+  return files;
 }
 
-void write_file(const std::string& path, const std::function<void(std::ostream&)>& write) {
-  OutputFile file(path);
-  write(file.stream());
-  file.commit();
+void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs) {
+  std::map<std::string, std::string> roles;  // by identity; the first role counts
+  for (const NamedFile& input : inputs) roles.emplace(identity(input.path), input.role);
+  std::map<std::string, std::string> written;
+  for (const NamedFile& output : outputs) {
+    const std::string own = identity(output.path);
+    if (own.empty()) continue;
+    if (const auto known = roles.find(own); known != roles.end()) cannot_write(output.path, known->second);
+    if (const auto other = written.find(own); other != written.end())
+      cannot_write(output.path, other->second + " and " + output.role + " would be one file");
+    written.emplace(own, output.role);
+  }
+  for (const NamedFile& output : outputs) {
+    const std::string partial = partial_path(output.path);
+    const std::string own = partial.empty() ? "" : identity(partial);
+    const auto known = roles.find(own);
+    if (known != roles.end() && !own.empty())
+      cannot_write(output.path, "it is written by way of \"" + partial + "\", and of that: " + known->second);
+    if (const auto other = written.find(own); other != written.end())
+      cannot_write(output.path, "it is written by way of \"" + partial + "\", which is to hold " + other->second);
+  }
 }
 
 std::string file_name(const std::string& name) {

@@ -6,6 +6,8 @@
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
+#include "exit_code.hpp"
+#include "interruption.hpp"
 #include "standard_output.hpp"
 #include "usage.hpp"
 
@@ -92,7 +94,10 @@ int guarded(const Arguments& arguments) {
     return end(act_and_flush(arguments));
   } catch (const ModelError& error) {
     std::cerr << render(error);
-    return end(Exit::model_at_fault);
+    return end(exit_of(error));
+  } catch (const Interrupted& interruption) {
+    std::cerr << "bgsim: " << interruption.what() << '\n';
+    return end(Exit::numerics_failed);
   } catch (const UsageError& error) {
     const std::string text = error.what();
     std::cerr << "bgsim: " << text << (text.ends_with('\n') ? "" : "\n");
@@ -130,5 +135,6 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   const bgsim::cli::StandardOutput output;
+  bgsim::cli::catch_interruptions();
   return bgsim::cli::guarded({argv + 1, argv + argc});
 }

@@ -9,6 +9,7 @@
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
+#include "output_file.hpp"
 #include "shell_word.hpp"
 #include "texts.hpp"
 
@@ -25,13 +26,6 @@ void list_templates() {
     std::cout << "  " << name << std::string(name.size() < 12 ? 12 - name.size() : 1, ' ')
               << about.substr(0, std::min(about.find(". "), about.size() - 1)) << ".\n";
   }
-}
-
-/// Nothing is overwritten: a model is somebody's work.
-void write_new(const std::filesystem::path& path, std::string_view text) {
-  if (std::filesystem::exists(path))
-    throw UsageError(short_path(path.string()) + " is there already; name another file with -o");
-  write_file(path.string(), [text](std::ostream& out) { out << text; });
 }
 
 /// The text with the schema named at its head.
@@ -72,8 +66,18 @@ Exit new_command(const Arguments& arguments) {
   }
   const std::filesystem::path path = output.empty() ? name + ".json" : output;
   const std::filesystem::path schema_path = path.parent_path() / "model.schema.json";
-  write_new(path, schema ? with_schema(found->text, schema_path.filename().string()) : std::string(found->text));
-  if (schema) write_file(schema_path.string(), [](std::ostream& out) { out << kSchemaText; });
+  // Nothing is overwritten: a model is somebody's work.
+  if (std::filesystem::exists(path))
+    throw UsageError(short_path(path.string()) + " is there already; name another file with -o");
+  std::vector<NamedFile> outputs{{path.string(), "the model"}};
+  if (schema) outputs.push_back({schema_path.string(), "the schema"});
+  check_outputs(outputs, {});
+  OutputFile model(path.string());
+  std::optional<OutputFile> schema_file;
+  if (schema) schema_file.emplace(schema_path.string());
+  model.stream() << (schema ? with_schema(found->text, schema_path.filename().string()) : std::string(found->text));
+  if (schema_file) schema_file->stream() << kSchemaText;
+  commit_all({schema_file ? &*schema_file : nullptr, &model});
   std::cout << "wrote " << short_path(path.string()) << (schema ? " and " + short_path(schema_path.string()) : "")
             << "\nnext: bgsim " << shell_word(path.string()) << ", bgsim check " << shell_word(path.string()) << '\n';
   return Exit::done;

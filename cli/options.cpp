@@ -50,6 +50,12 @@ CLI::Validator positive_number() {
   return {check, ""};
 }
 
+void add_read_options(CLI::App& app, ReadOptions& reading) {
+  reading.allow_outside = false;
+  app.add_flag("--allow-outside", reading.allow_outside,
+               "let the model name files (types, tables, references) outside of its folder");
+}
+
 void add_set_option(CLI::App& app, SceneOverrides& overrides) {
   app.add_option("--set", overrides.set, "a parameter or an initial value; may be given again")
       ->type_name("NAME=EXPR")

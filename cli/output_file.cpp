@@ -17,6 +17,7 @@
 
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
+#include "interruption.hpp"
 #include "standard_output.hpp"
 
 namespace bgsim::cli {
@@ -89,6 +90,8 @@ bool may_rename_onto(int folder, const struct stat& old) {
   return old.st_uid == ::geteuid() || in.st_uid == ::geteuid();
 }
 
+OutputFile* first_open = nullptr;  ///< all that have a partial file
+
 int open_again(const char* path, int flags, mode_t mode = 0) {
   int opened = -1;
   do opened = ::open(path, flags | O_CLOEXEC, mode);
@@ -153,18 +156,34 @@ OutputFile::OutputFile(const std::string& path) : path_(path), stream_(nullptr) 
   }
   try {
     open_target();
+    if (!partial_.empty()) take_permissions();
   } catch (const std::system_error& error) {
     fail(error.code().value());
+  } catch (...) {
+    leave();
+    throw;
   }
   buffer_.attach(file_.value);
   stream_.rdbuf(&buffer_);
 }
 
-OutputFile::~OutputFile() { drop(); }
+OutputFile::~OutputFile() { leave(); }
 
-void OutputFile::drop() {
+void OutputFile::leave() {
+  const InterruptionsHeld held;
+  drop();
+  if (previous_ != nullptr) *previous_ = next_;
+  if (next_ != nullptr) next_->previous_ = previous_;
+}
+
+/// Nothing here that a signal handler may not do.
+void OutputFile::drop() noexcept {
   if (!done_ && !kept_ && !partial_.empty() && is_ours()) ::unlinkat(folder_.value, partial_.c_str(), 0);
   done_ = true;
+}
+
+void remove_partial_files() {
+  for (OutputFile* file = first_open; file != nullptr; file = file->next_) file->drop();
 }
 
 void OutputFile::open_target() {
@@ -200,12 +219,19 @@ void OutputFile::lock_existing(const std::string& file) {
 }
 
 void OutputFile::open_beside(const std::string& file) {
+  const InterruptionsHeld held;  // until it is known what would be left behind
   if (exists_ && (is_mount_point(folder_.value, name_) || !may_rename_onto(folder_.value, old_)))
     return open_in_place(file);
   partial_ = partial_name(name_, longest_name(folder_.value));
   constexpr int kTries = 100;  // each of which another writer may spoil, once
   for (int i = 0; i < kTries; ++i) {
-    if (create_partial()) return take_permissions();
+    if (create_partial()) {
+      next_ = first_open;
+      previous_ = &first_open;
+      if (next_ != nullptr) next_->previous_ = &next_;
+      first_open = this;
+      return;
+    }
     const int error = errno;
     if (exists_ && (error == EACCES || error == EPERM || error == EROFS)) {
       partial_.clear();
@@ -303,12 +329,14 @@ void OutputFile::finish() {
   if (twin < 0 || (::close(twin) != 0 && errno != EINTR)) fail(errno);
 }
 
-void OutputFile::commit() {
-  finish();
+void OutputFile::commit() { commit_all({this}); }
+
+void OutputFile::rename_onto_target() {
   if (target_.value >= 0) copy_in_place();
   if (!partial_.empty()) {
     if (!is_ours()) fail(partial_ + ", into which it was written, has been removed or replaced meanwhile");
-    if (::renameat(folder_.value, partial_.c_str(), folder_.value, name_.c_str()) != 0) fail(errno);
+    while (::renameat(folder_.value, partial_.c_str(), folder_.value, name_.c_str()) != 0)
+      if (errno != EINTR) fail(errno);
   }
   done_ = true;
 }
@@ -338,10 +366,27 @@ void OutputFile::copy_in_place() {
        "; it was being overwritten in place, since its folder lets nothing be renamed onto it: what it held is lost");
 }
 
-std::string OutputFile::partial() const {
-  if (partial_.empty()) return {};
-  const fs::path file = followed(path_);
-  return (file.parent_path() / partial_).string();
+std::string OutputFile::partial() const { return partial_.empty() ? std::string() : partial_path(path_); }
+
+void commit_all(std::initializer_list<OutputFile*> files) {
+  for (OutputFile* file : files)
+    if (file != nullptr) file->finish();
+  const InterruptionsHeld held;
+  for (OutputFile* file : files)
+    if (file != nullptr) file->rename_onto_target();
+}
+
+std::string partial_path(const std::string& path) {
+  if (path == "-") return {};
+  try {
+    const fs::path file = followed(path);
+    const long most = ::pathconf(file.has_parent_path() ? file.parent_path().c_str() : ".", _PC_NAME_MAX);
+    return (file.parent_path() /
+            partial_name(file.filename().string(), most > 0 ? static_cast<std::size_t>(most) : 255))
+        .string();
+  } catch (const std::system_error&) {
+    return {};  // what cannot be followed cannot be written either
+  }
 }
 
 }  // namespace bgsim::cli

@@ -3,6 +3,7 @@
 
 #include <sys/stat.h>
 
+#include <initializer_list>
 #include <ostream>
 #include <string>
 
@@ -54,8 +55,12 @@ class OutputFile {
   bool remove_stale();
   void take_permissions();
   void copy_in_place();
-  void drop();
+  void drop() noexcept;
+  void leave();
   [[nodiscard]] bool is_ours() const;
+  void rename_onto_target();
+  friend void remove_partial_files();
+  friend void commit_all(std::initializer_list<OutputFile*> files);
   [[noreturn]] void fail(int error) const;
   [[noreturn]] void fail(const std::string& reason) const;
 
@@ -78,6 +83,18 @@ class OutputFile {
   bool exists_ = false, kept_ = false, done_ = false;
   DescriptorBuffer buffer_;
   std::ostream stream_;
+  OutputFile *next_ = nullptr, **previous_ = nullptr;  ///< all that are not complete
 };
+
+/// Completes several results of one command: all are on disk before the first target is replaced.
+/// @throws UsageError
+void commit_all(std::initializer_list<OutputFile*> files);
+
+/// Removes the partial files of all OutputFiles that are not complete and not kept: for a process that ends now.
+/// Safe within a signal handler.
+void remove_partial_files();
+
+/// Where an OutputFile of @p path is written before it is complete; "" for standard output.
+std::string partial_path(const std::string& path);
 
 }  // namespace bgsim::cli

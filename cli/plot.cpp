@@ -5,19 +5,19 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "bgsim/diagnostic.hpp"
+#include "bgsim/input_file.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"
+#include "output_file.hpp"
 #include "plot_picture.hpp"
 #include "table.hpp"
 
@@ -98,36 +98,40 @@ struct UnitTrace {
   }
 };
 
-std::string read_text(const std::string& path) {
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  std::ostringstream text;
-  if (fs::is_directory(path)) throw UsageError("cannot read \"" + short_path(path) + "\": it is a folder");
-  if (!stream) throw UsageError("cannot read \"" + short_path(path) + "\": " + std::strerror(errno));
-  text << stream.rdbuf();
-  return text.str();
+std::string read_text(const std::string& path, NamedBy by) {
+  InputText file = read_input(path, by);
+  if (std::error_code ignored; !fs::exists(path, ignored)) file.fault = std::strerror(ENOENT);
+  if (!file.fault.empty()) throw UsageError("cannot read \"" + short_path(path) + "\": " + file.fault);
+  return std::move(file.text);
 }
 
+/// Where the units of a trace are, if they are anywhere.
+std::string units_of(const std::string& csv) { return fs::path(csv).replace_extension(".units.json").string(); }
+constexpr const char* kUnitsRole = "it holds the units of the trace";
+
 std::map<std::string, std::string> read_units(const std::string& csv) {
-  const std::string path = fs::path(csv).replace_extension(".units.json").string();
+  const std::string path = units_of(csv);
   if (!fs::exists(path)) return {};
   try {
-    return nlohmann::json::parse(read_text(path)).get<std::map<std::string, std::string>>();
-  } catch (const nlohmann::json::exception& error) {
+    return nlohmann::json::parse(read_text(path, NamedBy::model)).get<std::map<std::string, std::string>>();
+  } catch (const nlohmann::json::parse_error& error) {
     throw UsageError(short_path(path) + ", which is taken for the units of " + short_path(csv) +
-                     ", is no object of texts: " + short_line(error.what(), 300));
+                     ", is not JSON: the fault is at byte " + std::to_string(error.byte));
+  } catch (const nlohmann::json::exception&) {
+    throw UsageError(short_path(path) + ", which is taken for the units of " + short_path(csv) +
+                     ", is no object of texts, such as { \"x\": \"m\" }");
   }
 }
 
 UnitTrace read_trace(const std::string& path) {
-  const std::string text = read_text(path);
+  const std::string text = read_text(path, NamedBy::user);
   try {
     UnitTrace trace{path, parse_csv(text), read_units(path)};
     if (trace.table.columns.front().empty())
       throw UsageError(short_path(path) + " has a header and no records: nothing to draw");
     return trace;
   } catch (const CsvError& error) {
-    throw UsageError(short_path(path) + ":" + std::to_string(error.line) + ": " + error.what());
+    throw UsageError(short_path(path) + ":" + std::to_string(error.line) + ": " + file_message(error));
   }
 }
 
@@ -331,7 +335,13 @@ Exit plot_command(const Arguments& arguments) {
   const std::string ending = options.output == "-" ? ".svg" : fs::path(options.output).extension().string();
   if (ending != ".svg" && ending != ".png")
     throw UsageError("\"" + short_path(options.output) + "\" ends with neither .svg nor .png: which picture is meant?");
-  check_writable(options.output, options.file);
+  std::vector<NamedFile> inputs{{options.file, "it is the trace itself"}, {units_of(options.file), kUnitsRole}};
+  if (!options.against.empty()) {
+    inputs.push_back({options.against, "it is the other trace"});
+    inputs.push_back({units_of(options.against), kUnitsRole});
+  }
+  check_outputs({{options.output, "the picture"}}, inputs);
+  OutputFile file(options.output);
   const UnitTrace trace = read_trace(options.file);
   std::optional<UnitTrace> other, reference;
   if (!options.against.empty()) other = read_trace(options.against);
@@ -350,7 +360,8 @@ Exit plot_command(const Arguments& arguments) {
                       : panels_of(trace, reference ? &*reference : nullptr, x, options);
   std::string picture = plot_svg(plot);
   if (ending == ".png") picture = png_from_svg(picture, options.zoom);
-  write_file(options.output, [&](std::ostream& out) { out << picture; });
+  file.stream() << picture;
+  file.commit();
   return Exit::done;
 }
 

@@ -17,6 +17,7 @@
 
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
+#include "interruption.hpp"
 
 extern char** environ;
 
@@ -111,10 +112,10 @@ class Start {
     posix_spawn_file_actions_addchdir_np(&actions_, scratch.file("").c_str());
     posix_spawnattr_init(&attributes_);
     posix_spawnattr_setsigmask(&attributes_, &mask);
-    sigset_t pipe;
-    sigemptyset(&pipe);
-    sigaddset(&pipe, SIGPIPE);
-    posix_spawnattr_setsigdefault(&attributes_, &pipe);
+    sigset_t ignored;
+    sigemptyset(&ignored);
+    for (const int signal : {SIGPIPE, SIGXFSZ}) sigaddset(&ignored, signal);
+    posix_spawnattr_setsigdefault(&attributes_, &ignored);
     posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   }
   ~Start() {
@@ -197,7 +198,7 @@ std::string run_program(const ExternalProgram& program, const std::vector<std::s
     throw UsageError(who + "was ended after " + std::to_string(kLongestProgram.count()) + " s without a result");
   if (ending.signal != 0) {
     ::raise(ending.signal);  // as if it had come now, with nothing left behind
-    throw UsageError(who + "was interrupted");
+    throw Interrupted("interrupted");
   }
   const std::string how = WIFEXITED(ending.status) ? "exit code " + std::to_string(WEXITSTATUS(ending.status))
                                                    : "signal " + std::to_string(WTERMSIG(ending.status));

@@ -15,22 +15,6 @@ namespace {
 
 using std::chrono::duration;
 
-// A signal handler can reach nothing else.
-volatile std::sig_atomic_t interrupted = 0;
-
-extern "C" void note_interruption(int signal) {
-  interrupted = 1;
-  std::signal(signal, SIG_DFL);
-}
-
-/// Puts the handler in place, unless the signal is ignored: a run in the background is not to be ended by a Ctrl-C that
-/// is meant for another command.
-RunWatch::Handler take_over(int signal) {
-  const RunWatch::Handler old = std::signal(signal, note_interruption);
-  if (old == SIG_IGN) std::signal(signal, SIG_IGN);
-  return old;
-}
-
 /// "40 s", "12 min", "3.5 h"
 std::string duration_text(double seconds) {
   std::array<char, 32> text{};
@@ -49,25 +33,16 @@ void erase_line() { StandardOutput::control("\r\x1b[K"); }
 }  // namespace
 
 RunWatch::RunWatch(double start, double stop, bool quiet)
-    : start_(start),
-      stop_(stop),
-      visible_(!quiet && isatty(STDERR_FILENO) != 0),
-      begin_(Clock::now()),
-      last_(begin_),
-      old_interrupt_(take_over(SIGINT)),
-      old_terminate_(take_over(SIGTERM)) {}
+    : start_(start), stop_(stop), visible_(!quiet && isatty(STDERR_FILENO) != 0), begin_(Clock::now()), last_(begin_) {}
 
 RunWatch::~RunWatch() {
-  std::signal(SIGINT, old_interrupt_);
-  std::signal(SIGTERM, old_terminate_);
-  interrupted = 0;
   if (shown_) erase_line();
 }
 
 Progress RunWatch::progress() {
   return [this](double time) {
     if (visible_) show(time);
-    return interrupted == 0;
+    return !was_interrupted();
   };
 }
 
@@ -86,17 +61,9 @@ void RunWatch::show(double time) {
   std::cerr << std::flush;
 }
 
-SettingWatch::SettingWatch(bool quiet)
-    : visible_(!quiet && isatty(STDERR_FILENO) != 0),
-      old_interrupt_(take_over(SIGINT)),
-      old_terminate_(take_over(SIGTERM)) {}
+SettingWatch::SettingWatch(bool quiet) : visible_(!quiet && isatty(STDERR_FILENO) != 0) {}
 
-SettingWatch::~SettingWatch() {
-  clear();
-  std::signal(SIGINT, old_interrupt_);
-  std::signal(SIGTERM, old_terminate_);
-  bgsim::cli::interrupted = 0;
-}
+SettingWatch::~SettingWatch() { clear(); }
 
 void SettingWatch::show(const std::string& what) {
   if (!visible_) return;
@@ -109,7 +76,5 @@ void SettingWatch::clear() {
   if (shown_) erase_line();
   shown_ = false;
 }
-
-bool SettingWatch::interrupted() { return bgsim::cli::interrupted != 0; }
 
 }  // namespace bgsim::cli

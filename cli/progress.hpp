@@ -2,19 +2,17 @@
 #pragma once
 
 #include <chrono>
-#include <csignal>
 #include <string>
 
 #include "bgsim/simulate.hpp"
+#include "interruption.hpp"
 
 namespace bgsim::cli {
 
-/// While it lives, SIGINT and SIGTERM end the run instead of the process, the second one the process after all; and
+/// While it lives, an interruption ends the run instead of the process, the second one the process after all; and
 /// runs longer than two seconds show on standard error, if that is a terminal, how far they are.
 class RunWatch {
  public:
-  using Handler = void (*)(int);
-
   RunWatch(double start, double stop, bool quiet);
   ~RunWatch();
   RunWatch(const RunWatch&) = delete;
@@ -32,7 +30,7 @@ class RunWatch {
   bool visible_;        ///< standard error is a terminal
   bool shown_ = false;  ///< a line is on the screen
   Clock::time_point begin_, last_;
-  Handler old_interrupt_, old_terminate_;
+  InterruptionsNoted noted_;
 };
 
 /// The same for a search over many runs: what is being run is shown on a terminal, Ctrl-C ends the search.
@@ -46,11 +44,10 @@ class SettingWatch {
   void show(const std::string& what);
   /// Takes the line off the screen.
   void clear();
-  [[nodiscard]] static bool interrupted();
 
  private:
   bool visible_, shown_ = false;
-  RunWatch::Handler old_interrupt_, old_terminate_;
+  InterruptionsNoted noted_;
 };
 
 }  // namespace bgsim::cli

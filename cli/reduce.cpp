@@ -14,6 +14,8 @@
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
+#include "options.hpp"
+#include "output_file.hpp"
 #include "progress.hpp"
 #include "stages.hpp"
 #include "table.hpp"
@@ -28,6 +30,7 @@ struct ReduceArguments {
   std::string file, scene, output, csv, json;
   std::vector<std::string> keep;
   double error = 1e-2;
+  ReadOptions reading;
 };
 
 ReduceArguments parse(const Arguments& arguments) {
@@ -39,6 +42,7 @@ ReduceArguments parse(const Arguments& arguments) {
       "full model's trace beside it as its reference.",
       "bgsim reduce");
   app.add_option("model.json", options.file, "the model")->required();
+  add_read_options(app, options.reading);
   app.add_option("--scene", options.scene, "the scene (default: the model's first)")->type_name("NAME");
   app.add_option("--error", options.error,
                  "error allowed in the scene's outputs, relative to each one's range (default: 1e-2)")
@@ -177,15 +181,21 @@ void tell(std::ostream& out, const Model& model, const std::string& scene, const
 
 Exit reduce_command(const Arguments& arguments) {
   const ReduceArguments options = parse(arguments);
-  const Stages stages = run_stages(options.file, Stage::order);
+  const Stages stages = run_stages(options.file, options.reading, Stage::order);
   const Model& model = *stages.model;
   const RunInputs inputs = prepare_scene(model, options.scene);
   print_warnings(inputs.warnings, model);
   const std::string output =
       options.output.empty() ? file_name(model.name + '.' + inputs.scene) + ".reduced.json" : options.output;
   const std::string trace = fs::path(output).replace_extension(".reference.csv").string();
-  for (const std::string& path : {output, trace, options.csv, options.json})
-    if (!path.empty()) check_writable(path, options.file);
+  std::vector<NamedFile> outputs{{output, "the reduced model"}, {trace, "its reference trace"}};
+  if (!options.csv.empty()) outputs.push_back({options.csv, "--csv"});
+  if (!options.json.empty()) outputs.push_back({options.json, "--json"});
+  check_outputs(outputs, files_of(model));
+  OutputFile model_file(output), trace_file(trace);
+  std::optional<OutputFile> csv, json;
+  if (!options.csv.empty()) csv.emplace(options.csv);
+  if (!options.json.empty()) json.emplace(options.json);
 
   ReduceOptions how;
   how.scene = inputs.scene;
@@ -200,12 +210,11 @@ Exit reduce_command(const Arguments& arguments) {
     return reduce(stages.model, how);
   }();
 
-  write_file(trace, [&](std::ostream& out) { write_trace_csv(out, reduction.reference); });
-  write_file(output, [&](std::ostream& out) { out << reduction.text; });
-  if (!options.csv.empty())
-    write_file(options.csv, [&](std::ostream& out) { write_csv(out, model, reduction.activity); });
-  if (!options.json.empty())
-    write_file(options.json, [&](std::ostream& out) { out << to_json(model, inputs.scene, options.error, reduction); });
+  write_trace_csv(trace_file.stream(), reduction.reference);
+  model_file.stream() << reduction.text;
+  if (csv) write_csv(csv->stream(), model, reduction.activity);
+  if (json) json->stream() << to_json(model, inputs.scene, options.error, reduction);
+  commit_all({&trace_file, &model_file, csv ? &*csv : nullptr, json ? &*json : nullptr});
   const bool free = options.csv != "-" && options.json != "-";
   tell(free ? std::cout : std::cerr, model, inputs.scene, options, reduction);
   std::cerr << "model: " << short_path(output) << ", with the full model's trace in " << short_path(trace) << '\n';

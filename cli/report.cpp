@@ -7,7 +7,9 @@
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"
+#include "interruption.hpp"
 #include "options.hpp"
+#include "output_file.hpp"
 #include "report_assets.hpp"
 #include "report_content.hpp"
 #include "scenes.hpp"
@@ -19,6 +21,7 @@ namespace {
 struct ReportArguments {
   std::string file, output;
   std::vector<std::string> scenes;
+  ReadOptions reading;
   SceneOverrides overrides;
   std::size_t points = 20000;
   bool all = false, quiet = false;
@@ -37,6 +40,7 @@ ReportArguments parse(const Arguments& arguments) {
       "  bgsim report models/rlc.json --scene under --scene over\n\n"
       "A scene whose run fails is on the page up to there; the exit code is then 3.");
   app.add_option("model.json", options.file, "the model")->required();
+  add_read_options(app, options.reading);
   app.add_option("--scene", options.scenes, "a scene to run; may be given again (default: the model's first)")
       ->type_name("NAME")
       ->allow_extra_args(false);
@@ -101,11 +105,17 @@ Exit report_command(const Arguments& arguments) {
         "where npm reaches its registry, or give cmake uPlot's unpacked package as -DBGSIM_UPLOT_DIR=FOLDER; bgsim run "
         "and bgsim plot do without");
   ReportContent content;
-  content.stages = run_stages(options.file, Stage::order);
+  content.stages = run_stages(options.file, options.reading, Stage::order);
   const Model& model = *content.stages.model;
   const std::vector<std::string> scenes = chosen_scenes(model, options);
   const std::string output = page_name(model, options, scenes);
-  check_writable(output, options.file);
+  for (const Scene& scene : model.scenes) {
+    const bool runs = std::find(scenes.begin(), scenes.end(), scene.name) != scenes.end() ||
+                      (scenes.front().empty() && &scene == &model.scenes.front());
+    if (runs && scene.reference) check_reference(model, options.file, *scene.reference, options.reading);
+  }
+  check_outputs({{output, "the page"}}, files_of(model));
+  OutputFile page(output);
   content.file = options.file;
   content.command = {"bgsim", "report"};
   content.command.insert(content.command.end(), arguments.begin(), arguments.end());
@@ -127,9 +137,10 @@ Exit report_command(const Arguments& arguments) {
       std::cerr << render(*result.failure, *model.sources);
       outcome = Exit::numerics_failed;
     }
-    if (result.stop == StopReason::interrupted) break;
+    if (was_interrupted()) break;
   }
-  write_file(output, [&](std::ostream& out) { out << report_page(content); });
+  page.stream() << report_page(content);
+  page.commit();
   if (!options.quiet) std::cerr << "report: " << (output == "-" ? "standard output" : short_path(output)) << '\n';
   return outcome;
 }

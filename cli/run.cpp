@@ -10,6 +10,7 @@
 #include "command.hpp"
 #include "files.hpp"
 #include "options.hpp"
+#include "output_file.hpp"
 #include "progress.hpp"
 #include "scenes.hpp"
 #include "shell_word.hpp"
@@ -22,6 +23,7 @@ namespace {
 struct RunOptions {
   std::string file;
   std::string scene;
+  ReadOptions reading;
   SceneOverrides overrides;
   std::string output;
   std::string report_json;
@@ -50,6 +52,7 @@ RunOptions parse(const Arguments& arguments) {
   CLI::App app("Simulates a scene of a model and writes its trace as CSV.", "bgsim");
   app.footer(kExamples);
   app.add_option("model.json", options.file, "the model")->required();
+  add_read_options(app, options.reading);
   app.add_option("--scene", options.scene, "scene to run (default: the model's first)")->type_name("NAME");
   add_set_option(app, options.overrides);
   add_solver_options(app, options.overrides);
@@ -124,19 +127,43 @@ void note_dependent_stores(RunResult& result, const Stages& stages, const Equati
                                  "; bgsim check " + file + " tells more");
 }
 
-void write_results(const RunResult& result, const std::string& name, const std::string& output,
-                   const RunOptions& options) {
-  write_file(output, [&](std::ostream& out) { write_trace_csv(out, result.trace); });
-  if (!options.report_json.empty()) {
-    write_file(options.report_json, [&](std::ostream& out) { out << report_json(result); });
-  }
-  if (options.units) {
+/// Where the results of a scene go; "" for what is not asked for.
+struct ResultFiles {
+  std::string trace, report, units;
+
+  ResultFiles(const Model& model, const std::string& scene, const RunOptions& options) : report(options.report_json) {
+    const std::string name = run_name(model, options.file, scene);
+    trace = options.output.empty() ? name + ".csv" : options.output;
+    if (!options.units) return;
     // Beside the trace, where bgsim plot looks for it.
-    const std::string file =
-        output == "-" ? name + ".units.json" : std::filesystem::path(output).replace_extension(".units.json").string();
-    write_file(file, [&](std::ostream& out) { out << trace_units_json(result.trace); });
+    const std::filesystem::path beside = trace == "-" ? name + ".csv" : trace;
+    units = std::filesystem::path(beside).replace_extension(".units.json").string();
   }
-}
+  void add_to(std::vector<NamedFile>& files, const std::string& scene) const {
+    files.push_back({trace, "the trace of scene " + scene});
+    if (!report.empty()) files.push_back({report, "the report"});
+    if (!units.empty()) files.push_back({units, "the units of scene " + scene});
+  }
+};
+
+/// The results of a scene on their way to disk.
+class Results {
+ public:
+  explicit Results(const ResultFiles& files) : trace_(files.trace) {
+    if (!files.report.empty()) report_.emplace(files.report);
+    if (!files.units.empty()) units_.emplace(files.units);
+  }
+  void write(const RunResult& result) {
+    write_trace_csv(trace_.stream(), result.trace);
+    if (report_) report_->stream() << report_json(result);
+    if (units_) units_->stream() << trace_units_json(result.trace);
+    commit_all({&trace_, report_ ? &*report_ : nullptr, units_ ? &*units_ : nullptr});
+  }
+
+ private:
+  OutputFile trace_;
+  std::optional<OutputFile> report_, units_;
+};
 
 std::string counted(std::size_t count, const char* what) {
   return std::to_string(count) + ' ' + what + (count == 1 ? "" : "s");
@@ -150,14 +177,20 @@ void tell(const RunResult& result, const std::string& output) {
             << ")\n";
 }
 
+/// Refuses what would be overwritten, before any scene runs.
+void check_results(const Model& model, const std::vector<std::string>& scenes, const RunOptions& options) {
+  std::vector<NamedFile> outputs;
+  for (const std::string& scene : scenes) ResultFiles(model, scene, options).add_to(outputs, scene);
+  check_outputs(outputs, files_of(model));
+}
+
 Exit run_scene(const Stages& stages, const RunOptions& options, const std::string& scene) {
   const Model& model = *stages.model;
   RunInputs inputs = prepare(model, scene, options.overrides);
   print_warnings(inputs.warnings, model);
-  const std::string name = run_name(model, options.file, inputs.scene);
-  const std::string output = options.output.empty() ? name + ".csv" : options.output;
-  check_writable(output, options.file);
-  if (!options.report_json.empty()) check_writable(options.report_json, options.file);
+  const ResultFiles files(model, inputs.scene, options);
+  check_results(model, {inputs.scene}, options);
+  Results results(files);
 
   auto seconds = stages.seconds;
   const UnitReport units = timed(seconds, "units", [&] { return infer_units(model, *stages.graph, inputs.scene); });
@@ -182,9 +215,9 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
 
   add_units(result, units, inputs.outputs);
   note_dependent_stores(result, stages, compiled.system(), options.file);
-  write_results(result, name, output, options);
+  results.write(result);
   if (result.failure) std::cerr << render(*result.failure, *model.sources);
-  if (!options.quiet) tell(result, output);
+  if (!options.quiet) tell(result, files.trace);
   return result.stop == StopReason::completed ? Exit::done : Exit::numerics_failed;
 }
 
@@ -192,10 +225,16 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
 
 Exit run_command(const Arguments& arguments) {
   const RunOptions options = parse(arguments);
-  const Stages stages = run_stages(options.file, Stage::order);
+  const Stages stages = run_stages(options.file, options.reading, Stage::order);
   if (!options.all_scenes) return run_scene(stages, options, options.scene);
+  std::vector<std::string> scenes;
+  for (const Scene& scene : stages.model->scenes) scenes.push_back(scene.name);
+  check_results(*stages.model, scenes, options);
   Exit outcome = Exit::done;
-  for (const Scene& scene : stages.model->scenes) outcome = worse(outcome, run_scene(stages, options, scene.name));
+  for (const std::string& scene : scenes) {
+    outcome = worse(outcome, run_scene(stages, options, scene));
+    if (was_interrupted()) break;
+  }
   return outcome;
 }
 

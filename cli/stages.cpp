@@ -8,9 +8,10 @@ void print_warnings(const std::vector<Diagnostic>& warnings, const Model& model)
   for (const Diagnostic& warning : warnings) std::cerr << render(warning, *model.sources);
 }
 
-Stages run_stages(const std::string& path, Stage last) {
+Stages run_stages(const std::string& path, const ReadOptions& reading, Stage last) {
   Stages stages;
-  stages.model = timed(stages.seconds, "read", [&] { return std::make_shared<const Model>(read_model(path)); });
+  stages.model =
+      timed(stages.seconds, "read", [&] { return std::make_shared<const Model>(read_model(path, reading)); });
   print_warnings(stages.model->warnings, *stages.model);
   advance(stages, last);
   return stages;

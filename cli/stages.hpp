@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bgsim/bgsim.hpp"
+#include "bgsim/input_file.hpp"
 
 namespace bgsim::cli {
 
@@ -29,7 +30,7 @@ enum class Stage { model, graph, causality, equations, order };
 
 /// Runs the stages up to @p last and prints their warnings.
 /// @throws ModelError as the stages do.
-Stages run_stages(const std::string& path, Stage last);
+Stages run_stages(const std::string& path, const ReadOptions& reading, Stage last);
 
 /// Runs those of the stages up to @p last that have not been run yet.
 void advance(Stages& stages, Stage last);

@@ -11,6 +11,7 @@
 #include "command.hpp"
 #include "files.hpp"
 #include "options.hpp"
+#include "output_file.hpp"
 #include "programs.hpp"
 #include "progress.hpp"
 #include "scenes.hpp"
@@ -23,6 +24,7 @@ namespace {
 
 struct TradeArguments {
   std::string file, scene, base;
+  ReadOptions reading;
   SceneOverrides overrides;
   TradeOptions how;
   std::optional<double> accuracy;
@@ -38,6 +40,7 @@ TradeArguments parse(const Arguments& arguments) {
       "Writes NAME.SCENE.trade.csv, .json, .svg and .html (docs/performance.md).\n"
       "Example: bgsim trade models/bellow.json --scene tracking --accuracy 1e-4");
   app.add_option("model.json", options.file, "the model")->required();
+  add_read_options(app, options.reading);
   app.add_option("--scene", options.scene, "scene to measure (default: the model's first)")->type_name("NAME");
   add_set_option(app, options.overrides);
   app.add_option("--accuracy", options.accuracy,
@@ -109,18 +112,24 @@ std::optional<std::size_t> tell_pick(const Trade& trade, double accuracy) {
 Exit trade_command(const Arguments& arguments) {
   TradeArguments options = parse(arguments);
   if (!options.no_picture) require_program(kGnuplot, "--no-picture leaves it out");
-  const Stages stages = run_stages(options.file, Stage::order);
+  const Stages stages = run_stages(options.file, options.reading, Stage::order);
   const Model& model = *stages.model;
   const RunInputs inputs = prepare(model, options.scene, options.overrides);
   print_warnings(inputs.warnings, model);
   const std::string base = options.base.empty() ? run_name(model, options.file, inputs.scene) + ".trade" : options.base;
-  for (const char* kind : {".csv", ".json", ".svg", ".html"}) check_writable(base + kind, options.file);
+  std::vector<NamedFile> outputs;
+  for (const char* kind : {".csv", ".json", ".html", ".svg"}) outputs.push_back({base + kind, "the table or picture"});
+  if (options.no_picture) outputs.pop_back();
+  check_outputs(outputs, files_of(model));
+  OutputFile csv(base + ".csv"), json(base + ".json"), html(base + ".html");
+  std::optional<OutputFile> picture;
+  if (!options.no_picture) picture.emplace(base + ".svg");
 
   StageSeconds seconds;
   const SceneProgram compiled = compile_scene(stages, inputs, true, false, seconds);
   SettingWatch watch(options.quiet);
   options.how.tell = [&](const std::string& what) { watch.show(what); };
-  options.how.goes_on = [] { return !SettingWatch::interrupted(); };
+  options.how.goes_on = [] { return !was_interrupted(); };
   try {
     const Trade trade = measure_trade(model, compiled.system(), compiled.program, inputs, options.how);
     watch.clear();
@@ -129,18 +138,21 @@ Exit trade_command(const Arguments& arguments) {
       print_reference(trade);
     }
     const auto picked = options.accuracy ? tell_pick(trade, *options.accuracy) : std::nullopt;
-    write_file(base + ".csv", [&](std::ostream& out) { out << trade_csv(trade); });
-    write_file(base + ".json", [&](std::ostream& out) { out << trade_json(trade); });
+    csv.stream() << trade_csv(trade);
+    json.stream() << trade_json(trade);
     std::string svg;
     if (!options.no_picture) {
       svg = trade_svg(trade, picked);
-      write_file(base + ".svg", [&](std::ostream& out) { out << svg; });
+      picture->stream() << svg;
     }
-    write_file(base + ".html", [&](std::ostream& out) { out << trade_html(trade, svg); });
+    html.stream() << trade_html(trade, svg);
+    commit_all({&csv, &json, &html, picture ? &*picture : nullptr});
+    if (was_interrupted()) std::cerr << "bgsim: interrupted; the table holds what was measured up to there\n";
     if (!options.quiet) std::cerr << "table and picture: " << short_path(base) << ".csv, .json, .svg, .html\n";
-    return SettingWatch::interrupted() || (options.accuracy && !picked) ? Exit::numerics_failed : Exit::done;
+    return was_interrupted() || (options.accuracy && !picked) ? Exit::numerics_failed : Exit::done;
   } catch (const TradeFailure& failure) {
     watch.clear();
+    if (was_interrupted()) throw Interrupted("the measurement was interrupted before anything was measured");
     std::cerr << render(failure.diagnostic, *model.sources);
     return Exit::numerics_failed;
   }

@@ -10,6 +10,9 @@
 
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
+#include "exit_code.hpp"
+#include "options.hpp"
+#include "progress.hpp"
 #include "stages.hpp"
 
 namespace bgsim::cli {
@@ -66,16 +69,20 @@ void print_check(const std::string& model, const std::string& scene, const Refer
 }
 
 /// Runs one scene at its reference's times and compares.
-Exit verify_scene(const Stages& stages, const std::string& label, const RunInputs& inputs) {
+Exit verify_scene(const Stages& stages, const std::string& file, const ReadOptions& reading, const RunInputs& inputs) {
   const Model& model = *stages.model;
+  const std::string label = fs::path(file).stem().string();
   print_warnings(inputs.warnings, model);
   const Reference& reference = inputs.reference.value();
+  check_reference(model, file, reference, reading);
   const CsvTable table = read_reference(model, reference);
   const RunInputs adapted = at_reference_times(model, inputs, table);
   StageSeconds seconds;
   const SceneProgram compiled = compile_scene(stages, adapted, false, false, seconds);
+  RunWatch watch(adapted.start, adapted.stop, false);
   SimulateOptions how;
   how.energy_audit = false;
+  how.progress = watch.progress();
   const RunResult result = simulate(model, compiled.system(), compiled.program, adapted, how);
   if (result.stop != StopReason::completed) {
     print_line(label, inputs.scene, "", "", number_text(result.report.reached, 6), "", "STOPPED");
@@ -92,10 +99,9 @@ struct Tally {
   std::vector<std::string> without_reference;
 };
 
-Exit verify_file(const std::string& file, Tally& tally) {
-  const std::string label = fs::path(file).stem().string();
+Exit verify_file(const std::string& file, const ReadOptions& reading, Tally& tally) {
   // A model without references is only read: it may be a submodel, which does not stand alone.
-  Stages stages = run_stages(file, Stage::model);
+  Stages stages = run_stages(file, reading, Stage::model);
   const std::vector<Scene>& scenes = stages.model->scenes;
   if (std::none_of(scenes.begin(), scenes.end(), [](const Scene& scene) { return scene.reference.has_value(); })) {
     tally.without_reference.push_back(file);
@@ -105,21 +111,22 @@ Exit verify_file(const std::string& file, Tally& tally) {
   Exit outcome = Exit::done;
   for (const Scene& scene : scenes) {
     if (!scene.reference) continue;
-    const Exit one = verify_scene(stages, label, prepare_scene(*stages.model, scene.name));
+    const Exit one = verify_scene(stages, file, reading, prepare_scene(*stages.model, scene.name));
     ++(one == Exit::done ? tally.held : tally.missed);
     outcome = worse(outcome, one);
+    if (was_interrupted()) break;
   }
   return outcome;
 }
 
 /// A model that cannot be read or built counts as missed; the others are still verified.
-Exit verify_file_guarded(const std::string& file, Tally& tally) {
+Exit verify_file_guarded(const std::string& file, const ReadOptions& reading, Tally& tally) {
   try {
-    return verify_file(file, tally);
+    return verify_file(file, reading, tally);
   } catch (const ModelError& error) {
     std::cerr << render(error);
     ++tally.missed;
-    return Exit::model_at_fault;
+    return exit_of(error);
   }
 }
 
@@ -127,8 +134,10 @@ Exit verify_file_guarded(const std::string& file, Tally& tally) {
 
 Exit verify_command(const Arguments& arguments) {
   std::vector<std::string> files;
+  ReadOptions reading;
   CLI::App app("Runs every scene that names a reference trace and holds it against it.", "bgsim verify");
   app.add_option("models", files, "models (default: models/*.json)");
+  add_read_options(app, reading);
   app.footer(
       "Examples:\n  bgsim verify                       every model under models/\n  bgsim verify models/bellow.json");
   parse_arguments(app, arguments);
@@ -137,7 +146,10 @@ Exit verify_command(const Arguments& arguments) {
   print_line("model", "scene", "column", "max error", "at t", "limit", "");
   Tally tally;
   Exit outcome = Exit::done;
-  for (const std::string& file : files) outcome = worse(outcome, verify_file_guarded(file, tally));
+  for (const std::string& file : files) {
+    outcome = worse(outcome, verify_file_guarded(file, reading, tally));
+    if (was_interrupted()) throw Interrupted("interrupted; what was verified up to there is above");
+  }
   for (const std::string& file : tally.without_reference)
     std::cout << short_path(file) << ": no scene names a reference\n";
   std::cout << tally.held << " held, " << tally.missed << " missed, " << tally.without_reference.size()

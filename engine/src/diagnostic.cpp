@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "bgsim/visible_text.hpp"
+#include "shown_text.hpp"
 
 namespace bgsim {
 namespace {
@@ -87,6 +88,7 @@ std::string where(const std::optional<Place>& place, const Sources& sources) {
 
 std::string shown(const std::optional<Place>& place, const Sources& sources) {
   if (!place || place->document.index() >= sources.size()) return "";
+  if (!shows_text(sources[place->document.index()])) return "";
   return excerpt(sources[place->document.index()], *place);
 }
 

@@ -1,42 +1,17 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <fstream>
-#include <limits>
 
 #include "graph_faults.hpp"
 #include "nearest_file.hpp"
 #include "reader.hpp"
+#include "shown_text.hpp"
 #include "store_rates.hpp"
 
 namespace bgsim {
-namespace {
 
-/// The bytes of a file, or what is wrong with it. A model may come from a pipe; what it names must be regular files.
-struct FileText {
-  std::string text, fault;
-};
-FileText read_file(const std::string& path, bool regular) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return {{}, "it is a folder"};
-  if (regular && std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
-    return {{}, "it is no regular file"};
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return {{}, std::filesystem::exists(path, ignored) ? "it cannot be opened" : "there is no such file"};
-  FileText file;
-  std::array<char, 1 << 16> block{};
-  while (in.read(block.data(), block.size()), in.gcount() > 0) {
-    file.text.append(block.data(), static_cast<std::size_t>(in.gcount()));
-    if (file.text.size() > std::numeric_limits<std::uint32_t>::max()) break;  // Document refuses it
-  }
-  if (in.bad()) return {{}, "it cannot be read"};
-  return file;
-}
-
-}  // namespace
-
-Model read_model(const std::string& path) {
-  FileText file = read_file(path, false);
+Model read_model(const std::string& path, const ReadOptions& options) {
+  InputText file = read_input(path, NamedBy::user, '{');
   const std::string near = file.fault.empty() ? "" : file_suggestion(path);
   if (!file.fault.empty())
     throw ModelError({{Severity::error,
@@ -47,18 +22,26 @@ Model read_model(const std::string& path) {
                        {},
                        near.empty() ? "give the path of a model file, such as models/bellow.json" : near}},
                      std::make_shared<Sources>());
-  return read_model_text(path, std::move(file.text));
+  return read_model_text(path, std::move(file.text), options);
 }
 
-Model read_model_text(const std::string& path, std::string text) { return Reader(path).read(std::move(text)); }
+Model read_model(const std::string& path) { return read_model(path, ReadOptions()); }
+Model read_model_text(const std::string& path, std::string text) {
+  return read_model_text(path, std::move(text), ReadOptions());
+}
 
-Reader::Reader(std::string path) : path_(std::move(path)), sources_(std::make_shared<Sources>()) {}
+Model read_model_text(const std::string& path, std::string text, const ReadOptions& options) {
+  return Reader(path, options).read(std::move(text));
+}
+
+Reader::Reader(std::string path, const ReadOptions& options)
+    : path_(std::move(path)), reading_(with_folder_of(path_, options)), sources_(std::make_shared<Sources>()) {}
 
 Model Reader::read(std::string text) {
   model_.sources = sources_;
   model_.time = add_symbol({});
   const DocumentId root = load(path_, std::move(text), std::nullopt);
-  if (!root.valid() || !expect(document(root), Document::root(), JsonKind::object, "a model")) give_up();
+  if (!root.valid() || !is_model(root)) give_up();
   scopes_.push_back({"", root, 0, {}});
   read_head();
   survey(root);
@@ -120,6 +103,16 @@ void Reader::read_head() {
   model_.source = text_of(file, Document::root(), "source");
 }
 
+/// The same fault in words that show nothing of the file: it is no model, so it may be anything.
+static Diagnostic without_text(Diagnostic fault) {
+  if (fault.code == "BG104") return fault;
+  fault.situation = fault.code == "BG102"   ? "a key stands twice in the same object"
+                    : fault.code == "BG103" ? "a number is beyond the range of a double"
+                                            : "this is not JSON, and no model";
+  fault.help = "a model is JSON and begins with { \"bgsim\": 1";
+  return fault;
+}
+
 DocumentId Reader::load(const std::string& path, std::optional<std::string> text, const std::optional<Place>& from) {
   std::error_code ignored;
   std::string key = std::filesystem::weakly_canonical(path, ignored).string();
@@ -127,7 +120,12 @@ DocumentId Reader::load(const std::string& path, std::optional<std::string> text
   if (const auto known = loaded_.find(key); known != loaded_.end()) return known->second;
   DocumentId& result = loaded_[key];
   if (!text) {
-    FileText file = read_file(path, true);
+    if (!may_be_named(path, reading_)) {
+      problem("BG170", "the submodel " + in_quotes(path) + " lies outside of the model's folder", from, kOutsideHelp,
+              kOutsideRule);
+      return {};
+    }
+    InputText file = read_input(path, NamedBy::model);
     if (!file.fault.empty()) {
       const std::string near = file_suggestion(path);
       problem("BG133", "cannot read the submodel " + in_quotes(path) + ": " + file.fault, from,
@@ -142,7 +140,8 @@ DocumentId Reader::load(const std::string& path, std::optional<std::string> text
   } catch (const ModelError& error) {
     // The place is in the file that failed: keep its text for the message.
     if (error.sources && id.index() < error.sources->size()) sources_->push_back((*error.sources)[id.index()]);
-    problems_.insert(problems_.end(), error.diagnostics.begin(), error.diagnostics.end());
+    const bool shown = id.index() < sources_->size() && shows_text((*sources_)[id.index()]);
+    for (const Diagnostic& fault : error.diagnostics) problems_.push_back(shown ? fault : without_text(fault));
     return {};
   }
   return result = id;
@@ -151,10 +150,22 @@ DocumentId Reader::load(const std::string& path, std::optional<std::string> text
 std::string Reader::beside(DocumentId id, std::string_view file) const {
   const std::filesystem::path given(file);
   if (given.is_absolute()) return given.string();
-  return (std::filesystem::path(document(id).path()).parent_path() / given).string();
+  return (std::filesystem::path(folder_of(document(id).path())) / given).string();
 }
 
-/// The head of a file that is known to be an object.
+/// Whether a file is a model at all. One that is not may be anything: nothing of what is in it is told.
+bool Reader::is_model(DocumentId id) {
+  const Document& file = document(id);
+  const NodeId root = Document::root();
+  if (!expect(file, root, JsonKind::object, "a model")) return false;
+  if (file.find(root, "bgsim").valid()) return true;
+  problem("BG110", "the file does not say which model format it is written in",
+          Place{id, root, file[root].begin, file[root].begin + 1}, "add \"bgsim\": 1",
+          "a model begins with { \"bgsim\": 1");
+  return false;
+}
+
+/// The head of a file that is known to be a model.
 void Reader::check_root(const Scope& scope) {
   static constexpr std::array<std::string_view, 13> kKeys{"bgsim",   "name",   "about",    "source", "parameters",
                                                           "signals", "types",  "elements", "bonds",  "ports",
@@ -164,10 +175,7 @@ void Reader::check_root(const Scope& scope) {
   check_keys(file, root, kKeys, "a model");
   const Place brace{scope.document, root, file[root].begin, file[root].begin + 1};
   const NodeId format = file.find(root, "bgsim");
-  if (!format.valid())
-    problem("BG110", "the file does not say which model format it is written in", brace, "add \"bgsim\": 1",
-            "a model begins with { \"bgsim\": 1");
-  else if (file[format].kind != JsonKind::number || file[format].number != 1.0)
+  if (file[format].kind != JsonKind::number || file[format].number != 1.0)
     problem("BG110", "the file is not written in model format 1", file.place(format), "write \"bgsim\": 1",
             "this version of bgsim reads model format 1");
   if (!file.find(root, "elements").valid())

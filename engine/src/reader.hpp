@@ -11,6 +11,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "bgsim/input_file.hpp"
 #include "bgsim/model.hpp"
 #include "bgsim/parse_expression.hpp"
 #include "bgsim/trace_csv.hpp"
@@ -50,7 +51,7 @@ struct Context {
 
 class Reader {
  public:
-  explicit Reader(std::string path);
+  Reader(std::string path, const ReadOptions& options);
   Model read(std::string text);
 
  private:
@@ -63,6 +64,7 @@ class Reader {
   [[nodiscard]] const Document& document(DocumentId id) const { return (*sources_)[id.index()]; }
   [[nodiscard]] const Document& document(const Scope& scope) const { return document(scope.document); }
   [[nodiscard]] std::string beside(DocumentId id, std::string_view file) const;
+  bool is_model(DocumentId id);
   void check_root(const Scope& scope);
   void read_head();
 
@@ -193,6 +195,7 @@ class Reader {
   bool check_output(const std::string& name, const Place& place);
 
   std::string path_;
+  ReadOptions reading_;  ///< the first of the roots is the model's own folder
   std::shared_ptr<Sources> sources_;
   Model model_;
   std::vector<Scope> scopes_;

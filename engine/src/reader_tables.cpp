@@ -1,8 +1,5 @@
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <optional>
-#include <sstream>
 
 #include "reader.hpp"
 
@@ -11,20 +8,20 @@ namespace bgsim {
 /// Reads a CSV file once, however many of its columns are used.
 const CsvTable& Reader::data_file(const std::string& path, const std::function<void(std::string, std::string)>& fail) {
   if (const auto known = data_.find(path); known != data_.end()) return known->second;
-  std::error_code ignored;
-  std::ifstream in(path, std::ios::binary);
-  if (!in || !std::filesystem::is_regular_file(path, ignored))
-    fail("cannot read the data file " + in_quotes(path),
+  const InputText file = read_input(path, NamedBy::model);
+  if (!file.fault.empty())
+    fail("cannot read the data file " + in_quotes(path) + ": " + file.fault,
          "paths are relative to the folder of the file that names them");
-  std::ostringstream text;
-  text << in.rdbuf();
   CsvTable table;
   try {
-    table = parse_csv(text.str());
+    table = parse_csv(file.text);
   } catch (const CsvError& error) {
-    fail(path + ":" + std::to_string(error.line) + ": " + error.what(), {});
+    fail(path + ":" + std::to_string(error.line) + ": " + file_message(error), {});
   }
   const std::vector<double>& x = table.columns.front();
+  if (table.columns.size() < 2)
+    fail("the data file " + in_quotes(path) + " has one column only",
+         "the first is what the others are tabulated over");
   if (x.size() < 2) fail("the data file " + in_quotes(path) + " has fewer than two rows of data", {});
   for (std::size_t i = 1; i < x.size(); ++i)
     if (!(x[i] > x[i - 1]))
@@ -59,6 +56,11 @@ TableId Reader::load_table(const Scope& scope, std::string_view text, std::strin
     const auto begin = static_cast<std::size_t>(part.data() - text.data());
     throw ExpressionError("BG127", what, begin, begin + part.size(), help);
   };
+  if (!may_be_named(path, reading_)) {
+    const auto begin = static_cast<std::size_t>(file.data() - text.data());
+    throw ExpressionError("BG170", "the data file " + in_quotes(path) + " lies outside of the model's folder", begin,
+                          begin + file.size(), kOutsideHelp);
+  }
   const CsvTable& data =
       data_file(path, [&](const std::string& what, const std::string& help) { refuse(file, what, help); });
   const auto at = std::find(data.names.begin(), data.names.end(), column);

@@ -283,7 +283,9 @@ class Reducer {
     ModelCost cost;
     cost.seconds = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < std::max<std::size_t>(1, options_.repetitions); ++i) {
-      const RunReport report = run_plain(staged, inputs, 0, nullptr).report;
+      const RunResult result = run_plain(staged, inputs, 0, nullptr);
+      end_if_failed(result, *staged.model);
+      const RunReport& report = result.report;
       cost.steps = report.steps;
       cost.rate_evaluations = report.rate_evaluations;
       for (const auto& [stage, seconds] : report.stage_seconds)

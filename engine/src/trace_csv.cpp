@@ -10,6 +10,7 @@
 #include "bgsim/csv_field.hpp"
 #include "bgsim/json_text.hpp"
 #include "bgsim/visible_text.hpp"
+#include "shown_text.hpp"
 
 namespace bgsim {
 
@@ -85,10 +86,23 @@ class CsvReader {
 
 std::string quote(const std::string& text) { return '"' + short_name(text) + '"'; }
 
-double parse_number(std::size_t line, const std::string& column, const std::string& field) {
+/// A file is known to be a table of numbers once its first record has been read.
+bool is_known(const CsvTable& table) { return !table.columns.back().empty(); }
+
+/// A fault in a field, in words that show it and in words that do not.
+CsvFileError field_fault(std::size_t line, const CsvTable& table, std::size_t column, const std::string& field,
+                         const std::string& what) {
+  const std::string number = std::to_string(column + 1);
+  const std::string place = " in column " + quote(table.names[column]);
+  const std::string shown = field.empty() ? what + place : quote(field) + place + what;
+  if (is_known(table)) return {line, shown, shown};
+  return {line, shown, field.empty() ? what + " in column " + number : "the value in column " + number + what};
+}
+
+double parse_number(std::size_t line, const CsvTable& table, std::size_t column, const std::string& field) {
   const std::size_t first = field.find_first_not_of(" \t");
   const std::size_t last = field.find_last_not_of(" \t");
-  if (first == std::string::npos) throw CsvError(line, "no value in column " + quote(column));
+  if (first == std::string::npos) throw field_fault(line, table, column, {}, "no value");
   const char* begin = field.data() + first;
   const char* const end = field.data() + last + 1;
   if (*begin == '+' && end - begin > 1 && begin[1] != '-') ++begin;  // from_chars takes no plus sign
@@ -99,10 +113,10 @@ double parse_number(std::size_t line, const std::string& column, const std::stri
     const std::string_view digits(begin, static_cast<std::size_t>(end - begin));
     if (stop == end && digits.find("e-") != std::string_view::npos) return *begin == '-' ? -0.0 : 0.0;
     if (stop == end && digits.find("E-") != std::string_view::npos) return *begin == '-' ? -0.0 : 0.0;
-    throw CsvError(line, quote(field) + " in column " + quote(column) + " is beyond the range of a number");
+    throw field_fault(line, table, column, field, " is beyond the range of a number");
   }
   if (fault != std::errc{} || stop != end || !std::isfinite(value)) {
-    throw CsvError(line, quote(field) + " in column " + quote(column) + " is no number");
+    throw field_fault(line, table, column, field, " is no number");
   }
   return value;
 }
@@ -117,7 +131,10 @@ std::vector<std::string> parse_header(CsvReader& reader) {
     const std::size_t line = reader.line();
     more = reader.field(name);
     if (name.empty()) throw CsvError(line, "column " + std::to_string(names.size() + 1) + " has no name");
-    if (!seen.emplace(name, names.size()).second) throw CsvError(line, "two columns are named " + quote(name));
+    if (const auto [first, is_new] = seen.emplace(name, names.size()); !is_new)
+      throw CsvFileError(line, "two columns are named " + quote(name),
+                         "columns " + std::to_string(first->second + 1) + " and " + std::to_string(names.size() + 1) +
+                             " have the same name");
     names.push_back(name);
   }
   return names;
@@ -165,7 +182,7 @@ CsvTable parse_csv(std::string_view text) {
     while (more) {
       more = reader.field(field);
       if (column < table.names.size()) {
-        table.columns[column].push_back(parse_number(line, table.names[column], field));
+        table.columns[column].push_back(parse_number(line, table, column, field));
       }
       ++column;
     }

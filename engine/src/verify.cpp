@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <sstream>
 
 #include "bgsim/visible_text.hpp"
+#include "shown_text.hpp"
 
 namespace bgsim {
 
@@ -137,16 +137,21 @@ bool ReferenceCheck::ok() const {
   return std::all_of(columns.begin(), columns.end(), [](const ColumnCheck& column) { return column.ok(); });
 }
 
+void check_reference(const Model& model, const std::string& path, const Reference& reference,
+                     const ReadOptions& options) {
+  if (may_be_named(reference.file, with_folder_of(path, options))) return;
+  fail(model, reference, "BG170", "the reference \"" + reference.file + "\" lies outside of the model's folder",
+       kOutsideRule, kOutsideHelp);
+}
+
 CsvTable read_reference(const Model& model, const Reference& reference) {
-  std::ifstream file(reference.file, std::ios::binary);
-  if (!file) unreadable(model, reference, "the file cannot be opened");
-  std::ostringstream text;
-  text << file.rdbuf();
+  const InputText file = read_input(reference.file, NamedBy::model);
+  if (!file.fault.empty()) unreadable(model, reference, file.fault);
   CsvTable table;
   try {
-    table = parse_csv(text.str());
+    table = parse_csv(file.text);
   } catch (const CsvError& error) {
-    unreadable(model, reference, "line " + std::to_string(error.line) + ": " + error.what());
+    unreadable(model, reference, "line " + std::to_string(error.line) + ": " + file_message(error));
   }
   if (table.names.front() != kTime) unreadable(model, reference, "the first column is not named t");
   const std::vector<double>& times = table.columns.front();

@@ -17,6 +17,7 @@
 #include <sstream>
 
 #include "bgsim/bgsim.hpp"
+#include "bgsim/input_file.hpp"
 
 namespace {
 
@@ -93,9 +94,10 @@ void hold_against_reference(const Model& model, const RunInputs& inputs, const R
 /// All that is printed for a model: the warnings of the stages, then the error that ends it.
 std::string messages(const std::string& path) {
   const Options options = read_options(path);
+  const ReadOptions as_the_command{{}, false};
   std::string text;
   try {
-    const auto model = std::make_shared<const Model>(read_model(path));
+    const auto model = std::make_shared<const Model>(read_model(path, as_the_command));
     const auto warn = [&](const std::vector<Diagnostic>& warnings) { text += rendered(warnings, *model->sources); };
     warn(model->warnings);
     if (path.substr(0, 4) == "BG71") reduce(model, options.reduction);

@@ -1,0 +1,28 @@
+#include "shown_text.hpp"
+
+#include <string_view>
+
+namespace bgsim {
+
+bool shows_text(const Document& file) {
+  constexpr std::string_view kKey = "\"bgsim\"";
+  const std::string_view text = file.text();
+  for (auto at = text.find(kKey); at != std::string_view::npos; at = text.find(kKey, at + 1)) {
+    const auto after = text.find_first_not_of(" \t\r\n", at + kKey.size());
+    if (after != std::string_view::npos && text[after] == ':') return true;
+  }
+  return false;
+}
+
+std::string file_message(const CsvError& error) {
+  const auto* own = dynamic_cast<const CsvFileError*>(&error);
+  return own != nullptr ? own->without_text : error.what();
+}
+
+ReadOptions with_folder_of(const std::string& path, const ReadOptions& options) {
+  ReadOptions result = options;
+  result.roots.insert(result.roots.begin(), folder_of(path));
+  return result;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,53 @@
+// scripts/bgsim: the lock of its build is for the build alone.
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "command.hpp"
+#include "shell.hpp"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A project with the real scripts, and in place of what they call: programs that do as if. The "bgsim" that is built
+/// prints the files that it has open.
+void make_project(const Workplace& here) {
+  const fs::path folder = here.folder();
+  const auto tool = [&](const std::string& name, const std::string& text) {
+    here.write("tools/" + name, "#!/bin/bash\n" + text);
+    fs::permissions(folder / "tools" / name, fs::perms::owner_all);
+  };
+  for (const char* each : {"tools", "scripts", "cmake", "engine", "cli"}) fs::create_directory(folder / each);
+  for (const char* script : {"bgsim", "common.sh"})
+    fs::copy_file(fs::path(BGSIM_SOURCE_DIR "/scripts") / script, folder / "scripts" / script);
+  here.write("CMakeLists.txt", "");
+  here.write("CMakePresets.json", "{}");
+  tool("dpkg-query", "shift 2; for p in \"$@\"; do printf 'installed %s ' \"$p\"; done\n");
+  tool("npm", "");
+  tool("cmake", R"(ls -l /proc/$$/fd >> build_has_open
+[[ $1 == --build ]] || exit 0
+sleep 1
+mkdir -p build/release
+printf '#!/bin/bash\nls -l /proc/$$/fd\n' > build/release/bgsim
+chmod +x build/release/bgsim
+)");
+}
+
+}  // namespace
+
+TEST_CASE("the script holds no lock while bgsim runs, whether it built it or waited for another that did") {
+  const Workplace here;
+  make_project(here);
+  // Both find nothing built; the second waits for the first, and finds it built then.
+  const Outcome done = shell(here,
+                             "export PATH=\"$PWD/tools:$PATH\"; scripts/bgsim > first & sleep 0.3; "
+                             "scripts/bgsim > second; wait; scripts/bgsim > third");
+  INFO(done.err);
+  for (const char* who : {"first", "second", "third"}) {
+    const std::string open = here.read(who);
+    CHECK(open.find("/proc/") != std::string::npos);
+    CHECK(open.find("release.lock") == std::string::npos);
+  }
+  CHECK(here.read("build_has_open").find("release.lock") == std::string::npos);
+  CHECK(done.err.find("Building bgsim") == done.err.rfind("Building bgsim"));  // once
+}

@@ -1,0 +1,134 @@
+// Ctrl-C, kill and a closed terminal: exit code 3, a message, no partial files, old targets whole.
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "shell.hpp"
+
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A command with work for minutes, and what it says when it is interrupted.
+struct LongWork {
+  const char* arguments;
+  const char* target;
+  bool keeps;  ///< what it has so far is written to the target
+  const char* says;
+};
+
+const std::vector<LongWork> kWorks{
+    {"ring.json -o out", "out", true, "trace up to there: out"},
+    {"ring.json --accuracy 1e-7 -o out", "out", false, "interrupted"},
+    {"report ring.json -o out", "out", true, "interrupted"},
+    {"reduce ring.json -o out", "out", false, "interrupted"},
+    {"trade ring.json --no-picture --budget 1000 -o out", "out.csv", true, "interrupted"},
+    {"verify held.json", "out", false, "interrupted"},
+    {"check long.json", "out", false, "interrupted"},
+    {"draw long.json -o out.svg", "out.svg", false, "interrupted"},
+};
+
+std::set<std::string> listing(const Workplace& here) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(here.folder())) names.insert(entry.path().filename().string());
+  return names;
+}
+
+/// A ladder that takes Graphviz and the reader seconds.
+std::string ladder(int stages) {
+  std::string elements, bonds;
+  for (int i = 0; i < stages; ++i) {
+    const std::string n = std::to_string(i);
+    elements += "\"s" + n + "\": { \"kind\": \"1\" }, \"p" + n + "\": { \"kind\": \"0\" }, \"r" + n +
+                "\": { \"kind\": \"R\", \"resistance\": 1 }, \"c" + n +
+                "\": { \"kind\": \"C\", \"capacitance\": 1 },\n";
+    bonds += "{ \"from\": \"" + (i == 0 ? std::string("source") : "p" + std::to_string(i - 1)) + "\", \"to\": \"s" + n +
+             "\" }, { \"from\": \"s" + n + "\", \"to\": \"r" + n + "\" }, { \"from\": \"s" + n + "\", \"to\": \"p" + n +
+             "\" }, { \"from\": \"p" + n + "\", \"to\": \"c" + n + "\" },\n";
+  }
+  bonds.resize(bonds.size() - 2);
+  return R"({ "bgsim": 1, "name": "long", "elements": {)" + elements +
+         R"("source": { "kind": "Se", "effort": 1 } }, "bonds": [)" + bonds +
+         R"(], "outputs": { "q": "c0.q" }, "scenes": { "s": { "stop": 1 } } })";
+}
+
+void prepare(const Workplace& here) {
+  here.write("long.json", ladder(6000));
+  std::string held = here.read("ring.json");
+  const std::string stop = "\"stop\":";
+  held.insert(held.find(stop), "\"reference\": \"held.csv\", ");
+  here.write("held.json", held);
+  here.write("held.csv", "t,x\r\n0,0\r\n6000000,1\r\n");
+}
+
+/// Interrupts after @p seconds. A process that had not begun yet (a busy machine) is given longer.
+Outcome interrupted(const Workplace& here, const std::string& signal, double seconds, const std::string& arguments) {
+  for (;; seconds *= 3.0) {
+    Outcome done = shell(here, "timeout --preserve-status -s " + signal + " " + std::to_string(seconds) +
+                                   " '" BGSIM_COMMAND "' " + arguments);
+    if (done.code < 128 || seconds > 20.0) return done;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every command that is interrupted ends with exit code 3 and a message and leaves nothing behind") {
+  for (const LongWork& work : kWorks) {
+    for (const char* signal : {"INT", "TERM", "HUP"}) {
+      for (const double moment : {0.1, 0.5}) {
+        if (moment < 0.2 && std::string(signal) == "HUP") continue;
+        INFO(work.arguments << ", " << signal << " after " << moment << " s");
+        const Workplace here;
+        prepare(here);
+        here.write(work.target, "old");
+        const auto before = listing(here);
+        const Outcome done = interrupted(here, signal, moment, work.arguments);
+        INFO(done.err);
+        CHECK(done.code == 3);
+        CHECK_THAT(done.err, Contains("interrupted") || Contains(work.says));
+        if (!work.keeps) CHECK(here.read(work.target) == "old");
+        for (const std::string& name : listing(here)) {
+          INFO("left behind: " << name);
+          CHECK((before.contains(name) || name.starts_with("out.")));
+          CHECK_FALSE(name.ends_with(".partial"));
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("a search for an accuracy that is interrupted says so and writes nothing") {
+  const Workplace here;
+  here.write("out.csv", "old");
+  const Outcome done = interrupted(here, "TERM", 1.0, "ring.json --accuracy 1e-7 -o out.csv");
+  CHECK(done.code == 3);
+  CHECK_THAT(done.err, Contains("the search for --accuracy was interrupted"));
+  CHECK(here.read("out.csv") == "old");
+}
+
+TEST_CASE("after an interruption no further scene runs") {
+  const Workplace here;
+  std::string text = here.read("ring.json");
+  const auto at = text.find("\"scenes\": {") + 11;
+  here.write("scenes.json", text.insert(at, R"( "before": { "stop": 6e6, "samples": 3 },)"));
+  const Outcome done = interrupted(here, "TERM", 0.6, "scenes.json --all-scenes");
+  CHECK(done.code == 3);
+  CHECK(here.has("ring.before.csv"));
+  std::size_t traces = 0;
+  for (const std::string& name : listing(here)) traces += name.starts_with("ring.") && name.ends_with(".csv") ? 1 : 0;
+  CHECK(traces == 1);
+}
+
+TEST_CASE("a signal that the caller ignores is ignored") {
+  const Workplace here;
+  const Outcome done = shell(here, "trap '' HUP; '" BGSIM_COMMAND
+                                   "' ring.json -o out.csv & pid=$!; sleep 0.6; kill -HUP $pid; sleep 0.3; "
+                                   "kill -0 $pid && echo alive; kill -TERM $pid; wait $pid; echo code $?");
+  CHECK_THAT(done.out, Contains("alive"));
+  CHECK_THAT(done.out, Contains("code 3"));
+}
