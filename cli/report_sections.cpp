@@ -235,7 +235,7 @@ const Statistic kStatistics[] = {
     {"States", [](const ReportedScene& s) { return count(s.result.report.states); }},
     {"Algebraic loops", [](const ReportedScene& s) { return count(s.result.report.loops); }},
     {"Variables of loops", [](const ReportedScene& s) { return count(s.result.report.algebraic); }},
-    {"Output times", [](const ReportedScene& s) { return count(s.result.trace.times.size()); }},
+    {"Output times", [](const ReportedScene& s) { return count(s.result.rows); }},
     {"Steps", [](const ReportedScene& s) { return count(s.result.report.steps); }},
     {"Steps tried again: error test",
      [](const ReportedScene& s) { return count(s.result.report.error_test_failures); }},

@@ -66,7 +66,15 @@ void Evaluator::Impl::set_point(double t, const double* x) {
   std::copy_n(x, program.state_names.size(), slots.data() + program.first_state);
 }
 
+bool Evaluator::Impl::ask() {
+  until_look = look ? look() : std::numeric_limits<std::uint64_t>::max();
+  if (until_look != 0) return true;
+  until_look = 1;  // asked again, with the same answer
+  return false;
+}
+
 bool Evaluator::Impl::run(const Routine& routine, double t, const double* x, bool solve_loops) {
+  if (!goes_on()) return false;
   set_point(t, x);
   for (std::size_t i = 0; i < routine.code.size(); ++i) {
     run(routine.code[i]);
@@ -281,5 +289,10 @@ void Evaluator::set_tears(std::span<const double> z) {
   std::copy(z.begin(), z.end(), impl_->slots.begin() + impl_->program.first_tear);
 }
 void Evaluator::use_given_tears(bool given) { impl_->given_tears = given; }
+
+void Evaluator::watch(std::function<std::uint64_t()> look) {
+  impl_->until_look = look ? 1 : std::numeric_limits<std::uint64_t>::max();
+  impl_->look = std::move(look);
+}
 
 }  // namespace bgsim

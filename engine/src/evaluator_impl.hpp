@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/LU>
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -43,6 +44,12 @@ struct Evaluator::Impl {
   std::vector<std::vector<std::uint32_t>> own_columns;  ///< by block and entry of by_states: position in own columns
   std::vector<std::int64_t> implicit_diagonal;          ///< by state
   std::vector<double> guard_values;                     ///< by guarded relation
+  std::function<std::uint64_t()> look;                  ///< see Evaluator::watch
+  std::uint64_t until_look = std::numeric_limits<std::uint64_t>::max();
+
+  /// False when the evaluations were ended (Evaluator::watch).
+  bool goes_on() { return --until_look != 0 || ask(); }
+  bool ask();
 
   void run(const std::vector<Instruction>& code);
   /// Runs a routine at (t, x), loops included; false at a fault in a loop.

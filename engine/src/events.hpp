@@ -47,6 +47,10 @@ class EventWatch {
 
   [[nodiscard]] bool any() const { return !side_.empty(); }
   [[nodiscard]] std::uint64_t count() const { return count_; }
+  /// That changed last; none if none has.
+  [[nodiscard]] std::optional<std::size_t> latest_relation() const {
+    return relations_.empty() ? std::nullopt : std::optional(relations_.back());
+  }
   [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
 
  private:

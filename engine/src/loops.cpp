@@ -57,6 +57,7 @@ bool Evaluator::Impl::load_residual(std::size_t block) {
 
 /// Equilibrates and factorizes the partials of a loop's residuals by its tears.
 LoopOutcome Evaluator::Impl::factorize(std::size_t block) {
+  if (!goes_on()) return LoopOutcome::no_convergence;
   const ProgramBlock& b = program.blocks[block];
   LoopScratch& scratch = loops[block];
   for (const auto& code : b.jacobian.code) run(code);

@@ -110,7 +110,7 @@ std::string report_text(const RunResult& result) {
   line(out, "time",
        number_text(r.start) + " to " + number_text(r.stop) +
            (r.reached == r.stop ? "" : ", reached " + number_text(r.reached)) + ", " +
-           count_text(result.trace.times.size(), "output time", "output times"));
+           count_text(result.rows, "output time", "output times"));
   std::string system = count_text(r.states, "state", "states");
   if (r.loops > 0)
     system += ", " + count_text(r.loops, "algebraic loop", "algebraic loops") + " with " +
@@ -154,7 +154,7 @@ std::string report_json(const RunResult& result) {
   json["model"] = r.model;
   json["scene"] = r.scene;
   json["stop_reason"] = stop_text(result.stop);
-  json["time"] = {{"start", r.start}, {"stop", r.stop}, {"reached", r.reached}, {"outputs", result.trace.times.size()}};
+  json["time"] = {{"start", r.start}, {"stop", r.stop}, {"reached", r.reached}, {"outputs", result.rows}};
   json["system"] = {{"states", r.states}, {"loops", r.loops}, {"algebraic", r.algebraic}};
   json["left_out"] = {{"states", r.left_out.states},
                       {"elements", r.left_out.elements},

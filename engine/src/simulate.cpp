@@ -1,7 +1,6 @@
 #include "bgsim/simulate.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -10,27 +9,19 @@
 #include "events.hpp"
 #include "failures.hpp"
 #include "integrator.hpp"
+#include "pace_judge.hpp"
+#include "run_clock.hpp"
 #include "run_notes.hpp"
 #include "separability.hpp"
 #include "source_pace.hpp"
 #include "spectrum.hpp"
+#include "stopwatch.hpp"
+#include "time_constants.hpp"
 #include "tolerances.hpp"
 
 namespace bgsim {
 
 namespace {
-
-class Stopwatch {
- public:
-  explicit Stopwatch(double& total) : total_(total) {}
-  ~Stopwatch() { total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double& total_;
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
 
 /// One run: what the loop carries from step to step.
 class Run {
@@ -50,7 +41,9 @@ class Run {
         tolerances_(program, inputs, implicit_),
         events_(program, evaluator_, tolerances_, inputs.stop - inputs.start, !implicit_),
         branches_(program, evaluator_, inputs.start, inputs.stop),
-        audit_(program, evaluator_, options.energy_audit) {}
+        audit_(program, evaluator_, options.energy_audit),
+        clock_(options, inputs.start),
+        pace_(program, system, model, evaluator_, inputs, options) {}
 
   RunResult execute();
 
@@ -61,7 +54,6 @@ class Run {
   bool integrate_to(double limit);
   bool after_step();
   bool take_time_event();
-  std::optional<Diagnostic> too_fast_state();
   bool take_state_event();
   bool step_is_vital();
   bool limit_order();
@@ -81,6 +73,7 @@ class Run {
   bool fail_as_stuck(const std::string& words);
   [[nodiscard]] StuckPoint stuck_point(const std::string& words);
   bool goes_on(double t);
+  bool end_here(double t);
   void remember_magnitudes(double t);
   [[nodiscard]] std::vector<double> source_times();
   void report();
@@ -97,6 +90,8 @@ class Run {
   EventWatch events_;
   BranchWatch branches_;
   EnergyAuditor audit_;
+  RunClock clock_;
+  PaceJudge pace_;
   std::unique_ptr<Integrator> integrator_;
   RunResult result_;
   double t_ = 0.0;             ///< reached, with all events up to here taken
@@ -104,13 +99,15 @@ class Run {
   std::vector<double> row_;
   double audited_ = 0.0;  ///< energy is accounted for up to here
   std::size_t next_output_ = 0;
-  std::uint64_t steps_ = 0, time_events_ = 0, tiny_steps_ = 0, empty_steps_ = 0, rows_since_progress_ = 0,
-                next_estimate_ = 0, rescued_at_ = 0, looked_at_step_ = 0;
+  std::uint64_t steps_ = 0, time_events_ = 0, tiny_steps_ = 0, empty_steps_ = 0, next_estimate_ = 0, rescued_at_ = 0,
+                looked_at_step_ = 0;
   std::vector<double> largest_early_, largest_now_;
   double early_until_ = 0.0;
   SourcePlan sources_;
-  double strayed_at_ = 0.0;  ///< where a step last had to be made again for a loop's sake
-  int strayed_ = 0;          ///< how often there
+  std::optional<double> next_known_;  ///< time at which something changes
+  double jumped_at_ = 0.0;            ///< where something last did
+  double strayed_at_ = 0.0;           ///< where a step last had to be made again for a loop's sake
+  int strayed_ = 0;                   ///< how often there
   std::optional<SpentMode> spent_;
   double looked_at_time_ = 0.0;  ///< at the modes
   double integration_seconds_ = 0.0, output_seconds_ = 0.0, audit_seconds_ = 0.0;
@@ -119,10 +116,12 @@ class Run {
 RunResult Run::execute() {
   result_.trace.names = program_.output_names;
   result_.trace.units = program_.output_units;
-  result_.trace.times.reserve(inputs_.output_times.size());
-  result_.trace.values.reserve(inputs_.output_times.size() * program_.output_names.size());
+  if (!options_.rows) {
+    result_.trace.times.reserve(inputs_.output_times.size());
+    result_.trace.values.reserve(inputs_.output_times.size() * program_.output_names.size());
+  }
   row_.resize(program_.output_names.size());
-  t_ = inputs_.start;
+  t_ = jumped_at_ = inputs_.start;
 
   double total = 0.0;
   {
@@ -134,6 +133,7 @@ RunResult Run::execute() {
         integrate();
     }
   }
+  evaluator_.watch({});
   integration_seconds_ = total - output_seconds_ - audit_seconds_;
   report();
   return std::move(result_);
@@ -144,6 +144,7 @@ bool Run::begin() {
   evaluator_.set_time_modes(t_);
   x_ = initial_states(model_, system_, evaluator_, inputs_);
   y_.resize(x_.size() + evaluator_.tears());
+  evaluator_.watch([this] { return clock_.look(); });
   std::vector<std::string> found;
   // The modes need the loops' solutions and these the modes. A loop whose solution is not found from 0 may have one
   // that is found from elsewhere.
@@ -215,23 +216,26 @@ bool Run::integrate() {
   if (!emit_at(t_, x_.data())) return false;
   if (!(inputs_.stop > t_)) return true;
   if (!choose_integrator()) return false;
-  if (auto failure = too_fast_state()) return fail(std::move(*failure));
+  if (auto failure = implicit_ ? std::nullopt : too_fast_state(model_, system_, evaluator_, inputs_, x_.data()))
+    return fail(std::move(*failure));
   sources_ = plan_sources(program_, inputs_.parameters, t_, inputs_.stop);
   if (const auto& pulse = sources_.too_narrow)
     return fail(narrow_pulse_failure(
         to_text(program_.pool, pulse->source, [&](SymbolId id) { return program_.symbol_names[id.index()]; }),
         pulse->when.begin, pulse->when.end - pulse->when.begin, pulse->wide_enough, only_element_of_time(model_)));
   if (sources_.longest_step > 0.0) integrator_->limit_step(sources_.longest_step);
+  pace_.know_sources(sources_.longest_step, sources_.frequency);
   tolerances_.know_edges(sources_.edges);
   tolerances_.estimate(evaluator_, t_, x_.data(), source_times());
   next_estimate_ = 20;
   looked_at_time_ = t_;
   while (t_ < inputs_.stop) {
-    std::optional<double> event = evaluator_.next_time_event(t_, inputs_.stop);
-    if (const auto edge = sources_.next_edge(t_); edge && !(event && *event <= *edge)) event = edge;
-    if (!integrate_to(event.value_or(inputs_.stop))) return false;
-    if (event) {
+    next_known_ = evaluator_.next_time_event(t_, inputs_.stop);
+    if (const auto edge = sources_.next_edge(t_); edge && !(next_known_ && *next_known_ <= *edge)) next_known_ = edge;
+    if (!integrate_to(next_known_.value_or(inputs_.stop))) return false;
+    if (next_known_) {
       ++time_events_;
+      jumped_at_ = t_;
       if (sources_.is_edge(t_)) tolerances_.forget_noise();
       if (!take_time_event()) return false;
       if (!events_.settle(t_, x_.data())) return fail(*events_.failure());
@@ -239,23 +243,6 @@ bool Run::integrate() {
     if (!emit_at(t_, x_.data())) return false;
   }
   return true;
-}
-
-/// What is wrong with a state whose time constant is so far below the scene that the integrator's squares overflow.
-std::optional<Diagnostic> Run::too_fast_state() {
-  constexpr double kFastest = 1e70;
-  if (implicit_) return std::nullopt;
-  const Sparsity& pattern = program_.jacobian_pattern;
-  const double span = inputs_.stop - inputs_.start;
-  std::vector<double> entries(pattern.row.size());
-  if (!evaluator_.jacobian(t_, x_.data(), entries.data())) return std::nullopt;
-  for (std::size_t column = 0; column < pattern.size; ++column)
-    for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
-         k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
-      if (static_cast<std::size_t>(pattern.row[k]) == column && std::abs(entries[k]) * span > kFastest)
-        return time_constant_failure(program_.state_names[column], 1.0 / std::abs(entries[k]), span,
-                                     model_.elements[system_.states[column].element.index()].place);
-  return std::nullopt;
 }
 
 /// Modes beyond a known time. False where it is one at which a law divides by zero.
@@ -371,7 +358,7 @@ bool Run::take_state_event() {
   audit_to(t);
   integrator_->interpolate(t, y_.data());
   std::copy_n(y_.begin(), x_.size(), x_.begin());
-  t_ = t;
+  t_ = jumped_at_ = t;
   evaluator_.use_given_tears(false);
   if (!events_.cross(x_.data())) return fail(*events_.failure());
   return emit_at(t_, x_.data());
@@ -430,10 +417,16 @@ bool Run::emit_at(double t, const double* x) {
 
 bool Run::emit_row(double t, const double* y) {
   if (!events_.prepare(t, y) || !evaluator_.outputs(t, y, row_.data())) return fail_with_fault();
-  result_.trace.times.push_back(t);
-  result_.trace.values.insert(result_.trace.values.end(), row_.begin(), row_.end());
+  if (options_.rows) {
+    options_.rows(t, row_);
+  } else {
+    result_.trace.times.push_back(t);
+    result_.trace.values.insert(result_.trace.values.end(), row_.begin(), row_.end());
+  }
   ++next_output_;
-  return true;
+  ++result_.rows;
+  clock_.reach(t);
+  return clock_.end() == RunClock::End::none || t >= inputs_.stop || end_here(t);
 }
 
 void Run::audit_to(double t) {
@@ -448,6 +441,8 @@ void Run::audit_to(double t) {
 
 bool Run::fail(Diagnostic diagnostic) {
   evaluator_.use_given_tears(false);
+  // What fails after its time is over fails because nothing is evaluated any more.
+  if (clock_.end() != RunClock::End::none) return end_here(t_);
   result_.stop = StopReason::failed;
   result_.failure = std::move(diagnostic);
   return false;
@@ -458,7 +453,7 @@ bool Run::fail(Diagnostic diagnostic) {
 bool Run::rescue() {
   constexpr std::uint64_t kStepsBetween = 10;
   evaluator_.use_given_tears(false);
-  if (integrator_->failure().too_accurate) return false;
+  if (clock_.end() != RunClock::End::none || integrator_->failure().too_accurate) return false;
   if (integrator_->failure().fault) {
     std::vector<double> tolerance(x_.size());
     for (std::size_t i = 0; i < x_.size(); ++i) tolerance[i] = tolerances_.absolute(i);
@@ -522,14 +517,22 @@ void Run::remember_magnitudes(double t) {
 }
 
 bool Run::goes_on(double t) {
-  constexpr std::uint64_t kStepsBetweenProgress = 64;
   if (options_.max_steps > 0 && steps_ >= options_.max_steps && t < inputs_.stop)
     return fail(step_limit_failure(t, inputs_.stop, options_.max_steps));
-  if (!options_.progress || ++rows_since_progress_ < kStepsBetweenProgress) return true;
-  rows_since_progress_ = 0;
-  if (options_.progress(t)) return true;
-  fail(interrupted_failure(t));
-  result_.stop = StopReason::interrupted;
+  clock_.reach(t);
+  if (clock_.end() != RunClock::End::none && t < inputs_.stop) return end_here(t);
+  if (!clock_.looked()) return true;
+  auto reason = pace_.judge({clock_.seconds(), t, x_.data(), steps_, result_.rows, events_.count(), time_events_,
+                             jumped_at_, next_known_, events_.latest_relation(), integrator_.get(), !implicit_});
+  return !reason || fail(std::move(*reason));
+}
+
+/// Ends the run because the caller asked for it or its time is over.
+bool Run::end_here(double t) {
+  const bool interrupted = clock_.end() == RunClock::End::interrupted;
+  evaluator_.use_given_tears(false);
+  result_.stop = interrupted ? StopReason::interrupted : StopReason::failed;
+  result_.failure = interrupted ? interrupted_failure(t) : time_limit_failure(t, inputs_.stop, options_.time_limit);
   return false;
 }
 
@@ -575,6 +578,8 @@ void Run::report() {
   } else {
     const Stopwatch watch(audit_seconds_);
     report.energy = audit_.finish(t_, x_.data());
+    if (options_.energy_audit && !report.energy.done && clock_.end() != RunClock::End::none)
+      report.energy.why_not = "the run was ended within a step";
     if (result_.stop == StopReason::completed) note(open_balance_note(report.energy, inputs_.relative));
   }
   report.stage_seconds = {

@@ -142,24 +142,34 @@ std::vector<std::string> parse_header(CsvReader& reader) {
 
 }  // namespace
 
+void append_csv_header(std::string& text, const std::vector<std::string>& names) {
+  text += 't';
+  for (const std::string& name : names) {
+    text += ',';
+    text += csv_field(name);
+  }
+  text += "\r\n";
+}
+
+void append_csv_record(std::string& text, double time, std::span<const double> values) {
+  append_number(text, time);
+  for (const double value : values) {
+    text += ',';
+    append_number(text, value);
+  }
+  text += "\r\n";
+}
+
 void write_trace_csv(std::ostream& out, const Trace& trace) {
-  std::string line = "t";
-  for (const std::string& name : trace.names) {
-    line += ',';
-    line += csv_field(name);
-  }
-  for (std::size_t row = 0; row < trace.times.size() && out; ++row) {
-    line += "\r\n";
-    out.write(line.data(), static_cast<std::streamsize>(line.size()));
-    line.clear();
-    append_number(line, trace.times[row]);
-    for (std::size_t column = 0; column < trace.names.size(); ++column) {
-      line += ',';
-      append_number(line, trace.values[row * trace.names.size() + column]);
-    }
-  }
-  line += "\r\n";
+  const std::size_t columns = trace.names.size();
+  std::string line;
+  append_csv_header(line, trace.names);
   out.write(line.data(), static_cast<std::streamsize>(line.size()));
+  for (std::size_t row = 0; row < trace.times.size() && out; ++row) {
+    line.clear();
+    append_csv_record(line, trace.times[row], std::span(trace.values).subspan(row * columns, columns));
+    out.write(line.data(), static_cast<std::streamsize>(line.size()));
+  }
 }
 
 std::string trace_units_json(const Trace& trace) {

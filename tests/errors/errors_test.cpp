@@ -2,7 +2,9 @@
 //
 //   BGnnn_what.json   the model; files without BG in front are submodels and data that these need
 //   BGnnn_what.txt    what the command line prints, the paths being bare file names
-//   BGnnn_what.args   options, one a line: --set NAME=EXPR, --scene NAME, --relative X, --max-steps N, --interrupt;
+//   BGnnn_what.args   options, one a line: --set NAME=EXPR, --scene NAME, --relative X, --max-steps N, --interrupt,
+//   --time-limit SECONDS,
+//                     --tick SECONDS (by which the clock goes on at each look);
 //                     BG71x, which are reduced: --error X, --keep NAME
 //
 // BGSIM_UPDATE_GOLDEN=1 in the environment rewrites the messages; the difference is then to be reviewed.
@@ -71,6 +73,10 @@ Options read_options(const fs::path& model) {
       options.reduction.error = std::stod(value);
     else if (option == "--keep")
       options.reduction.keep.push_back(value);
+    else if (option == "--time-limit")
+      options.run.time_limit = std::stod(value);
+    else if (option == "--tick")
+      options.run.clock = [now = 0.0, tick = std::stod(value)]() mutable { return now += tick; };
     else if (option == "--interrupt")
       options.run.progress = [](double) { return false; };
     else
@@ -93,7 +99,7 @@ void hold_against_reference(const Model& model, const RunInputs& inputs, const R
 
 /// All that is printed for a model: the warnings of the stages, then the error that ends it.
 std::string messages(const std::string& path) {
-  const Options options = read_options(path);
+  Options options = read_options(path);
   const ReadOptions as_the_command{{}, false};
   std::string text;
   try {
@@ -110,6 +116,7 @@ std::string messages(const std::string& path) {
     const BlockOrder order = order_equations(*model, system);
     const RunInputs inputs = prepare_scene(*model, options.scene, options.overrides);
     warn(inputs.warnings);
+    options.run.remark = [&](const Diagnostic& remark) { warn({remark}); };
     const Program program = compile(model, system, order, {inputs.outputs, true});
     const RunResult result = simulate(*model, system, program, inputs, options.run);
     if (result.failure) text += render(*result.failure, *model->sources);

@@ -1,6 +1,7 @@
 /// Evaluator: runs a Program for one set of parameters.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -93,6 +94,10 @@ class Evaluator {
 
   /// Values of the dependent stores, by EquationSystem::dependent.
   bool dependents(double t, const double* x, double* values);
+
+  /// Lets @p look be called now and then during the evaluations: it returns how many may pass until it is asked again.
+  /// 0 ends them: each one fails from then on, without a fault, until watch() is called again. It must not evaluate.
+  void watch(std::function<std::uint64_t()> look);
 
   [[nodiscard]] const Fault& fault() const;
   struct Counts {

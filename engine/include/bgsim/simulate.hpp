@@ -1,9 +1,9 @@
 /// simulate: integrates a Program with SUNDIALS and reports what it took.
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -65,26 +65,40 @@ struct RunReport {
 enum class StopReason { completed, interrupted, failed };
 
 struct RunResult {
-  Trace trace;
+  Trace trace;             ///< names and units alone if the rows went to SimulateOptions::rows
+  std::uint64_t rows = 0;  ///< times recorded
   RunReport report;
   StopReason stop = StopReason::completed;
   std::optional<Diagnostic> failure;  ///< BG6xx, set if stop is not completed
 };
 
-/// Called now and then with the simulated time; returns false to interrupt the run.
+/// Called now and then with the simulated time; returns false to interrupt the run. Also called within a step that
+/// takes long.
 using Progress = std::function<bool(double time)>;
+
+/// Takes a row of the trace as soon as it is known: the time and the outputs. What it throws ends simulate().
+using RowSink = std::function<void(double time, std::span<const double> values)>;
 
 struct SimulateOptions {
   bool energy_audit = true;
   std::size_t energy_course = 0;  ///< also the audit's terms at about that many of the output times; 0: at none
   std::uint64_t max_steps = 0;    ///< 0: no limit
+  double time_limit = 0.0;        ///< seconds of wall time; 0: no limit
+  /// Seconds of wall time: a run whose headway says that it takes longer ends with BG617 (docs/design/simulate.md); 0:
+  /// none does. Without effect if there is a time limit.
+  double longest_run = 86400.0;
+  std::function<double()> clock;  ///< seconds from any origin; empty: wall time
   Progress progress;
+  RowSink rows;                                   ///< if given, the trace is not kept in memory
+  std::function<void(const Diagnostic&)> remark;  ///< what is to be known while the run goes on: BG616
 };
 
 /// Integrates one scene. BDF with an analytic Jacobian (dense up to 50 states, sparse with KLU beyond) unless the scene
 /// says otherwise; IDA where a loop is too large to be solved inside the right-hand side. Known times end the step;
 /// conditions on states are located by root finding and the integration restarts there. Dense output on the given
 /// times.
+///
+/// Memory does not grow with the number of output times if the rows go to a sink.
 ///
 /// Never throws for numerical failure: the trace up to there is in the result, with a BG6xx failure that names element,
 /// expression and time.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ostream>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -17,6 +18,9 @@ namespace bgsim {
 ///
 /// A failed write is left in the state of @p out for the caller to see.
 void write_trace_csv(std::ostream& out, const Trace& trace);
+/// The same bytes record by record: the header, and one for each time.
+void append_csv_header(std::string& text, const std::vector<std::string>& names);
+void append_csv_record(std::string& text, double time, std::span<const double> values);
 
 /// The units of a trace's columns: {"x": "m"}; columns without a unit are left out.
 std::string trace_units_json(const Trace& trace);
