@@ -89,4 +89,21 @@ void add_solver_options(CLI::App& app, SceneOverrides& overrides) {
       ->check(CLI::Range(1, 12));
 }
 
+void RunLimits::apply(SimulateOptions& how) const {
+  how.max_steps = max_steps;
+  how.time_limit = seconds;
+  if (endless) how.longest_run = 0.0;
+}
+
+void add_limit_options(CLI::App& app, RunLimits& limits) {
+  app.add_option("--max-steps", limits.max_steps, "end the run after that many steps")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  auto* const limit = app.add_option("--time-limit", limits.seconds, "end the run after that many seconds of wall time")
+                          ->type_name("SECONDS")
+                          ->check(positive_number());
+  app.add_flag("--no-time-limit", limits.endless, "also go on if the pace says that it takes more than a day")
+      ->excludes(limit);
+}
+
 }  // namespace bgsim::cli

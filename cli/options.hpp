@@ -2,9 +2,11 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 
 #include "bgsim/input_file.hpp"
 #include "bgsim/model.hpp"
+#include "bgsim/simulate.hpp"
 
 namespace bgsim::cli {
 
@@ -19,5 +21,17 @@ void add_set_option(CLI::App& app, SceneOverrides& overrides);
 
 /// --relative, --absolute, --method, --step and --max-order.
 void add_solver_options(CLI::App& app, SceneOverrides& overrides);
+
+/// What ends a run that goes on for too long.
+struct RunLimits {
+  std::uint64_t max_steps = 0;  ///< 0: none
+  double seconds = 0.0;         ///< 0: none
+  bool endless = false;         ///< nothing else does either
+
+  void apply(SimulateOptions& how) const;
+};
+
+/// --max-steps, --time-limit and --no-time-limit.
+void add_limit_options(CLI::App& app, RunLimits& limits);
 
 }  // namespace bgsim::cli

@@ -40,8 +40,8 @@ class OutputFile {
   /// finish(), then the target is replaced.
   /// @throws UsageError; the target stays as it was.
   void commit();
-  /// Leaves the partial file where it is, for what was written up to now is worth having.
-  void keep() { kept_ = true; }
+  /// Leaves the partial file where it is, for what was written up to now is worth having; or not, after all.
+  void keep(bool kept = true) { kept_ = kept; }
   /// The partial file; "" if there is none, since the target is written directly or in place.
   [[nodiscard]] std::string partial() const;
 

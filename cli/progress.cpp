@@ -35,8 +35,11 @@ void erase_line() { StandardOutput::control("\r\x1b[K"); }
 RunWatch::RunWatch(double start, double stop, bool quiet)
     : start_(start), stop_(stop), visible_(!quiet && isatty(STDERR_FILENO) != 0), begin_(Clock::now()), last_(begin_) {}
 
-RunWatch::~RunWatch() {
+RunWatch::~RunWatch() { clear(); }
+
+void RunWatch::clear() {
   if (shown_) erase_line();
+  shown_ = false;
 }
 
 Progress RunWatch::progress() {

@@ -1,4 +1,4 @@
-/// How far a run is, on a terminal; and Ctrl-C, which ends it in good order.
+/// How far a run is, on a terminal; and Ctrl-C, or a terminal that is closed, which end it in good order.
 #pragma once
 
 #include <chrono>
@@ -20,6 +20,8 @@ class RunWatch {
 
   /// To be given to simulate().
   Progress progress();
+  /// Takes the line off the screen, for something else to be printed.
+  void clear();
 
  private:
   using Clock = std::chrono::steady_clock;

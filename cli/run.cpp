@@ -15,6 +15,7 @@
 #include "scenes.hpp"
 #include "shell_word.hpp"
 #include "stages.hpp"
+#include "trace_file.hpp"
 
 namespace bgsim::cli {
 
@@ -28,6 +29,7 @@ struct RunOptions {
   std::string output;
   std::string report_json;
   std::optional<double> accuracy;
+  RunLimits limits;
   bool quiet = false;
   bool no_audit = false;
   bool keep_all = false;
@@ -60,6 +62,7 @@ RunOptions parse(const Arguments& arguments) {
                  "error wanted in the outputs, relative to their ranges: the cheapest setting is found, then run")
       ->type_name("X")
       ->check(positive_number());
+  add_limit_options(app, options.limits);
   app.add_option("-o,--output", options.output, "file for the trace, - for standard output (default: NAME.SCENE.csv)")
       ->type_name("FILE");
   app.add_option("--report-json", options.report_json, "also write the report as JSON, - for standard output")
@@ -146,35 +149,35 @@ struct ResultFiles {
   }
 };
 
-/// The results of a scene on their way to disk.
+/// The results of a scene on their way to disk: the trace row by row while it runs, the others at its end.
 class Results {
  public:
   explicit Results(const ResultFiles& files) : trace_(files.trace) {
     if (!files.report.empty()) report_.emplace(files.report);
     if (!files.units.empty()) units_.emplace(files.units);
   }
-  void write(const RunResult& result) {
-    write_trace_csv(trace_.stream(), result.trace);
+  TraceFile& trace() { return trace_; }
+  void finish(const RunResult& result) {
+    trace_.finish();
     if (report_) report_->stream() << report_json(result);
     if (units_) units_->stream() << trace_units_json(result.trace);
-    commit_all({&trace_, report_ ? &*report_ : nullptr, units_ ? &*units_ : nullptr});
+    commit_all({report_ ? &*report_ : nullptr, units_ ? &*units_ : nullptr});
   }
 
  private:
-  OutputFile trace_;
+  TraceFile trace_;
   std::optional<OutputFile> report_, units_;
 };
 
-std::string counted(std::size_t count, const char* what) {
+std::string counted(std::uint64_t count, const char* what) {
   return std::to_string(count) + ' ' + what + (count == 1 ? "" : "s");
 }
 
 void tell(const RunResult& result, const std::string& output) {
   std::cerr << report_text(result);
   std::cerr << (result.stop == StopReason::completed ? "trace: " : "trace up to there: ")
-            << (output == "-" ? "standard output" : short_path(output)) << " ("
-            << counted(result.trace.times.size(), "time") << ", " << counted(result.trace.names.size(), "column")
-            << ")\n";
+            << (output == "-" ? "standard output" : short_path(output)) << " (" << counted(result.rows, "time") << ", "
+            << counted(result.trace.names.size(), "column") << ")\n";
 }
 
 /// Refuses what would be overwritten, before any scene runs.
@@ -182,6 +185,35 @@ void check_results(const Model& model, const std::vector<std::string>& scenes, c
   std::vector<NamedFile> outputs;
   for (const std::string& scene : scenes) ResultFiles(model, scene, options).add_to(outputs, scene);
   check_outputs(outputs, files_of(model));
+}
+
+/// Runs the scene, its rows going to the trace's file.
+/// @throws UsageError if they cannot be written; the run has ended then.
+RunResult simulate_into(TraceFile& trace, const Stages& stages, const SceneProgram& compiled, const RunInputs& inputs,
+                        const RunOptions& options) {
+  const Model& model = *stages.model;
+  trace.begin(compiled.program.output_names);
+  RunWatch watch(inputs.start, inputs.stop, options.quiet);
+  SimulateOptions how;
+  how.energy_audit = !options.no_audit;
+  options.limits.apply(how);
+  how.progress = [&trace, ask = watch.progress()](double t) { return !trace.failed() && ask(t); };
+  how.rows = [&trace](double t, std::span<const double> values) { trace.take(t, values); };
+  how.remark = [&](const Diagnostic& remark) {
+    watch.clear();
+    std::cerr << render(remark, *model.sources);
+  };
+  try {
+    return simulate(model, compiled.system(), compiled.program, inputs, how);
+  } catch (const UsageError&) {
+    throw;
+  } catch (const ModelError&) {
+    throw;  // before the first step
+  } catch (...) {
+    const std::string partial = trace.keep_partial();
+    if (!partial.empty()) std::cerr << "bgsim: the trace up to there is in \"" << partial << "\"\n";
+    throw;
+  }
 }
 
 Exit run_scene(const Stages& stages, const RunOptions& options, const std::string& scene) {
@@ -204,18 +236,12 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
       return Exit::numerics_failed;
     }
   }
-  RunResult result = [&] {
-    RunWatch watch(inputs.start, inputs.stop, options.quiet);
-    SimulateOptions how;
-    how.energy_audit = !options.no_audit;
-    how.progress = watch.progress();
-    return simulate(model, compiled.system(), compiled.program, inputs, how);
-  }();
+  RunResult result = simulate_into(results.trace(), stages, compiled, inputs, options);
   result.report.stage_seconds.insert(result.report.stage_seconds.begin(), seconds.begin(), seconds.end());
 
   add_units(result, units, inputs.outputs);
   note_dependent_stores(result, stages, compiled.system(), options.file);
-  results.write(result);
+  results.finish(result);
   if (result.failure) std::cerr << render(*result.failure, *model.sources);
   if (!options.quiet) tell(result, files.trace);
   return result.stop == StopReason::completed ? Exit::done : Exit::numerics_failed;

@@ -1,0 +1,166 @@
+// A trace while its run goes on: what is on disk, who reads it, and what it costs.
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <sstream>
+
+#include "bgsim/trace_csv.hpp"
+#include "command.hpp"
+
+using Catch::Contains;
+
+namespace {
+
+/// For ring.json, minutes long: waits until the partial file holds something, then does @p then, and waits for the end.
+std::string when_rows_are_there(const std::string& then) {
+  return "& pid=$!; n=0; until [ -s out.csv.partial ] || [ $n -gt 600 ]; do sleep 0.05; n=$((n+1)); done; " + then +
+         "; wait $pid";
+}
+
+/// Rows of whole records; the last may have been cut.
+std::ptrdiff_t records(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+
+/// Most memory that a run took, in kB.
+long peak_of(const Workplace& here, const std::string& model) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const std::string file = here.folder() + "/" + model, trace = here.folder() + "/big.csv";
+    execl(BGSIM_COMMAND, "bgsim", file.c_str(), "--quiet", "-o", trace.c_str(), nullptr);
+    _exit(127);
+  }
+  int status = 0;
+  rusage usage{};
+  REQUIRE(wait4(child, &status, 0, &usage) == child);
+  REQUIRE(WIFEXITED(status));
+  REQUIRE(WEXITSTATUS(status) == 0);
+  return usage.ru_maxrss;
+}
+
+std::string rows_of(int samples) {
+  return R"x({ "bgsim": 1, "name": "rows",
+    "elements": { "s": { "kind": "Se", "effort": "sin(t)" }, "j": { "kind": "1" },
+                  "r": { "kind": "R", "resistance": 3 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r" } ],
+    "outputs": { "f": "r.f", "e": "s.e" }, "scenes": { "run": { "stop": 1, "samples": )x" +
+         std::to_string(samples) + " } } }";
+}
+
+}  // namespace
+
+TEST_CASE("a run that is killed leaves its rows in the partial file, and the old trace as it was") {
+  const Workplace here;
+  for (const char* signal : {"KILL", "ABRT"}) {
+    INFO(signal);
+    here.write("out.csv", "old");
+    const Outcome run =
+        here.bgsim("ring.json -o out.csv", when_rows_are_there(std::string("kill -") + signal + " $pid"));
+    CHECK(run.code > 128);
+    const std::string partial = here.read("out.csv.partial");
+    CHECK(partial.starts_with("t,x\r\n0,0\r\n"));
+    CHECK(here.read("out.csv") == "old");
+  }
+}
+
+TEST_CASE("rows reach the partial file while the run goes on, not at its end") {
+  const Workplace here;
+  const Outcome run = here.bgsim(
+      "ring.json -o out.csv",
+      when_rows_are_there("cp out.csv.partial first; n=0; while cmp -s out.csv.partial first && [ $n -lt 600 ]; "
+                          "do sleep 0.05; n=$((n+1)); done; cp out.csv.partial second; kill -TERM $pid"));
+  CHECK(run.code == 3);
+  const std::string first = here.read("first"), second = here.read("second");
+  CHECK(records(second) > records(first));
+  CHECK(second.starts_with(first));
+  CHECK(here.read("out.csv").starts_with(second));
+  CHECK_FALSE(here.has("out.csv.partial"));
+}
+
+TEST_CASE("a closed terminal ends a run in good order, and not one that ignores it") {
+  const Workplace here;
+  const Outcome run = here.bgsim("ring.json -o out.csv", when_rows_are_there("kill -HUP $pid"));
+  CHECK(run.code == 3);
+  CHECK_THAT(run.err, Contains("BG606") && Contains("trace up to there: out.csv"));
+  // As under nohup. The run is alive after the signal, and ended by another.
+  const Outcome ignoring =
+      here.bgsim("--version", "; trap '' HUP; '" BGSIM_COMMAND "' ring.json -o out.csv 2>.err " +
+                                  when_rows_are_there("kill -HUP $pid; sleep 0.5; kill -0 $pid && echo alive; "
+                                                      "kill -TERM $pid"));
+  CHECK(ignoring.code == 3);
+  CHECK_THAT(ignoring.out, Contains("alive"));
+}
+
+TEST_CASE("a reader of standard output gets rows while the run goes on, and its end ends the run") {
+  const Workplace here;
+  const Outcome run = here.bgsim("ring.json -o - --quiet", "; echo $? >code; } | { head -n 2");
+  CHECK(run.out == "t,x\r\n0,0\r\n");
+  CHECK(here.read("code") == "2\n");
+  CHECK_THAT(here.read(".err"), Contains("cannot write to standard output: Broken pipe"));
+}
+
+TEST_CASE("a reader that goes away before there is a second row ends the run, too") {
+  const Workplace here;
+  const Outcome run = here.bgsim("ring.json -o - --quiet --set mass.p=1e-3 --step 1e-3 --method rk4",
+                                 "; echo $? >code; } | { head -n 1");
+  CHECK(run.out == "t,x\r\n");
+  CHECK(here.read("code") == "2\n");
+}
+
+TEST_CASE("a full disk ends a run at once, with the reason and the name of what there is") {
+  const Workplace here;
+  here.write("out.csv", "old");
+  // A limit of file size is a disk that is full for one file.
+  const Outcome run = here.bgsim("--version", "; ulimit -f 16; '" BGSIM_COMMAND "' ring.json -o out.csv 2>.err");
+  CHECK(run.code == 2);
+  CHECK_THAT(run.err, Contains("cannot write \"out.csv\": File too large") &&
+                          Contains("what was written before is in \"out.csv.partial\""));
+  CHECK(here.read("out.csv") == "old");
+  CHECK(here.read("out.csv.partial").starts_with("t,x\r\n0,0\r\n"));
+}
+
+TEST_CASE("the memory of a run does not grow with its rows") {
+  const Workplace here;
+  here.write("few.json", rows_of(1000));
+  here.write("many.json", rows_of(1000000));
+  const long few = peak_of(here, "few.json"), many = peak_of(here, "many.json");
+  // A million rows of three numbers take 24 MB; what is handed over at once takes half a megabyte.
+  CHECK(many < few + 8000);
+  const std::string text = here.read("big.csv");
+  CHECK(records(text) == 1000001);
+  CHECK(text.ends_with("\r\n"));
+}
+
+TEST_CASE("a streamed trace has the bytes of one that is written at once") {
+  const Workplace here;
+  const Outcome run = here.bgsim("decay.json -o out.csv --quiet");
+  REQUIRE(run.code == 0);
+  const bgsim::CsvTable table = bgsim::parse_csv(here.read("out.csv"));
+  bgsim::Trace trace;
+  trace.names.assign(table.names.begin() + 1, table.names.end());
+  trace.times = table.columns.front();
+  for (std::size_t row = 0; row < trace.times.size(); ++row)
+    for (std::size_t column = 1; column < table.columns.size(); ++column)
+      trace.values.push_back(table.columns[column][row]);
+  std::ostringstream text;
+  bgsim::write_trace_csv(text, trace);
+  CHECK(text.str() == here.read("out.csv"));
+}
+
+TEST_CASE("a run ends at its limit of steps or of time with the trace up to there") {
+  const Workplace here;
+  const Outcome steps = here.bgsim("ring.json -o out.csv --max-steps 100");
+  CHECK(steps.code == 3);
+  CHECK_THAT(steps.err, Contains("BG607: the limit of 100 steps") && Contains("trace up to there: out.csv"));
+  const Outcome time = here.bgsim("ring.json -o out.csv --time-limit 0.3");
+  CHECK(time.code == 3);
+  CHECK_THAT(time.err, Contains("BG618: the limit of 0.3 s") && Contains("trace up to there: out.csv"));
+  CHECK(here.read("out.csv").starts_with("t,x\r\n0,0\r\n"));
+  const Outcome both = here.bgsim("ring.json --time-limit 1 --no-time-limit");
+  CHECK(both.code == 2);
+  for (const char* wrong : {"--time-limit 0", "--time-limit -1", "--max-steps 0", "--time-limit nan"}) {
+    INFO(wrong);
+    CHECK(here.bgsim(std::string("ring.json ") + wrong).code == 2);
+  }
+}
