@@ -1,4 +1,5 @@
 // Ctrl-C, kill and a closed terminal: exit code 3, a message, no partial files, old targets whole.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <filesystem>
@@ -119,9 +120,10 @@ TEST_CASE("after an interruption no further scene runs") {
   const Outcome done = interrupted(here, "TERM", 0.6, "scenes.json --all-scenes");
   CHECK(done.code == 3);
   CHECK(here.has("ring.before.csv"));
-  std::size_t traces = 0;
-  for (const std::string& name : listing(here)) traces += name.starts_with("ring.") && name.ends_with(".csv") ? 1 : 0;
-  CHECK(traces == 1);
+  const auto names = listing(here);
+  CHECK(std::count_if(names.begin(), names.end(), [](const std::string& name) {
+          return name.starts_with("ring.") && name.ends_with(".csv");
+        }) == 1);
 }
 
 TEST_CASE("a signal that the caller ignores is ignored") {

@@ -23,13 +23,8 @@ std::string with_submodel(const std::string& file) {
 std::string with_table(const std::string& file) {
   return R"({ "bgsim": 1, "name": "top", "elements": { "drop": { "kind": "R", "resistance": 1 },
   "source": { "kind": "Se", "effort": "table(')" +
-         file + R"(', 'u', t)"
-}
-}
-, "bonds" : [ {"from" : "source", "to" : "drop"} ], "outputs" : {"e" : "drop.e"}, "scenes" : {
-  "s" : { "stop" : 1 }
-}
-})";
+         file + R"x(', 'u', t)" } }, "bonds": [ { "from": "source", "to": "drop" } ],
+  "outputs": { "e": "drop.e" }, "scenes": { "s": { "stop": 1 } } })x";
 }
 std::string with_reference(const std::string& file) {
   return R"({ "bgsim": 1, "name": "top", "elements": { "drop": { "kind": "R", "resistance": 1 },

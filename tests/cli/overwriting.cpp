@@ -9,15 +9,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* kTop = R"({ "bgsim": 1, "name": "top", "types": { "part": "part.json" },
-  "elements": { "source": { "kind": "Se", "effort": "table('data.csv', 'u', t)"
-}
-, "part" : { "kind" : "part" }
-}
-, "bonds" : [ {"from" : "source", "to" : "part.in"} ], "outputs" : {"q" : "part.store.q"}, "scenes" : {
-  "s" : {"stop" : 1, "samples" : 2, "reference" : "ref.csv"}, "s/1" : {"stop" : 1}, "s_1" : { "stop" : 1 }
-}
-})";
+constexpr const char* kTop = R"x({ "bgsim": 1, "name": "top", "types": { "part": "part.json" },
+  "elements": { "source": { "kind": "Se", "effort": "table('data.csv', 'u', t)" }, "part": { "kind": "part" } },
+  "bonds": [ { "from": "source", "to": "part.in" } ], "outputs": { "q": "part.store.q" }, "scenes": {
+  "s": { "stop": 1, "samples": 2, "reference": "ref.csv" }, "s/1": { "stop": 1 }, "s_1": { "stop": 1 } } })x";
 constexpr const char* kPart = R"({ "bgsim": 1, "ports": { "in": "line" }, "elements": { "line": { "kind": "1" },
   "drop": { "kind": "R", "resistance": 1 }, "store": { "kind": "C", "capacitance": 1 } },
   "bonds": [ { "from": "line", "to": "drop" }, { "from": "line", "to": "store" } ] })";

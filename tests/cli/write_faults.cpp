@@ -50,36 +50,19 @@ const std::vector<Case>& cases() {
   return all;
 }
 
-constexpr const char* kTwo = R"({ "bgsim": 1, "name": "two", "elements": {
-  "pull": { "kind": "Se", "effort": "sin(t)"
-}
-, "line" : {"kind" : "1"},
-           "drop" : {"kind" : "R", "resistance" : 1},
-                    "small" : {"kind" : "R", "resistance" : 1e-6},
-                              "store" : {
-  "kind" : "C", "capacitance" : 1
-}
-}
-,
+constexpr const char* kTwo = R"x({ "bgsim": 1, "name": "two", "elements": {
+    "pull": { "kind": "Se", "effort": "sin(t)" }, "line": { "kind": "1" }, "drop": { "kind": "R", "resistance": 1 },
+    "small": { "kind": "R", "resistance": 1e-6 }, "store": { "kind": "C", "capacitance": 1 } },
   "bonds": [ { "from": "pull", "to": "line" }, { "from": "line", "to": "drop" }, { "from": "line", "to": "small" },
     { "from": "line", "to": "store" } ],
-  "outputs": { "q": "store.q" }, "scenes": {
-  "one" : { "stop" : 1, "samples" : 11 }
-}
-})";
+  "outputs": { "q": "store.q" }, "scenes": { "one": { "stop": 1, "samples": 11 } } })x";
 
 /// A trace of several blocks: writes in the middle of the file, too.
-constexpr const char* kWide = R"({ "bgsim": 1, "name": "wide", "elements": {
-  "pull": { "kind": "Se", "effort": "sin(t)"
-}
-, "line" : {"kind" : "1"}, "drop" : {"kind" : "R", "resistance" : 1}, "store" : { "kind" : "C", "capacitance" : 1 }
-}
-, "bonds" : [ {"from" : "pull", "to" : "line"}, {"from" : "line", "to" : "drop"}, {"from" : "line", "to" : "store"} ],
-            "outputs" : {"q" : "store.q", "e" : "drop.e"},
-                        "scenes" : {
-  "one" : { "stop" : 1, "samples" : 6001 }
-}
-})";
+constexpr const char* kWide = R"x({ "bgsim": 1, "name": "wide", "elements": {
+    "pull": { "kind": "Se", "effort": "sin(t)" }, "line": { "kind": "1" }, "drop": { "kind": "R", "resistance": 1 },
+    "store": { "kind": "C", "capacitance": 1 } },
+  "bonds": [ { "from": "pull", "to": "line" }, { "from": "line", "to": "drop" }, { "from": "line", "to": "store" } ],
+  "outputs": { "q": "store.q", "e": "drop.e" }, "scenes": { "one": { "stop": 1, "samples": 6001 } } })x";
 
 /// What stands beside the targets before and after.
 std::set<std::string> listing(const Workplace& here) {

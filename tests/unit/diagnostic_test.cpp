@@ -6,7 +6,9 @@ using namespace bgsim;
 
 namespace {
 
-Sources sources_of(const std::string& text) {
+/// A model of these keys: only of models is an excerpt shown.
+Sources sources_of(std::string text) {
+  text.insert(text.rfind('}'), "\n, \"bgsim\": 1");
   Sources sources;
   sources.push_back(Document::parse(DocumentId(0), "two_sources.json", text));
   return sources;
@@ -50,7 +52,7 @@ TEST_CASE("columns count characters, and tabs stay tabs") {
   const Document& file = sources.front();
   const NodeId value = file.find(Document::root(), "Ωä");
   CHECK(render({Severity::error, "BG113", "s", file.place(value), {}, {}, {}}, sources) ==
-        "two_sources.json:1:8: error BG113: s\n   1 | {\"Ωä\":\t\"x\"}\n     |       \t^~~ /Ωä\n  see "
+        "two_sources.json:1:8: error BG113: s\n   1 | {\"Ωä\":\t\"x\"\n     |       \t^~~ /Ωä\n  see "
         "docs/errors.md#bg113\n");
 }
 

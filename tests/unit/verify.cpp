@@ -126,7 +126,7 @@ TEST_CASE("a reference is read strictly") {
   Reference reference = reference_with(0, 0);
   reference.file = "/nowhere/reference.csv";
   CHECK(fault([&] { read_reference(model_without_files(), reference); }) ==
-        "BG150: reference \"/nowhere/reference.csv\": the file cannot be opened");
+        "BG150: reference \"/nowhere/reference.csv\": there is no such file");
 }
 
 TEST_CASE("a scene is run at its reference's times, from its own start") {
