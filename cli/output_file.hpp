@@ -42,6 +42,8 @@ class OutputFile {
   void commit();
   /// Leaves the partial file where it is, for what was written up to now is worth having; or not, after all.
   void keep(bool kept = true) { kept_ = kept; }
+  /// Bytes that the system has taken so far.
+  [[nodiscard]] std::size_t written() const { return buffer_.written(); }
   /// The partial file; "" if there is none, since the target is written directly or in place.
   [[nodiscard]] std::string partial() const;
 

@@ -192,8 +192,8 @@ void check_results(const Model& model, const std::vector<std::string>& scenes, c
 RunResult simulate_into(TraceFile& trace, const Stages& stages, const SceneProgram& compiled, const RunInputs& inputs,
                         const RunOptions& options) {
   const Model& model = *stages.model;
-  trace.begin(compiled.program.output_names);
   RunWatch watch(inputs.start, inputs.stop, options.quiet);
+  trace.begin(compiled.program.output_names);
   SimulateOptions how;
   how.energy_audit = !options.no_audit;
   options.limits.apply(how);
@@ -236,6 +236,7 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
       return Exit::numerics_failed;
     }
   }
+  const InterruptionsNoted until_all_is_written;
   RunResult result = simulate_into(results.trace(), stages, compiled, inputs, options);
   result.report.stage_seconds.insert(result.report.stage_seconds.begin(), seconds.begin(), seconds.end());
 

@@ -86,8 +86,8 @@ void TraceFile::hand_over() {
     file_.flush();
     if (path_ == "-" && reader_is_gone()) throw UsageError("cannot write to standard output: Broken pipe");
   } catch (const UsageError& error) {
-    kept_ = true;
-    const std::string partial = file_.partial();
+    kept_ = file_.written() > 0;
+    const std::string partial = kept_ ? file_.partial() : "";
     failure_ = std::make_exception_ptr(
         partial.empty() ? error : UsageError(error.what() + ("; what was written before is in \"" + partial + '"')));
     failed_ = true;

@@ -164,7 +164,7 @@ TEST_CASE("a ladder of 300 elements is folded into rows, and nothing in it cover
 TEST_CASE("a tree with 32 submodels is drawn from its middle to both sides, frames beside each other") {
   const Workplace here;
   here.write("tree.json", tree(5));
-  REQUIRE(here.bgsim("draw tree.json").code == 0);
+  REQUIRE(here.bgsim("draw tree.json --allow-outside").code == 0);
   const std::string svg = here.read("tree.svg");
   const Drawn drawn(svg);
   CHECK(drawn.letters.size() == 2 + 2 * 30 + 6 * 32);

@@ -50,8 +50,10 @@ TEST_CASE("an output that the command reads is refused, by whatever name") {
   refused(here, "top.json -o data.csv", "it is a data file of the model");
   refused(here, "top.json --report-json hard.csv", "it is a data file of the model");
   refused(here, "top.json -o ref.csv", "it is the reference of scene s");
-  refused(here, "draw top.json -o ../'" + fs::path(here.folder()).filename().string() + "'/part.json",
-          "ends with none of");
+  fs::copy_file(fs::path(here.folder()) / "data.csv", fs::path(here.folder()) / "data.svg");
+  here.write("drawn.json", std::string(kTop).replace(std::string(kTop).find("data.csv"), 8, "data.svg"));
+  refused(here, "draw drawn.json -o ../'" + fs::path(here.folder()).filename().string() + "'/data.svg",
+          "it is a data file of the model");
   refused(here, "report top.json -o part.json", "it is a submodel of the model");
   refused(here, "reduce top.json -o part.json", "it is a submodel of the model");
   refused(here, "reduce top.json -o r.json --csv data.csv", "it is a data file of the model");
