@@ -44,6 +44,9 @@ bool has_kink(Op op) {
     case Op::sign:
     case Op::step:
     case Op::floor:
+    case Op::ceil:
+    case Op::round:
+    case Op::mod:
     case Op::lt:
     case Op::le:
     case Op::gt:

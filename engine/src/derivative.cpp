@@ -55,6 +55,16 @@ class Partials {
         return Partial{f(Op::sinh, a), {}};
       case Op::tanh:
         return Partial{one_minus_square(self), {}};
+      case Op::asinh:
+        return Partial{{}, pool_.make(Op::hypot, a, c(1.0))};
+      case Op::acosh:  // sqrt(a^2 - 1) would cancel near 1 and overflow far from it
+        return Partial{{}, pool_.mul(f(Op::sqrt, pool_.sub(a, c(1.0))), f(Op::sqrt, pool_.add(a, c(1.0))))};
+      case Op::atanh:
+        return Partial{{}, pool_.mul(pool_.sub(c(1.0), a), pool_.add(a, c(1.0)))};
+      case Op::log1p:
+        return Partial{{}, pool_.add(a, c(1.0))};
+      case Op::expm1:
+        return Partial{f(Op::exp, a), {}};
       case Op::table:
         return Partial{pool_.table(Op::table_slope, a, TableId(node.b)), {}};
       case Op::table_slope:
@@ -64,7 +74,7 @@ class Partials {
       case Op::der:
         throw std::invalid_argument("der(...) must be resolved before an expression is differentiated");
       default:
-        return std::nullopt;  // sign, step, floor
+        return std::nullopt;  // sign, step, floor, ceil, round
     }
   }
 
@@ -97,6 +107,8 @@ class Partials {
         return Partial{first ? a : b, self};
       case Op::ssqrt:
         return signed_root(a, b, first);
+      case Op::mod:
+        return first ? Partial{} : Partial{pool_.neg(f(Op::floor, pool_.div(a, b))), {}};
       default:
         return std::nullopt;  // comparisons, logic
     }
@@ -217,7 +229,9 @@ bool jumps_with(const ExprPool& pool, ExprId root, const std::function<bool(Symb
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (depends[i] == 0) continue;
     const ExprNode& node = pool[nodes[i]];
-    if (node.op == Op::sign || node.op == Op::step || node.op == Op::floor || is_comparison(node.op)) return true;
+    if (node.op == Op::sign || node.op == Op::step || is_rounding(node.op) || node.op == Op::mod ||
+        is_comparison(node.op))
+      return true;
     if (node.op == Op::table_slope && pool.tables()[node.b].interpolation == Interpolation::linear) return true;
   }
   return false;

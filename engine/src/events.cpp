@@ -27,10 +27,9 @@ EventWatch::EventWatch(const Program& program, Evaluator& evaluator, const Toler
       span_(span),
       may_hold_(hold),
       stiction_(program, evaluator, tolerances, span) {
-  // guards come in the order of program.guarded, two for each floor and table
+  // guards come in the order of program.guarded, two for each floor, round and table
   for (const std::uint32_t relation : program.guarded) {
-    const Relation::Kind kind = program.relations[relation].kind;
-    const bool border = kind == Relation::Kind::floor || kind == Relation::Kind::cell;
+    const bool border = program.relations[relation].has_borders();
     for (int i = 0; i < (border ? 2 : 1); ++i) {
       relation_.push_back(relation);
       border_.push_back(border);
@@ -128,7 +127,8 @@ bool EventWatch::change(const std::vector<double>& values) {
     }
     just_crossed_[i] = true;
     direction_[i] = sign_of(values[i]);
-    if (program_.relations[relation].kind == Relation::Kind::floor) {
+    const Relation::Kind kind = program_.relations[relation].kind;
+    if (kind == Relation::Kind::floor || kind == Relation::Kind::round) {
       // distance to the lower border is the first guard of the pair, to the upper the second
       const bool lower = i == 0 || relation_[i - 1] != relation;
       evaluator_.set_mode(relation, before + (lower ? std::floor(values[i]) : std::floor(-values[i]) + 1.0));

@@ -45,13 +45,21 @@ constexpr std::array kOps{
     OpInfo{Op::sinh, 1, "sinh"},
     OpInfo{Op::cosh, 1, "cosh"},
     OpInfo{Op::tanh, 1, "tanh"},
+    OpInfo{Op::asinh, 1, "asinh"},
+    OpInfo{Op::acosh, 1, "acosh"},
+    OpInfo{Op::atanh, 1, "atanh"},
+    OpInfo{Op::log1p, 1, "log1p"},
+    OpInfo{Op::expm1, 1, "expm1"},
     OpInfo{Op::floor, 1, "floor"},
+    OpInfo{Op::ceil, 1, "ceil"},
+    OpInfo{Op::round, 1, "round"},
     OpInfo{Op::step, 1, "step"},
     OpInfo{Op::min, 2, "min"},
     OpInfo{Op::max, 2, "max"},
     OpInfo{Op::atan2, 2, "atan2"},
     OpInfo{Op::hypot, 2, "hypot"},
     OpInfo{Op::ssqrt, 2, "ssqrt"},
+    OpInfo{Op::mod, 2, "mod"},
     OpInfo{Op::lt, 2, "<"},
     OpInfo{Op::le, 2, "<="},
     OpInfo{Op::gt, 2, ">"},
@@ -129,6 +137,13 @@ double signed_root(double a, double b) {
   return h == 0.0 ? 0.0 : a / std::sqrt(h);
 }
 
+/// a - b*floor(a/b). Where a is so near to a multiple of b that the quotient rounds to it, the difference may come out
+/// on the other side of zero: it is then zero.
+double floored_remainder(double a, double b) {
+  const double r = a - b * std::floor(a / b);
+  return (b > 0.0 && r < 0.0) || (b < 0.0 && r > 0.0) ? 0.0 : r;
+}
+
 }  // namespace
 
 int arity(Op op) { return kOps[static_cast<std::size_t>(op)].arity; }
@@ -182,8 +197,22 @@ double apply(Op op, double a, double b, double c) {
       return std::cosh(a);
     case Op::tanh:
       return std::tanh(a);
+    case Op::asinh:
+      return std::asinh(a);
+    case Op::acosh:
+      return std::acosh(a);
+    case Op::atanh:
+      return std::atanh(a);
+    case Op::log1p:
+      return std::log1p(a);
+    case Op::expm1:
+      return std::expm1(a);
     case Op::floor:
       return std::floor(a);
+    case Op::ceil:
+      return std::ceil(a);
+    case Op::round:
+      return std::round(a);
     case Op::step:
       return std::isnan(a) ? kNaN : truth(a >= 0.0);
     case Op::min:
@@ -196,6 +225,8 @@ double apply(Op op, double a, double b, double c) {
       return std::hypot(a, b);
     case Op::ssqrt:
       return signed_root(a, b);
+    case Op::mod:
+      return floored_remainder(a, b);
     case Op::lt:
     case Op::le:
     case Op::gt:

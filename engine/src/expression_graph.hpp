@@ -71,6 +71,8 @@ void for_each_argument(const ExprNode& node, F&& f) {
 
 [[nodiscard]] constexpr bool is_comparison(Op op) { return op >= Op::lt && op <= Op::ne; }
 [[nodiscard]] constexpr bool is_logical(Op op) { return op >= Op::lt && op <= Op::logical_not; }
+/// Steps at whole numbers, or at the middles between them.
+[[nodiscard]] constexpr bool is_rounding(Op op) { return op == Op::floor || op == Op::ceil || op == Op::round; }
 [[nodiscard]] constexpr bool is_commutative(Op op) {
   return op == Op::add || op == Op::mul || op == Op::min || op == Op::max || op == Op::hypot || op == Op::eq ||
          op == Op::ne || op == Op::logical_and || op == Op::logical_or;

@@ -48,6 +48,8 @@ TypesetForm function_latex(Op op) {
       return {"\\sqrt[3]{", "", "}"};
     case Op::floor:
       return {"\\left\\lfloor ", "", "\\right\\rfloor"};
+    case Op::ceil:
+      return {"\\left\\lceil ", "", "\\right\\rceil"};
     case Op::exp:
       return {"\\exp\\left(", "", "\\right)"};
     case Op::log:
@@ -72,6 +74,12 @@ TypesetForm function_latex(Op op) {
       return {"\\cosh\\left(", "", "\\right)"};
     case Op::tanh:
       return {"\\tanh\\left(", "", "\\right)"};
+    case Op::asinh:
+      return {"\\operatorname{arsinh}\\left(", "", "\\right)"};
+    case Op::acosh:
+      return {"\\operatorname{arcosh}\\left(", "", "\\right)"};
+    case Op::atanh:
+      return {"\\operatorname{artanh}\\left(", "", "\\right)"};
     case Op::min:
       return {"\\min\\left(", ", ", "\\right)"};
     case Op::max:

@@ -61,6 +61,8 @@ TypesetForm function_element(Op op) {
       return fenced("|", "|");
     case Op::floor:
       return fenced("\u230a", "\u230b");
+    case Op::ceil:
+      return fenced("\u2308", "\u2309");
     case Op::sqrt:
       return {"<msqrt>", "", "</msqrt>"};
     case Op::cbrt:
@@ -77,6 +79,12 @@ TypesetForm function_element(Op op) {
       return named_function("<mi>arccos</mi>");
     case Op::atan:
       return named_function("<mi>arctan</mi>");
+    case Op::asinh:
+      return named_function("<mi>arsinh</mi>");
+    case Op::acosh:
+      return named_function("<mi>arcosh</mi>");
+    case Op::atanh:
+      return named_function("<mi>artanh</mi>");
     case Op::der:
       return named_function(
           "<mfrac><mi mathvariant=\"normal\">d</mi><mrow><mi mathvariant=\"normal\">d</mi><mi>t</mi>"

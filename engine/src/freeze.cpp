@@ -96,6 +96,9 @@ ExprId Freezer::copy(ExprId expression) {
   if (node.op == Op::sign) return freeze(expression, relation_of(Relation::Kind::sign, argument));
   if (node.op == Op::step) return freeze(expression, relation_of(Relation::Kind::step, argument));
   if (node.op == Op::floor) return freeze(expression, relation_of(Relation::Kind::floor, argument));
+  if (node.op == Op::round) return freeze(expression, relation_of(Relation::Kind::round, argument));
+  if (node.op == Op::ceil) return freeze_ceil(expression);
+  if (node.op == Op::mod) return freeze_mod(expression);
   if (is_table(node.op)) {
     const TableId table = tables_[node.b];
     const auto key = cell_key(argument, table);
@@ -105,6 +108,27 @@ ExprId Freezer::copy(ExprId expression) {
     }
   }
   return rebuild(program_.pool, node, frozen_, tables_);
+}
+
+/// ceil(a) = -floor(-a), exactly.
+ExprId Freezer::freeze_ceil(ExprId expression) {
+  const ExprNode& node = order_.pool[expression];
+  ExprPool& pool = program_.pool;
+  Relation relation = relation_of(Relation::Kind::floor, pool.neg(frozen_[node.a]));
+  relation.origin = pool.make(Op::floor, pool.neg(plain_[node.a]));
+  program_.origins.resize(pool.size(), order_.origins[expression.index()]);
+  return pool.neg(freeze(expression, std::move(relation)));
+}
+
+/// mod(a, b) = a - b*floor(a/b), of which the floor is frozen.
+ExprId Freezer::freeze_mod(ExprId expression) {
+  const ExprNode& node = order_.pool[expression];
+  ExprPool& pool = program_.pool;
+  const ExprId a = frozen_[node.a], b = frozen_[node.b];
+  Relation relation = relation_of(Relation::Kind::floor, pool.div(a, b));
+  relation.origin = pool.make(Op::floor, pool.div(plain_[node.a], plain_[node.b]));
+  program_.origins.resize(pool.size(), order_.origins[expression.index()]);
+  return pool.sub(a, pool.mul(b, freeze(expression, std::move(relation))));
 }
 
 ExprId Freezer::freeze_comparison(ExprId expression) {
@@ -119,8 +143,7 @@ ExprId Freezer::freeze(ExprId expression, Relation relation) {
   if (relation.kind != Relation::Kind::pole) relation.where = order_.origins[expression.index()];
   const auto name = [this](SymbolId symbol) { return program_.symbol_names[symbol.index()]; };
   try {
-    const bool pole = relation.kind == Relation::Kind::pole;
-    relation.text = to_text(program_.pool, pole ? plain_[expression.index()] : relation.origin, name);
+    relation.text = to_text(program_.pool, plain_[expression.index()], name);
   } catch (const std::length_error&) {
     relation.text = "a condition too long to print";
   }

@@ -41,6 +41,8 @@ class Freezer {
   ExprId copy_plain(ExprId expression);
   ExprId freeze(ExprId expression, Relation relation);
   ExprId freeze_comparison(ExprId expression);
+  ExprId freeze_ceil(ExprId expression);
+  ExprId freeze_mod(ExprId expression);
   static std::uint64_t cell_key(ExprId argument, TableId table) {
     return (std::uint64_t{argument.value} << 32U) | table.value;
   }

@@ -16,7 +16,6 @@ class Inverter {
 
   /// u with op(u) = y, for an operator of one argument that maps its whole real domain one to one.
   ExprId undo(Op op, ExprId y) {
-    const ExprId one = pool_.constant(1.0);
     switch (op) {
       case Op::neg:
         return pool_.neg(y);
@@ -28,10 +27,18 @@ class Inverter {
         return pool_.pow(pool_.constant(10.0), y);
       case Op::cbrt:
         return pool_.pow(y, pool_.constant(3.0));
-      case Op::tanh: {
-        const ExprId ratio = pool_.div(pool_.add(one, y), pool_.sub(one, y));
-        return pool_.mul(pool_.constant(0.5), pool_.make(Op::log, ratio));
-      }
+      case Op::tanh:
+        return pool_.make(Op::atanh, y);
+      case Op::atanh:
+        return pool_.make(Op::tanh, y);
+      case Op::sinh:
+        return pool_.make(Op::asinh, y);
+      case Op::asinh:
+        return pool_.make(Op::sinh, y);
+      case Op::expm1:
+        return pool_.make(Op::log1p, y);
+      case Op::log1p:
+        return pool_.make(Op::expm1, y);
       default:
         return {};  // even, periodic, bounded by a kink, or without a closed form among the operators
     }

@@ -18,6 +18,8 @@ double Evaluator::Impl::mode_for(const Relation& relation, double guard) const {
       return apply(Op::step, guard);
     case Relation::Kind::floor:
       return std::floor(guard);
+    case Relation::Kind::round:
+      return std::round(guard);
     case Relation::Kind::cell:
       return static_cast<double>(cell_of(program.pool.tables()[relation.table.index()], guard));
   }
@@ -26,13 +28,10 @@ double Evaluator::Impl::mode_for(const Relation& relation, double guard) const {
 
 namespace {
 
-bool has_borders(const Relation& relation) {
-  return relation.kind == Relation::Kind::floor || relation.kind == Relation::Kind::cell;
-}
-
-/// Borders of the present cell of a floor or table.
+/// Borders of the present cell of a floor, round or table.
 std::pair<double, double> borders(const Program& program, const Relation& relation, double mode) {
   if (relation.kind == Relation::Kind::floor) return {mode, mode + 1.0};
+  if (relation.kind == Relation::Kind::round) return {mode - 0.5, mode + 0.5};
   const auto& x = program.pool.tables()[relation.table.index()].x;
   const auto k = static_cast<std::size_t>(mode);
   return {x[k], x[k + 1]};
@@ -43,13 +42,13 @@ std::pair<double, double> borders(const Program& program, const Relation& relati
 std::size_t Evaluator::guard_count() const {
   std::size_t count = 0;
   for (const std::uint32_t relation : impl_->program.guarded)
-    count += has_borders(impl_->program.relations[relation]) ? 2U : 1U;
+    count += impl_->program.relations[relation].has_borders() ? 2U : 1U;
   return count;
 }
 
 std::size_t Evaluator::guard_relation(std::size_t guard) const {
   for (const std::uint32_t relation : impl_->program.guarded) {
-    const std::size_t functions = has_borders(impl_->program.relations[relation]) ? 2U : 1U;
+    const std::size_t functions = impl_->program.relations[relation].has_borders() ? 2U : 1U;
     if (guard < functions) return relation;
     guard -= functions;
   }
@@ -64,7 +63,7 @@ bool Evaluator::guards(double t, const double* x, double* values) {
   for (std::size_t i = 0; i < program.guarded.size(); ++i) {
     const Relation& relation = program.relations[program.guarded[i]];
     const double guard = impl.guard_values[i];
-    if (has_borders(relation)) {
+    if (relation.has_borders()) {
       const auto [lower, upper] = borders(program, relation, mode(program.guarded[i]));
       *values++ = guard - lower;
       *values++ = upper - guard;
@@ -107,7 +106,7 @@ void Evaluator::cross(std::span<const int> direction) {
   std::size_t guard = 0;
   for (const std::uint32_t index : program.guarded) {
     const Relation& relation = program.relations[index];
-    if (has_borders(relation)) {
+    if (relation.has_borders()) {
       if (direction[guard] < 0) set_mode(index, mode(index) - 1.0);
       if (direction[guard + 1] < 0) set_mode(index, mode(index) + 1.0);
       if (relation.kind == Relation::Kind::cell) {

@@ -9,7 +9,7 @@ namespace {
 enum Trait : char { kVaries = 1, kJumps = 2 };
 
 bool is_jump(Op op) {
-  return is_logical(op) || op == Op::sign || op == Op::step || op == Op::floor || op == Op::select;
+  return is_logical(op) || op == Op::sign || op == Op::step || is_rounding(op) || op == Op::mod || op == Op::select;
 }
 
 /// Whether a division belongs to an element whose coefficient alone makes its law.

@@ -84,6 +84,15 @@ Range arc(const Range& y, const Range& x) {
   return corners(Op::atan2, y, x);
 }
 
+/// a - b*floor(a/b): between its jumps as far as they are known, else anything from 0 to b.
+Range remainder(const Range& a, const Range& b) {
+  const Range quotient = a / b;
+  const Range turns = stepping(Op::floor, quotient);
+  if (!std::isfinite(turns.lower()) || !std::isfinite(turns.upper())) return hull(Range(0.0, 0.0), b);
+  if (is_thin(turns)) return a - b * turns;
+  return hull(Range(0.0, 0.0), b);
+}
+
 Range decided(bool yes, bool no) { return yes ? Range(1.0, 1.0) : no ? Range(0.0, 0.0) : Range(0.0, 1.0); }
 
 Range comparison(Op op, const Range& a, const Range& b) {
@@ -130,6 +139,8 @@ Range range_of(Op op, const Range& a) {
     case Op::sign:
     case Op::step:
     case Op::floor:
+    case Op::ceil:
+    case Op::round:
       return stepping(op, a);
     case Op::logical_not:
       return 1.0 - a;
@@ -140,6 +151,12 @@ Range range_of(Op op, const Range& a) {
     case Op::asin:
     case Op::acos:
       return monotone(op, a, -1.0, 1.0);
+    case Op::acosh:
+      return monotone(op, a, 1.0, kInfinity);
+    case Op::atanh:
+      return monotone(op, a, -1.0, 1.0);
+    case Op::log1p:
+      return monotone(op, a, -1.0, kInfinity);
     case Op::sin:
       return sine_like(op, a, 0.5 * std::numbers::pi);
     case Op::cos:
@@ -151,7 +168,7 @@ Range range_of(Op op, const Range& a) {
     case Op::der:
       return Range::empty();
     default:
-      return monotone(op, a);  // cbrt, exp, atan, sinh, tanh
+      return monotone(op, a);  // cbrt, exp, expm1, atan, sinh, tanh, asinh
   }
 }
 
@@ -177,6 +194,8 @@ Range range_of(Op op, const Range& a, const Range& b) {
       return corners(op, boost::numeric::abs(a), boost::numeric::abs(b));
     case Op::ssqrt:
       return corners(op, a, boost::numeric::abs(b));
+    case Op::mod:
+      return remainder(a, b);
     default:
       return comparison(op, a, b);
   }

@@ -88,7 +88,9 @@ ExprId simplify(ExprPool& pool, Op op, ExprId a) {
       if (look.op(a) == Op::neg) return pool.make(Op::abs, look.a(a));
       return {};
     case Op::floor:
-      return look.op(a) == Op::floor ? a : ExprId();
+    case Op::ceil:
+    case Op::round:
+      return is_rounding(look.op(a)) ? a : ExprId();
     case Op::logical_not:
       if (look.op(a) == Op::logical_not && look.truth_value(look.a(a))) return look.a(a);
       return {};

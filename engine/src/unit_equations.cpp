@@ -321,6 +321,7 @@ class UnitBuilder {
       case Op::min:
       case Op::max:
       case Op::hypot:
+      case Op::mod:
         return alike(node.op, a, part(node.a), b, part(node.b));
       case Op::select:
         return alike(node.op, b, part(node.b), ExprId(node.c), part(node.c));

@@ -22,7 +22,8 @@ constexpr std::size_t kMostTrials = 5;  ///< units left out to see whether they 
 constexpr std::size_t kLongestText = 72;
 constexpr const char* kEqualUnits =
     "both sides of an equation, and whatever is added or compared, have one unit; numbers are used as they are written";
-constexpr const char* kPureNumbers = "only powers, roots and abs, min, max, hypot, ssqrt take quantities with a unit";
+constexpr const char* kPureNumbers =
+    "only powers, roots and abs, min, max, hypot, mod, ssqrt take quantities with a unit";
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
@@ -205,6 +206,7 @@ class UnitWords {
       case Op::hypot:
       case Op::atan2:
       case Op::ssqrt:
+      case Op::mod:
         return "they are arguments of one " + std::string(name_of(op));
       default:
         return "they are compared";

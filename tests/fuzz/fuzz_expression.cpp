@@ -36,7 +36,7 @@ void use(test::World& world, ExprId e) {
   substitute(world.pool, e, {{world.id("x"), other}});
   for (const ExprId id : reachable(world.pool, {&e, 1})) {
     const Op op = world.pool[id].op;
-    if (op != Op::lt && op != Op::floor) continue;
+    if (op != Op::lt && op != Op::floor && op != Op::ceil && op != Op::round) continue;
     next_change(world.pool, id, world.id("t"), values, 0.0, 1.0);
     break;
   }

@@ -89,8 +89,8 @@ class RandomExpressions {
       case 1:
       case 2:
       case 3: {
-        static constexpr std::array kTwo{Op::add, Op::sub, Op::mul, Op::div, Op::pow,   Op::add,   Op::sub,
-                                         Op::mul, Op::div, Op::min, Op::max, Op::atan2, Op::hypot, Op::ssqrt};
+        static constexpr std::array kTwo{Op::add, Op::sub, Op::mul, Op::div,   Op::pow,   Op::add,   Op::sub, Op::mul,
+                                         Op::div, Op::min, Op::max, Op::atan2, Op::hypot, Op::ssqrt, Op::mod};
         const int left = split();
         const ExprId a = number(left), b = number(size - 1 - left);
         return pool.make(kTwo[random_() % kTwo.size()], a, b);

@@ -60,6 +60,13 @@ TEST_CASE("derivatives of every operator agree with difference quotients") {
                            "sinh(x)",
                            "cosh(x)",
                            "tanh(x)",
+                           "asinh(3*x)",
+                           "acosh(x + 3)",
+                           "acosh(1/x)",
+                           "atanh(x/3)",
+                           "log1p(x*y)",
+                           "expm1(x)",
+                           "mod(x, 40)*y + ceil(0.01*x)*y + round(0.01*x)",
                            "min(x, y + 2)",
                            "max(x, y + 2)",
                            "atan2(x, y)",
@@ -97,6 +104,23 @@ TEST_CASE("the slope of the signed square root is the closed form, also where sq
       CHECK(w.value(by_width, at) == Approx(-x * d / (2 * std::pow(s, 1.25))).epsilon(1e-14));
     }
   CHECK(w.value(slope, std::vector<double>{0.0, 1e200, 1.0}) == Approx(0.5e-100).epsilon(1e-14));
+}
+
+TEST_CASE("the slopes of inverse hyperbolic functions are exact at both ends of their range") {
+  World w;
+  const auto slope = [&w](const char* text, double x) {
+    return w.value(w.derivative(w.parse(text), "x"), std::vector<double>{0.0, x});
+  };
+  CHECK(slope("asinh(x)", 0.0) == 1.0);
+  CHECK(slope("asinh(x)", 1e200) == Approx(1e-200).epsilon(1e-15));
+  CHECK(slope("atanh(x)", 1e-20) == 1.0);
+  CHECK(slope("atanh(x)", 1.0 - 0x1p-50) == Approx(0x1p49).epsilon(1e-14));
+  CHECK(slope("acosh(x)", 1.0 + 0x1p-50) == Approx(1.0 / std::sqrt(0x1p-49)).epsilon(1e-14));
+  CHECK(slope("acosh(x)", 1e200) == Approx(1e-200).epsilon(1e-15));
+  CHECK(slope("log1p(x)", 1e-20) == 1.0);
+  CHECK(slope("expm1(x)", 0.0) == 1.0);
+  CHECK(w.text(w.derivative(w.parse("mod(t, x)"), "x")) == "-floor(t/x)");
+  CHECK(w.text(w.derivative(w.parse("mod(x, 3)"), "x")) == "1");
 }
 
 TEST_CASE("derivatives of random smooth expressions agree with difference quotients") {
@@ -171,6 +195,10 @@ TEST_CASE("jumps are told from kinks") {
   CHECK(jumps("sign(x)*y"));
   CHECK(jumps("if(x < 0, 0, y)"));
   CHECK(jumps("y + floor(2*x)"));
+  CHECK(jumps("y*ceil(x)"));
+  CHECK(jumps("round(x + y)"));
+  CHECK(jumps("mod(x, y)"));
+  CHECK(jumps("mod(y, 2*x)"));
   CHECK(jumps("step(sin(x))"));
   CHECK_FALSE(jumps("if(y < 0, x, 2*x)"));
   CHECK_FALSE(jumps("abs(x) + min(x, y)"));

@@ -36,7 +36,15 @@ TEST_CASE("every function of the language has the value of the mathematical libr
       {"sinh(x)", [](double x) { return std::sinh(x); }},
       {"cosh(x)", [](double x) { return std::cosh(x); }},
       {"tanh(x)", [](double x) { return std::tanh(x); }},
+      {"asinh(x)", [](double x) { return std::asinh(x); }},
+      {"acosh(x)", [](double x) { return std::acosh(x); }},
+      {"atanh(x)", [](double x) { return std::atanh(x); }},
+      {"log1p(x)", [](double x) { return std::log1p(x); }},
+      {"expm1(x)", [](double x) { return std::expm1(x); }},
       {"floor(x)", [](double x) { return std::floor(x); }},
+      {"ceil(x)", [](double x) { return std::ceil(x); }},
+      {"round(x)", [](double x) { return std::round(x); }},
+      {"mod(x, y)", [](double x) { return x - 0.75 * std::floor(x / 0.75); }},
       {"step(x)", [](double x) { return x < 0 ? 0.0 : 1.0; }},
       {"-x", [](double x) { return -x; }},
       {"min(x, y)", [](double x) { return std::min(x, 0.75); }},
@@ -60,6 +68,49 @@ TEST_CASE("every function of the language has the value of the mathematical libr
       else
         CHECK(value == expected);
     }
+}
+
+TEST_CASE("functions of small numbers keep every digit") {
+  World w;
+  for (const double x : {1e-20, -1e-20, 1e-300, 3e-17, -0.0}) {
+    CAPTURE(x);
+    CHECK(w.value("log1p(x)", {0.0, x}) == x);  // the square is below the last digit
+    CHECK(w.value("expm1(x)", {0.0, x}) == x);
+    CHECK(w.value("asinh(x)", {0.0, x}) == x);
+    CHECK(w.value("atanh(x)", {0.0, x}) == x);
+  }
+  CHECK(w.value("log1p(1e-20)") == 1e-20);
+  CHECK(w.value("acosh(1)") == 0.0);
+  // acosh(1 + h) = sqrt(2 h) (1 - h/12 + ...), with an h that 1 + h holds exactly
+  CHECK(w.value("acosh(1 + x)", {0.0, 0x1p-40}) == Approx(0x1p-39 * std::sqrt(0x1p39)).epsilon(1e-12));
+}
+
+TEST_CASE("mod has the sign of its second argument, round goes away from zero at halves, ceil goes up") {
+  World w;
+  CHECK(w.value("mod(7, 3)") == 1.0);
+  CHECK(w.value("mod(-7, 3)") == 2.0);
+  CHECK(w.value("mod(7, -3)") == -2.0);
+  CHECK(w.value("mod(-7, -3)") == -1.0);
+  CHECK(w.value("mod(6, 3)") == 0.0);
+  CHECK(w.value("mod(-6, 3)") == 0.0);
+  CHECK(w.value("mod(5.75, 0.5)") == 0.25);
+  CHECK(w.value("round(2.5)") == 3.0);
+  CHECK(w.value("round(-2.5)") == -3.0);
+  CHECK(w.value("round(-0.5)") == -1.0);
+  CHECK(w.value("round(0.49999999999999994)") == 0.0);
+  CHECK(w.value("ceil(-0.5)") == 0.0);
+  CHECK(w.value("ceil(2)") == 2.0);
+  CHECK(w.value("ceil(2.000000001)") == 3.0);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-50.0, 50.0);
+  for (int i = 0; i < 100'000; ++i) {
+    const double b = std::round(uniform(random) * 10.0) / 100.0, a = b * std::round(uniform(random));
+    if (b == 0.0) continue;
+    const double r = apply(Op::mod, a, b);
+    CAPTURE(a, b, r);
+    CHECK(r * b >= 0.0);
+    CHECK(std::abs(r) <= std::abs(b));
+  }
 }
 
 TEST_CASE("powers bind tightest, go from right to left, and are exact for integers") {
@@ -106,7 +157,8 @@ TEST_CASE("a fault is not hidden: not in min or max, comparisons, powers, or by 
   CHECK(apply(Op::logical_or, kNaN, 1.0) == 1.0);
   CHECK(std::isnan(apply(Op::logical_or, kNaN, 0.0)));
   World w;
-  for (const char* text : {"log(-1)", "sqrt(-2)", "1/0", "0/0", "asin(2)", "(-8)^(1/3)", "exp(1000)"}) {
+  for (const char* text : {"log(-1)", "sqrt(-2)", "1/0", "0/0", "asin(2)", "acosh(0.5)", "atanh(2)", "atanh(1)",
+                           "log1p(-1)", "log1p(-2)", "mod(1, 0)", "mod(0, 0)", "(-8)^(1/3)", "exp(1000)"}) {
     CAPTURE(text);
     const ExprId e = w.parse(text);
     CHECK_FALSE(w.pool.is_constant(e));

@@ -107,6 +107,10 @@ TEST_CASE("a contact is no change, and costs a bounded search") {
 
 TEST_CASE("floor, sign and table cells change at their borders") {
   Events e;
+  CHECK(e.all("round(t)", 0.0, 2.5) == std::vector<double>{0.5, 1.5, 2.5});
+  CHECK(e.all("round(-t)", 0.0, 2.5) == std::vector<double>{0.5, 1.5, 2.5});
+  CHECK(e.all("ceil(t)", 0.0, 2.5) == std::vector<double>{std::nextafter(1.0, 2.0), std::nextafter(2.0, 3.0)});
+  CHECK(e.all("if(mod(t, 2) < 1, 1, 0)", 0.0, 4.5) == std::vector<double>{1.0, 2.0, 3.0, 4.0});
   CHECK(e.all("floor(t/0.25)", 0.0, 1.0) == std::vector<double>{0.25, 0.5, 0.75, 1.0});
   CHECK(e.all("floor(-t)", 0.0, 2.5) == std::vector<double>{std::nextafter(1.0, 2.0), std::nextafter(2.0, 3.0)});
   CHECK(e.all("sign(t - 1)", 0.0, 3.0) == std::vector<double>{std::nextafter(1.0, 2.0)});

@@ -45,14 +45,22 @@ enum class Op : std::uint8_t {
   sinh,
   cosh,
   tanh,
+  asinh,
+  acosh,
+  atanh,
+  log1p,  ///< log(1 + a)
+  expm1,  ///< exp(a) - 1
   floor,
-  step,  ///< 0 for a < 0, 1 for a >= 0
+  ceil,
+  round,  ///< to the nearest integer, halves away from zero
+  step,   ///< 0 for a < 0, 1 for a >= 0
   // functions of two arguments
   min,
   max,
   atan2,
   hypot,
   ssqrt,  ///< a / (a^2 + b^2)^(1/4)
+  mod,    ///< a - b*floor(a/b): of the sign of b
   // comparisons and logic
   lt,
   le,
@@ -174,13 +182,14 @@ class Translator {
 ExprId substitute(ExprPool& pool, ExprId root, const std::unordered_map<SymbolId, ExprId>& replacement);
 
 /// Partial derivatives of @p root with respect to each symbol it depends on for which @p wanted is true (reverse mode;
-/// the result shares subexpressions). Derivatives are those almost everywhere: 0 for sign, step, floor and comparisons;
-/// select, min, max, abs by branches.
+/// the result shares subexpressions). Derivatives are those almost everywhere: 0 for sign, step, floor, ceil, round and
+/// comparisons; select, min, max, abs by branches; mod between its jumps.
 /// @return pairs in order of symbol id; partials that are identically 0 are left out.
 std::vector<std::pair<SymbolId, ExprId>> gradient(ExprPool& pool, ExprId root,
                                                   const std::function<bool(SymbolId)>& wanted);
 
-/// True if the derivative of @p root by @p x hides a jump: x reaches a sign, step, floor or a comparison of an if.
+/// True if the derivative of @p root by @p x hides a jump: x reaches a sign, step, floor, ceil, round, mod
+/// or a comparison of an if.
 bool jumps_with(const ExprPool& pool, ExprId root, const std::function<bool(SymbolId)>& x);
 
 /// Solves  y = expression(x)  for x where x occurs once along a chain of invertible operators, or linearly.

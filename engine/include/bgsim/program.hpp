@@ -1,8 +1,8 @@
 /// Program: the ordered equations as flat instructions.
 ///
-/// Relations (comparisons, sign, step, floor, linear tables) are frozen between events: each is a mode, an input of the
-/// instructions, so that what the integrator sees within a step is smooth. The integrator watches the guards and
-/// changes modes only at events.
+/// Relations (comparisons, sign, step, floor, ceil, round, mod, linear tables) are frozen between events: each is a
+/// mode, an input of the instructions, so that what the integrator sees within a step is smooth. The integrator watches
+/// the guards and changes modes only at events.
 #pragma once
 
 #include <cstdint>
@@ -32,17 +32,19 @@ struct Routine {
 /// What a mode is frozen from.
 struct Relation {
   /// pole: no mode of anything, but a denominator's factor that must not pass zero (engine/src/poles.hpp).
-  enum class Kind : std::uint8_t { condition, sign, step, floor, cell, pole };
+  enum class Kind : std::uint8_t { condition, sign, step, floor, round, cell, pole };
   Kind kind = Kind::condition;
-  ExprId
-      origin;  ///< the comparison, sign, step, floor or table expression, not frozen, in Program::pool; pole: its sign
-  ExprId guard;  ///< condition, sign, step, pole: changes sign where the mode changes; floor, cell: the argument
+  ExprId origin;  ///< the comparison, sign, step, floor, round or table expression, not frozen, in Program::pool; pole:
+                  ///< its sign
+  ExprId guard;  ///< condition, sign, step, pole: changes sign where the mode changes; floor, round, cell: the argument
   Op comparison = Op::lt;   ///< condition: lt, le, gt, ge of the guard against 0
   TableId table;            ///< cell: whose knots
   bool structural = false;  ///< pole: a resistance, capacitance, inertance or modulus itself
   bool time_only = false;   ///< depends on time and parameters only: a scheduled event, no root function
   std::string text;         ///< in the model's own names, for messages
   Origin where;             ///< whose expression it is
+  /// Two guards instead of one: the distances to both ends of the present cell.
+  [[nodiscard]] bool has_borders() const { return kind == Kind::floor || kind == Kind::round || kind == Kind::cell; }
 };
 
 /// A loop, ready to be solved: linear ones by elimination, the others by damped Newton iteration.

@@ -1,0 +1,110 @@
+// floor, ceil, round and mod of states and of time: their jumps are events, so that what they feed is exact.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "support/run_model.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+/// q = 3 sin(t); y integrates @p flow.
+std::string wave(const std::string& flow) {
+  return R"json({ "bgsim": 1, "name": "wave",
+    "elements": {
+      "drive": { "kind": "Sf", "flow": "3*cos(t)" }, "c": { "kind": "C", "capacitance": 1 },
+      "feed": { "kind": "MSf", "flow": ")json" +
+         flow + R"json(" }, "y": { "kind": "C", "capacitance": 1 }
+    },
+    "bonds": [ { "from": "drive", "to": "c" }, { "from": "feed", "to": "y" } ],
+    "outputs": { "y": "y.q", "fed": "feed.f" },
+    "scenes": { "main": { "stop": "2*pi", "samples": 9 } } })json";
+}
+
+double fed(const std::string& flow) { return column(run_text(wave(flow), with_relative(1e-9)), "y").back(); }
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kError = 1e-7;  // a hundred times the relative tolerance, over some ten events
+
+}  // namespace
+
+TEST_CASE("round of a state switches at the halves on both sides of zero") {
+  double half = 0.0;  // over 0 <= t <= pi
+  for (const double level : {0.5, 1.5, 2.5}) half += kPi - 2.0 * std::asin(level / 3.0);
+  CHECK(fed("round(c.q)") == Approx(0.0).margin(kError));
+  CHECK(fed("max(round(c.q), 0)") == Approx(half).margin(kError));
+  CHECK(fed("min(round(c.q), 0)") == Approx(-half).margin(kError));
+}
+
+TEST_CASE("floor and ceil of a state lie one apart") {
+  double half = 0.0;
+  for (const double level : {1.0, 2.0}) half += kPi - 2.0 * std::asin(level / 3.0);
+  CHECK(fed("max(floor(c.q), 0)") == Approx(half).margin(kError));
+  CHECK(fed("min(ceil(c.q), 0)") == Approx(-half).margin(kError));
+  CHECK(fed("ceil(c.q) - floor(c.q)") == Approx(2.0 * kPi).margin(kError));
+}
+
+TEST_CASE("mod of a state lies between zero and its second argument") {
+  // floor(q) is -1 more than -ceil of the other half wave, so that its mean is -1/2
+  CHECK(fed("mod(c.q, 1)") == Approx(kPi).margin(kError));
+  CHECK(fed("mod(c.q, -1)") == Approx(-kPi).margin(kError));
+  CHECK(fed("mod(c.q, 1) + mod(-c.q, 1)") == Approx(2.0 * kPi).margin(kError));
+}
+
+TEST_CASE("mod, round and ceil of time switch at known times") {
+  // over 2 pi: 15 whole teeth of 0.4 and one of 2 pi - 6
+  const double rest = 2.0 * kPi - 6.0;
+  CHECK(fed("mod(t, 0.4)") == Approx(15 * 0.08 + rest * rest / 2.0).margin(kError));
+  CHECK(fed("ceil(t)") == Approx(21.0 + 7.0 * rest).margin(kError));
+  CHECK(fed("round(t)") == Approx(15.0 + 3.0 + 6.0 * rest).margin(kError));
+  CHECK(fed("round(-t)") == Approx(-18.0 - 6.0 * rest).margin(kError));
+}
+
+TEST_CASE("a state that rests at a half is rounded away from zero") {
+  const auto rounded = [](const std::string& initial) {
+    return column(run_text(R"json({ "bgsim": 1, "name": "rest",
+      "elements": { "s": { "kind": "Sf", "flow": 0 },
+        "c": { "kind": "C", "capacitance": 1, "initial": { "q": )json" +
+                           initial + R"json( } } },
+      "bonds": [ { "from": "s", "to": "c" } ],
+      "outputs": { "r": "round(c.q)", "u": "ceil(c.q)", "m": "mod(c.q, 0.5)" },
+      "scenes": { "main": { "stop": 1, "samples": 2 } } })json"),
+                  "r")
+        .back();
+  };
+  CHECK(rounded("-0.5") == -1.0);
+  CHECK(rounded("0.5") == 1.0);
+  CHECK(rounded("-2.5") == -3.0);
+  CHECK(rounded("2.4999999") == 2.0);
+}
+
+TEST_CASE("laws with inverse hyperbolic functions are turned round in closed form") {
+  // a diode e = v log1p(f/i), asked for its flow: f = i expm1(e/v)
+  const auto result = run_text(R"json({ "bgsim": 1, "name": "diode",
+    "elements": { "source": { "kind": "Se", "effort": "0.3*sin(t)" }, "loop": { "kind": "1" },
+      "d": { "kind": "R", "law": "e = 0.026*log1p(f/1e-9)" }, "r": { "kind": "R", "law": "e = asinh(f)" },
+      "z": { "kind": "0" } },
+    "bonds": [ { "from": "source", "to": "z" }, { "from": "z", "to": "d" }, { "from": "z", "to": "r" } ],
+    "outputs": { "d": "d.f", "r": "r.f" },
+    "scenes": { "main": { "stop": 6, "samples": 13 } } })json");
+  CHECK(result.report.loops == 0);
+  for (std::size_t i = 0; i < 13; ++i) {
+    const double e = 0.3 * std::sin(0.5 * static_cast<double>(i));
+    CHECK(column(result, "d")[i] == Approx(1e-9 * std::expm1(e / 0.026)).epsilon(1e-13));
+    CHECK(column(result, "r")[i] == Approx(std::sinh(e)).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("outside its domain a function is a fault at its time") {
+  for (const auto& [law, time] : {std::pair{"acosh(3 - t)", 2.0}, {"atanh(t)", 1.0}, {"log1p(-t/2)", 2.0}}) {
+    CAPTURE(law);
+    const RunResult result = run_text(wave(law));
+    REQUIRE(result.failure);
+    CHECK(result.failure->code == "BG601");
+    CHECK(result.failure->situation.find(std::string(law).substr(0, 5)) != std::string::npos);
+    CHECK(result.trace.times.back() <= time);
+    CHECK(result.trace.times.back() > time - kPi / 4 - 1e-9);
+  }
+}
