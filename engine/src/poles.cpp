@@ -65,11 +65,22 @@ class PoleSearch {
         case Op::div:
         case Op::pow:
         case Op::abs:
+        case Op::cbrt:  // from here on: zero where the argument is, and only there
+        case Op::sinh:
+        case Op::tanh:
+        case Op::asin:
+        case Op::atan:
+        case Op::asinh:
+        case Op::atanh:
+        case Op::log1p:
+        case Op::expm1:
           stack.emplace_back(node.a);
           break;
         case Op::symbol:
         case Op::add:
         case Op::sub:
+        case Op::log:
+        case Op::log10:
           if (!is_positive(e)) found_.push_back({e, where, is_structural(model_, where)});
           break;
         default:
