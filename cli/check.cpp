@@ -4,7 +4,9 @@
 #include <iostream>
 
 #include "command.hpp"
+#include "model_options.hpp"
 #include "options.hpp"
+#include "scenes.hpp"
 #include "stages.hpp"
 
 namespace bgsim::cli {
@@ -15,7 +17,10 @@ Exit check_command(const Arguments& arguments) {
   CLI::App app("Reports strokes and why they stand where they stand, states, dependent stores, loops and units.",
                "bgsim check");
   app.add_option("model.json", file, "the model")->required();
+  SceneOverrides overrides;
   add_read_options(app, reading);
+  add_set_option(app, overrides);
+  add_parameters_option(app, reading);
   app.footer("Example: bgsim check models/actuator.json");
   parse_arguments(app, arguments);
 
@@ -26,7 +31,7 @@ Exit check_command(const Arguments& arguments) {
   advance(stages, Stage::order);
   std::cout << describe_loops(model, *stages.system, *stages.order);
   // A scene that cannot be prepared is as much a fault of the model as a stroke that cannot be placed.
-  for (const Scene& scene : model.scenes) print_warnings(prepare_scene(model, scene.name).warnings, model);
+  for (const Scene& scene : model.scenes) print_warnings(prepare(model, scene.name, overrides).warnings, model);
   std::cout << describe_units(model, infer_units(model, *stages.graph));
   const std::vector<Diagnostic> problems = unit_problems(model, *stages.graph);
   print_warnings(problems, model);

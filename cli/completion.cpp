@@ -32,6 +32,7 @@ _bgsim() {
       done ;;
     explain) _bgsim_offer < <(bgsim explain 2>/dev/null | cut -d' ' -f1); return ;;
     new) _bgsim_offer < <(bgsim new 2>/dev/null | sed -n 's/^  \([a-z_]*\) .*/\1/p'); return ;;
+    --record) _bgsim_offer <<< $'all\nstates\noutputs'; return ;;
     completion) _bgsim_offer <<< $'bash\nzsh\nfish'; return ;;
   esac
   if [[ $word == -* ]]; then
@@ -61,6 +62,7 @@ function __bgsim_options
 end
 complete -c bgsim -n '__fish_is_first_arg' -a '(__bgsim_commands)'
 complete -c bgsim -n 'string match -q -- "-*" (commandline -ct)' -a '(__bgsim_options)'
+complete -c bgsim -l record -x -a 'all states outputs'
 complete -c bgsim -n '__fish_seen_subcommand_from explain' -f -a '(bgsim explain | cut -d" " -f1)'
 complete -c bgsim -n '__fish_seen_subcommand_from completion' -f -a 'bash zsh fish'
 )sh";

@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "command.hpp"
+#include "model_options.hpp"
 #include "options.hpp"
 #include "stages.hpp"
 
@@ -16,11 +17,19 @@ Exit equations_command(const Arguments& arguments) {
   app.add_option("model.json", file, "the model")->required();
   add_read_options(app, reading);
   app.add_flag("--latex", latex, "as LaTeX");
+  std::vector<std::string> columns;
+  app.add_option("--output", columns, "one more output, any expression over the model's names; may be given again")
+      ->type_name("NAME=EXPR")
+      ->allow_extra_args(false);
   app.footer(
       "Examples:\n  bgsim equations models/bellow.json           as text\n  bgsim equations models/bellow.json --latex "
       "  as LaTeX");
   parse_arguments(app, arguments);
 
+  for (const std::string& column : columns)
+    if (column.find('=') == std::string::npos)
+      throw UsageError("--output \"" + column + "\" is not of the form NAME=EXPR");
+  take_columns({{}, columns}, reading);
   const Stages stages = run_stages(file, reading, Stage::order);
   const auto text = latex ? equations_latex : equations_text;
   std::cout << text(*stages.model, *stages.system, *stages.order);

@@ -14,9 +14,11 @@
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
+#include "model_options.hpp"
 #include "options.hpp"
 #include "output_file.hpp"
 #include "progress.hpp"
+#include "scenes.hpp"
 #include "stages.hpp"
 #include "table.hpp"
 
@@ -30,6 +32,7 @@ struct ReduceArguments {
   std::string file, scene, output, csv, json;
   std::vector<std::string> keep;
   double error = 1e-2;
+  SceneOverrides overrides;
   ReadOptions reading;
 };
 
@@ -51,13 +54,19 @@ ReduceArguments parse(const Arguments& arguments) {
   app.add_option("--keep", options.keep, "an element that must stay; may be given again")
       ->type_name("NAME")
       ->allow_extra_args(false);
-  app.add_option("-o,--output", options.output, "the reduced model's file (default: NAME.SCENE.reduced.json)")
-      ->type_name("FILE");
+  add_set_option(app, options.overrides);
+  add_parameters_option(app, options.reading);
+  add_time_options(app, options.reading);
+  add_solver_options(app, options.overrides);
+  RecordOptions record;
+  add_record_options(app, record, options.reading, "the reduced model's file (default: NAME.SCENE.reduced.json)");
   app.add_option("--csv", options.csv, "also write the activities as CSV, - for standard output")->type_name("FILE");
   app.add_option("--json", options.json, "also write everything that is told as JSON, - for standard output")
       ->type_name("FILE");
   app.footer("Example: bgsim reduce models/bellow.json --scene tracking --error 1e-2");
   parse_arguments(app, arguments);
+  take_columns(record, options.reading);
+  options.output = record.file;
   if (options.output == "-") throw UsageError("the reduced model refers to its trace beside it: -o needs a file");
   if (options.csv == "-" && options.json == "-")
     throw UsageError("the CSV and the JSON cannot both go to standard output");
@@ -182,8 +191,10 @@ void tell(std::ostream& out, const Model& model, const std::string& scene, const
 Exit reduce_command(const Arguments& arguments) {
   const ReduceArguments options = parse(arguments);
   const Stages stages = run_stages(options.file, options.reading, Stage::order);
-  const Model& model = *stages.model;
-  const RunInputs inputs = prepare_scene(model, options.scene);
+  const RunInputs inputs = prepare(*stages.model, options.scene, options.overrides);
+  // What the command line sets becomes part of the scene, and so of the model that is written.
+  const auto changed = std::make_shared<const Model>(with_overrides(*stages.model, options.scene, options.overrides));
+  const Model& model = *changed;
   print_warnings(inputs.warnings, model);
   const std::string output =
       options.output.empty() ? file_name(model.name + '.' + inputs.scene) + ".reduced.json" : options.output;
@@ -207,7 +218,7 @@ Exit reduce_command(const Arguments& arguments) {
   const Reduction reduction = [&] {
     RunWatch watch(inputs.start, inputs.stop, false);
     how.progress = watch.progress();
-    return reduce(stages.model, how);
+    return reduce(changed, how);
   }();
 
   write_trace_csv(trace_file.stream(), reduction.reference);

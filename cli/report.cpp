@@ -8,6 +8,7 @@
 #include "drawing.hpp"
 #include "files.hpp"
 #include "interruption.hpp"
+#include "model_options.hpp"
 #include "options.hpp"
 #include "output_file.hpp"
 #include "report_assets.hpp"
@@ -46,21 +47,25 @@ ReportArguments parse(const Arguments& arguments) {
       ->allow_extra_args(false);
   app.add_flag("--all", options.all, "every scene");
   add_set_option(app, options.overrides);
+  add_parameters_option(app, options.reading);
+  add_time_options(app, options.reading);
   add_solver_options(app, options.overrides);
   app.add_option("--points", options.points, "samples of a curve to keep for drawing, at most (default: 20000)")
       ->type_name("N")
       ->check(CLI::Range(std::size_t{100}, std::size_t{100'000'000}));
-  app.add_option("-o,--output", options.output, "the page, - for standard output (default: NAME.SCENE.report.html)")
-      ->type_name("FILE");
+  RecordOptions record;
+  add_record_options(app, record, options.reading, "the page, - for standard output (default: NAME.SCENE.report.html)");
   app.add_flag("--quiet", options.quiet, "print warnings and errors only");
   parse_arguments(app, arguments);
+  take_columns(record, options.reading);
+  options.output = record.file;
   if (options.all && !options.scenes.empty()) throw UsageError("--all and --scene do not go together");
   return options;
 }
 
 /// What was given beside model, scenes and page: the options that a run of one scene takes as well.
-std::vector<std::string> settings_of(const SceneOverrides& overrides) {
-  std::vector<std::string> words;
+std::vector<std::string> settings_of(const SceneOverrides& overrides, const ReadOptions& reading) {
+  std::vector<std::string> words = words_of(reading);
   const auto add = [&](const char* option, const std::string& value) { words.insert(words.end(), {option, value}); };
   for (const std::string& set : overrides.set) add("--set", set);
   if (overrides.relative) add("--relative", short_number(*overrides.relative, 17));
@@ -119,7 +124,7 @@ Exit report_command(const Arguments& arguments) {
   content.file = options.file;
   content.command = {"bgsim", "report"};
   content.command.insert(content.command.end(), arguments.begin(), arguments.end());
-  content.settings = settings_of(options.overrides);
+  content.settings = settings_of(options.overrides, options.reading);
   content.version = BGSIM_VERSION;
   content.date = now();
   content.points = options.points;

@@ -289,6 +289,12 @@ std::string command_line(const std::vector<std::string>& words) {
   return line;
 }
 
+std::string state_name(const Model& model, const RunInputs::Initial& initial) {
+  if (initial.signal.valid()) return model.signals[initial.signal.index()].name;
+  const Element& store = model.elements[initial.element.index()];
+  return port_name(store, initial.port) + (stores_displacement(store.kind) ? ".q" : ".p");
+}
+
 std::string settings_of(const ReportContent& content, const ReportedScene& scene) {
   const RunInputs& inputs = scene.inputs;
   std::string text = "t from " + short_number(inputs.start, 10) + " to " + short_number(inputs.stop, 17) + ", " +
@@ -296,9 +302,7 @@ std::string settings_of(const ReportContent& content, const ReportedScene& scene
                      method_name(inputs.method) + ", relative tolerance " + short_number(inputs.relative, 6);
   if (inputs.reference) text += ", reference " + inputs.reference->file;
   for (const RunInputs::Initial& initial : inputs.initial) {
-    const Element& store = content.stages.model->elements[initial.element.index()];
-    text += std::string("; ") + port_name(store, initial.port) + (stores_displacement(store.kind) ? ".q" : ".p") +
-            " begins at " + short_number(initial.value, 10);
+    text += "; " + state_name(*content.stages.model, initial) + " begins at " + short_number(initial.value, 10);
   }
   return text;
 }

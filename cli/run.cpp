@@ -9,6 +9,7 @@
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
+#include "model_options.hpp"
 #include "options.hpp"
 #include "output_file.hpp"
 #include "progress.hpp"
@@ -42,6 +43,8 @@ constexpr const char* kExamples =
     "  bgsim bellow.json                            first scene, trace in bellow.tracking.csv\n"
     "  bgsim bellow.json --scene literal -o x.csv   another scene, trace in x.csv\n"
     "  bgsim bellow.json --set m=0.02 --set 'C2=2*A*X/(rho*R_gas*T)'\n"
+    "  bgsim bellow.json --stop 1 --output 'power=body.f*mass.e'   ends earlier, one more column\n"
+    "  bgsim bellow.json --record all               every effort, flow, state and signal\n"
     "  bgsim bellow.json -o - --quiet | head        trace on standard output\n"
     "\n"
     "Exit codes: 0 done, 1 the model is at fault, 2 wrong usage, 3 the numerics failed (or the run was\n"
@@ -57,14 +60,17 @@ RunOptions parse(const Arguments& arguments) {
   add_read_options(app, options.reading);
   app.add_option("--scene", options.scene, "scene to run (default: the model's first)")->type_name("NAME");
   add_set_option(app, options.overrides);
+  add_parameters_option(app, options.reading);
+  add_time_options(app, options.reading);
   add_solver_options(app, options.overrides);
   app.add_option("--accuracy", options.accuracy,
                  "error wanted in the outputs, relative to their ranges: the cheapest setting is found, then run")
       ->type_name("X")
       ->check(positive_number());
   add_limit_options(app, options.limits);
-  app.add_option("-o,--output", options.output, "file for the trace, - for standard output (default: NAME.SCENE.csv)")
-      ->type_name("FILE");
+  RecordOptions record;
+  add_record_options(app, record, options.reading,
+                     "file for the trace, - for standard output (default: NAME.SCENE.csv)");
   app.add_option("--report-json", options.report_json, "also write the report as JSON, - for standard output")
       ->type_name("FILE");
   app.add_flag("--units", options.units,
@@ -74,6 +80,8 @@ RunOptions parse(const Arguments& arguments) {
   app.add_flag("--keep-all", options.keep_all, "also integrate what no recorded output depends on");
   app.add_flag("--quiet", options.quiet, "print warnings and errors only");
   parse_arguments(app, arguments);
+  take_columns(record, options.reading);
+  options.output = record.file;
 
   if (options.all_scenes && (!options.scene.empty() || !options.output.empty() || !options.report_json.empty())) {
     throw UsageError("--all-scenes goes with none of --scene, --output and --report-json");

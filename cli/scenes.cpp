@@ -1,10 +1,10 @@
 #include "scenes.hpp"
 
-#include <algorithm>
 #include <filesystem>
 
 #include "command.hpp"
 #include "files.hpp"
+#include "stages.hpp"
 
 namespace bgsim::cli {
 
@@ -12,9 +12,7 @@ RunInputs prepare(const Model& model, const std::string& scene, const SceneOverr
   try {
     return prepare_scene(model, scene, overrides);
   } catch (const ModelError& error) {
-    const auto& problems = error.diagnostics;
-    const bool in_a_file = std::any_of(problems.begin(), problems.end(), [](auto& p) { return p.place.has_value(); });
-    if (in_a_file || model.scenes.empty()) throw;
+    if (!is_wrong_usage(error) || model.scenes.empty()) throw;
     throw UsageError(render(error));
   }
 }

@@ -1,6 +1,9 @@
 #include "stages.hpp"
 
+#include <algorithm>
 #include <iostream>
+
+#include "command.hpp"
 
 namespace bgsim::cli {
 
@@ -8,10 +11,22 @@ void print_warnings(const std::vector<Diagnostic>& warnings, const Model& model)
   for (const Diagnostic& warning : warnings) std::cerr << render(warning, *model.sources);
 }
 
+bool is_wrong_usage(const ModelError& error) {
+  return std::all_of(error.diagnostics.begin(), error.diagnostics.end(), [&](const Diagnostic& problem) {
+    if (!problem.place || problem.place->document.index() >= error.sources->size()) return problem.code != "BG100";
+    return (*error.sources)[problem.place->document.index()].path() == kCommandLine;
+  });
+}
+
 Stages run_stages(const std::string& path, const ReadOptions& reading, Stage last) {
   Stages stages;
-  stages.model =
-      timed(stages.seconds, "read", [&] { return std::make_shared<const Model>(read_model(path, reading)); });
+  try {
+    stages.model =
+        timed(stages.seconds, "read", [&] { return std::make_shared<const Model>(read_model(path, reading)); });
+  } catch (const ModelError& error) {
+    if (!is_wrong_usage(error)) throw;
+    throw UsageError(render(error));
+  }
   print_warnings(stages.model->warnings, *stages.model);
   advance(stages, last);
   return stages;

@@ -29,8 +29,11 @@ struct Stages {
 enum class Stage { model, graph, causality, equations, order };
 
 /// Runs the stages up to @p last and prints their warnings.
-/// @throws ModelError as the stages do.
+/// @throws ModelError as the stages do; UsageError for faults of what @p reading says alone.
 Stages run_stages(const std::string& path, const ReadOptions& reading, Stage last);
+
+/// Whether nothing but the command line is at fault.
+bool is_wrong_usage(const ModelError& error);
 
 /// Runs those of the stages up to @p last that have not been run yet.
 void advance(Stages& stages, Stage last);

@@ -10,6 +10,7 @@
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
+#include "model_options.hpp"
 #include "options.hpp"
 #include "output_file.hpp"
 #include "programs.hpp"
@@ -43,6 +44,8 @@ TradeArguments parse(const Arguments& arguments) {
   add_read_options(app, options.reading);
   app.add_option("--scene", options.scene, "scene to measure (default: the model's first)")->type_name("NAME");
   add_set_option(app, options.overrides);
+  add_parameters_option(app, options.reading);
+  add_time_options(app, options.reading);
   app.add_option("--accuracy", options.accuracy,
                  "error wanted in the outputs, relative to their ranges: the cheapest setting that achieves it is told")
       ->type_name("X")
@@ -50,11 +53,14 @@ TradeArguments parse(const Arguments& arguments) {
   app.add_option("--budget", options.how.budget, "processor time for the whole in seconds, roughly (default: 120)")
       ->type_name("S")
       ->check(positive_number());
-  app.add_option("-o,--output", options.base, "what the files are named after (default: NAME.SCENE.trade)")
-      ->type_name("BASE");
+  RecordOptions record;
+  add_record_options(app, record, options.reading, "what the files are named after (default: NAME.SCENE.trade)",
+                     "BASE");
   app.add_flag("--no-picture", options.no_picture, "leave out the picture; gnuplot is then not needed");
   app.add_flag("--quiet", options.quiet, "print warnings and errors only");
   parse_arguments(app, arguments);
+  take_columns(record, options.reading);
+  options.base = record.file;
   return options;
 }
 

@@ -71,13 +71,23 @@ class Derivation {
       system_.efforts.push_back(add_unknown(bond_variable_name(BondId(b), Variable::effort)));
       system_.flows.push_back(add_unknown(bond_variable_name(BondId(b), Variable::flow)));
     }
-    for (const Signal& signal : model_.signals) system_.signals.push_back(add_unknown(signal.name));
+    for (const Signal& signal : model_.signals)
+      system_.signals.push_back(signal.is_state() ? SymbolId() : add_unknown(signal.name));
     stored_.resize(graph_.ports.size());
     for (std::size_t i = 0; i < model_.elements.size(); ++i) {
       const Element& element = model_.elements[i];
       if (!is_store(element.kind)) continue;
       for (std::size_t k = 0; k < port_count(element); ++k) make_stored(ElementId(i), k);
     }
+    for (std::size_t i = 0; i < model_.signals.size(); ++i)
+      if (model_.signals[i].is_state()) make_integral(SignalId(i));
+  }
+
+  void make_integral(SignalId id) {
+    const std::string& name = model_.signals[id.index()].name;
+    const SymbolId symbol = add_symbol(SystemSymbol::Kind::state, system_.states.size(), name);
+    system_.signals[id.index()] = symbol;
+    system_.states.push_back({name, symbol, {}, {}, 0, id});
   }
 
   void make_stored(ElementId id, std::size_t number) {
@@ -89,8 +99,7 @@ class Derivation {
     if (integral) {
       stored_[port.index()] = add_symbol(SystemSymbol::Kind::state, system_.states.size(), name);
       const ExprId rate = displacement ? into(port) : effort(port);
-      system_.states.push_back(
-          {name, stored_[port.index()], rate, id, static_cast<std::uint32_t>(number), std::string{}});
+      system_.states.push_back({name, stored_[port.index()], rate, id, static_cast<std::uint32_t>(number), SignalId{}});
     } else {
       stored_[port.index()] = add_unknown(name);
       system_.dependent.push_back({name, stored_[port.index()], id, static_cast<std::uint32_t>(number)});
@@ -162,7 +171,11 @@ class Derivation {
 
   void write_signals() {
     for (std::size_t i = 0; i < model_.signals.size(); ++i) {
-      define(system_.signals[i], (*translate_)(model_.signals[i].value), {}, model_.signals[i].place);
+      const ExprId value = (*translate_)(model_.signals[i].value);
+      if (model_.signals[i].is_state())
+        system_.states[system_.symbols[system_.signals[i].index()].index].rate = value;
+      else
+        define(system_.signals[i], value, {}, model_.signals[i].place);
       claim({{}, SignalId(i)});
     }
   }
@@ -414,7 +427,7 @@ class Derivation {
     const SystemSymbol symbol = system_.symbols[of.index()];
     if (symbol.kind == SystemSymbol::Kind::state) {
       const State& state = system_.states[symbol.index];
-      return define(unknown, state.rate, state.element, model_.elements[state.element.index()].place);
+      return define(unknown, state.rate, state.element, place_of(model_, state));
     }
     const Equation equation = system_.equations[symbol.index];
     if (!equation.expression.valid()) return;  // its own problem has been reported
@@ -507,6 +520,11 @@ class Derivation {
 };
 
 }  // namespace
+
+Place place_of(const Model& model, const State& state) {
+  return state.element.valid() ? model.elements[state.element.index()].place
+                               : model.signals[state.signal.index()].place;
+}
 
 EquationSystem derive_equations(const Model& model, const BondGraph& graph, const CausalGraph& causal) {
   return Derivation(model, graph, causal).run();

@@ -62,6 +62,11 @@ struct View {
   }
 };
 
+std::size_t integrals(const Model& model) {
+  return static_cast<std::size_t>(std::count_if(model.signals.begin(), model.signals.end(),
+                                                [](const Signal& signal) { return signal.is_state(); }));
+}
+
 void describe_counts(Findings& findings, const View& view) {
   const auto junctions = static_cast<std::size_t>(std::count_if(view.graph.kinds.begin(), view.graph.kinds.end(),
                                                                 [](ElementKind kind) { return is_junction(kind); }));
@@ -71,7 +76,7 @@ void describe_counts(Findings& findings, const View& view) {
                           plural(view.graph.bonds.size(), "bond", "bonds"),
                       {}});
   findings.push_back(
-      {plural(view.causal.integral.size(), "state", "states") + ", " +
+      {plural(view.causal.integral.size() + integrals(view.model), "state", "states") + ", " +
            plural(view.causal.dependent.size(), "dependent store", "dependent stores") + ", " +
            plural(view.causal.free_choices.size(), "free choice of a stroke", "free choices of a stroke"),
        {}});
@@ -105,6 +110,8 @@ void describe_states(Findings& findings, const View& view) {
   for (const PortId port : view.causal.integral)
     states.emplace_back(view.stored(view.graph[port].element, view.graph[port].number),
                         kind_text(view.element(view.graph[port].element).kind, false));
+  for (const Signal& signal : view.model.signals)
+    if (signal.is_state()) states.emplace_back(signal.name, "integral");
   if (states.empty())
     findings.push_back({"states: none", {}, 0, true});
   else

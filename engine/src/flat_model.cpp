@@ -77,8 +77,8 @@ class FlatWriter {
     // What is written says which signals, parameters and junctions are needed; so parameters come last.
     write_outputs();
     write_elements();
-    write_scene();
     write_signals();
+    write_scene();
     drop_junctions(graph);
     write_bonds();
     write_parameters();
@@ -276,7 +276,9 @@ class FlatWriter {
       for (std::size_t i = 0; i < model_.signals.size(); ++i) {
         if (!used_signal_[i] || done[i]) continue;
         const Signal& signal = model_.signals[i];
-        entries[i] = {{"value", value(signal.value, "the signal \"" + signal.name + "\"")}};
+        const std::string user = "the signal \"" + signal.name + "\"";
+        entries[i] = {{signal.is_state() ? "integral" : "value", value(signal.value, user)}};
+        if (signal.initial.valid()) entries[i]["initial"] = value(signal.initial, user);
         add_texts(entries[i], signal.unit, signal.about);
         done[i] = more = true;
       }
@@ -315,6 +317,9 @@ class FlatWriter {
     scene["stop"] = value(scene_->stop, user);
     if (scene_->samples) scene["samples"] = *scene_->samples;
     if (scene_->interval.valid()) scene["interval"] = value(scene_->interval, user);
+    if (scene_->log_samples) scene["samples"] = Json{{"log", *scene_->log_samples}};
+    if (scene_->log_from.valid()) scene["samples"]["from"] = value(scene_->log_from, user);
+    for (const auto& [time, place] : scene_->times) scene["times"].push_back(value(time, user));
     const auto state = [&](const std::string& name) { return state_text(name); };
     for (const auto& [name, given] : scene_->initial)
       if (const auto flat = state(name)) scene["initial"][*flat] = value(given.first, user);
@@ -324,13 +329,18 @@ class FlatWriter {
     for (const auto& [name, tolerance] : scene_->absolute_by_state)
       if (const auto flat = state(name)) scene["absolute"][*flat] = tolerance;
     if (scene_->method != Method::automatic) scene["method"] = method_name(scene_->method);
+    if (scene_->step) scene["step"] = *scene_->step;
+    if (scene_->max_order) scene["max_order"] = *scene_->max_order;
     if (!options_.reference.empty())
       scene["reference"] = {{"file", options_.reference}, {"relative", options_.reference_relative}};
     scene_json_ = std::move(scene);
   }
 
-  /// "left.packet.wall.q" as "left_packet.wall.q"; none if its element has been cut.
+  /// "left.packet.wall.q" as "left_packet.wall.q"; none if its element has been cut, or its signal is not used.
   [[nodiscard]] std::optional<std::string> state_text(const std::string& name) const {
+    for (std::size_t i = 0; i < model_.signals.size(); ++i)
+      if (model_.signals[i].is_state() && model_.signals[i].name == name)
+        return used_signal_[i] ? std::optional(names_.signals[i]) : std::nullopt;
     for (std::size_t i = 0; i < model_.elements.size(); ++i) {
       const Element& element = model_.elements[i];
       if (!is_store(element.kind) || name.rfind(element.name + ".", 0) != 0) continue;

@@ -211,7 +211,8 @@ class UnitInference {
 bool says_more(const Model& model, const Scene& scene) {
   const auto number = [&](ExprId e) { return !e.valid() || model.pool.is_constant(e); };
   return !scene.parameters.empty() || !scene.initial.empty() || !number(scene.start) || !number(scene.stop) ||
-         !number(scene.interval);
+         !number(scene.interval) || !number(scene.log_from) ||
+         std::any_of(scene.times.begin(), scene.times.end(), [&](const auto& time) { return !number(time.first); });
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <tuple>
 
 #include "bgsim/evaluator.hpp"
 
@@ -35,15 +36,17 @@ std::string determining_states(const EquationSystem& system, std::size_t depende
 std::vector<double> initial_states(const Model& model, const EquationSystem& system, Evaluator& evaluator,
                                    const RunInputs& inputs) {
   std::vector<double> x(system.states.size(), 0.0);
-  const auto given = [&](ElementId element, std::uint32_t port) {
-    const auto at = std::lower_bound(
-        inputs.initial.begin(), inputs.initial.end(), std::pair(element, port),
-        [](const RunInputs::Initial& i, const auto& wanted) { return std::pair(i.element, i.port) < wanted; });
-    return at != inputs.initial.end() && at->element == element && at->port == port ? at : inputs.initial.end();
+  const auto given = [&](ElementId element, std::uint32_t port, SignalId signal = {}) {
+    const std::tuple key(element, port, signal);
+    const auto key_of = [](const RunInputs::Initial& i) { return std::tuple(i.element, i.port, i.signal); };
+    const auto at = std::lower_bound(inputs.initial.begin(), inputs.initial.end(), key,
+                                     [&](const RunInputs::Initial& i, const auto& k) { return key_of(i) < k; });
+    return at != inputs.initial.end() && key_of(*at) == key ? at : inputs.initial.end();
   };
   if (inputs.initial.empty()) return x;
   for (std::size_t i = 0; i < x.size(); ++i)
-    if (const auto it = given(system.states[i].element, system.states[i].port); it != inputs.initial.end())
+    if (const auto it = given(system.states[i].element, system.states[i].port, system.states[i].signal);
+        it != inputs.initial.end())
       x[i] = it->value;
   const bool any_dependent = std::any_of(system.dependent.begin(), system.dependent.end(), [&](const auto& store) {
     return given(store.element, store.port) != inputs.initial.end();
@@ -66,13 +69,13 @@ std::vector<double> initial_states(const Model& model, const EquationSystem& sys
                         (states.empty() ? "the sources" : states) + ", from which it is " + number(values[i]);
     for (const State& state : system.states) {
       if (states.find(state.name) == std::string::npos) continue;
-      const auto of_state = given(state.element, state.port);
+      const auto of_state = given(state.element, state.port, state.signal);
       const std::size_t k = static_cast<std::size_t>(&state - system.states.data());
       problem.notes.push_back({of_state != inputs.initial.end() && of_state->place
                                    ? of_state->place
-                                   : std::optional<Place>(model.elements[state.element.index()].place),
-                               "independent store: " + state.name + " = " + number(x[k]) +
-                                   (of_state == inputs.initial.end() ? " (by default)" : "")});
+                                   : std::optional<Place>(place_of(model, state)),
+                               std::string(state.element.valid() ? "independent store: " : "integral: ") + state.name +
+                                   " = " + number(x[k]) + (of_state == inputs.initial.end() ? " (by default)" : "")});
     }
     problem.rule =
         "only independent stores have initial values of their own; a store in derivative causality follows them";

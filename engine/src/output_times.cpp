@@ -106,4 +106,51 @@ PreparedTimes times_at_interval(double start, double stop, double interval) {
   return prepared;
 }
 
+PreparedTimes times_by_logarithm(double start, double stop, std::size_t samples, std::optional<double> first) {
+  constexpr std::size_t kMost = 10'000'000;  // they are a list in memory
+  PreparedTimes prepared;
+  check_span(prepared, start, stop);
+  if (!prepared.fault.empty()) return prepared;
+  const double from = first.value_or(start);
+  if (!(from > 0.0)) {
+    prepared.fault = first ? "\"from\" must be greater than 0" : "output times by logarithm cannot begin at its start";
+    prepared.help = "write \"from\": the first output time, greater than 0";
+  } else if (from < start || from >= stop) {
+    prepared.fault = "the first of its output times does not lie between \"start\" and \"stop\"";
+    prepared.help = "write \"from\": the first output time, before \"stop\"";
+  } else if (samples < 2 || samples > kMost) {
+    prepared.fault = "\"log\" must be a number from 2 to 1e7";
+  }
+  if (!prepared.fault.empty()) return prepared;
+  std::vector<double> list(samples, stop);
+  // Powers of ten, so that 1e-3 to 1e3 by seven samples gives 0.01 and not its neighbour.
+  const double lowest = std::log10(from), span = std::log10(stop) - lowest;
+  for (std::size_t i = 0; i + 1 < samples; ++i)
+    list[i] =
+        i == 0 ? from : std::pow(10.0, lowest + span * (static_cast<double>(i) / static_cast<double>(samples - 1)));
+  check_step(prepared, from, list[1], list[1] - from);
+  prepared.times = OutputTimes(std::move(list));
+  return prepared;
+}
+
+PreparedTimes times_listed(double start, double stop, std::vector<double> list) {
+  PreparedTimes prepared;
+  check_span(prepared, start, stop);
+  for (std::size_t i = 0; i < list.size() && prepared.fault.empty(); ++i) {
+    if (list[i] < start || list[i] > stop) {
+      prepared.fault = "an output time does not lie between \"start\" and \"stop\"";
+      prepared.help =
+          list[i] > stop ? "leave it out, or write a later \"stop\"" : "leave it out, or write an earlier \"start\"";
+    } else if (i > 0 && list[i] <= list[i - 1]) {
+      prepared.fault = "an output time does not lie after the one before it";
+      prepared.help = "list the times in increasing order, each once";
+    } else if (i > 0) {
+      check_step(prepared, list[i - 1], list[i], list[i] - list[i - 1]);
+    }
+    if (!prepared.fault.empty()) prepared.at = i;
+  }
+  prepared.times = OutputTimes(std::move(list));
+  return prepared;
+}
+
 }  // namespace bgsim

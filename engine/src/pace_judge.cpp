@@ -89,7 +89,7 @@ PaceFacts PaceJudge::facts(const RunPosition& now, const Headway::Pace& pace) {
   const auto largest = static_cast<std::size_t>(std::max_element(errors.begin(), errors.end()) - errors.begin());
   const std::size_t states = program_.state_names.size();
   facts.unknown = largest < states ? program_.state_names[largest] : program_.tear_names[largest - states];
-  if (largest < states) facts.place = model_.elements[system_.states[largest].element.index()].place;
+  if (largest < states) facts.place = place_of(model_, system_.states[largest]);
   const TearsKept kept(evaluator_);
   if (now.explicit_form) facts.fastest = fastest_motion(program_, evaluator_, now.t, now.x);
   return facts;

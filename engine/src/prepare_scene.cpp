@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <unordered_map>
 
 #include "bgsim/model.hpp"
@@ -68,6 +69,33 @@ class ScenePreparation {
     return std::move(inputs_);
   }
 
+  /// What --set says, as the scene would say it.
+  Model settled(const std::string& name) {
+    const std::string scene_name = find(name).name;
+    values_.resize(model_.parameters.size());
+    for (const std::string& text : overrides_.set) apply(text);
+    stop_if_wrong();
+    Model result = model_;
+    result.pool = pool_;
+    for (Scene& scene : result.scenes) {
+      if (scene.name != scene_name) continue;
+      for (const auto& [parameter, value] : set_parameters_) scene.parameters[parameter] = {value, Place{}};
+      for (const auto& [state, value] : set_states_) {
+        const std::uint64_t store = find_state(state)->key;  // which the scene may name by its other variable
+        std::erase_if(scene.initial, [&](const auto& given) { return find_state(given.first)->key == store; });
+        scene.initial[state] = {value, Place{}};
+      }
+      if (overrides_.relative) scene.relative = overrides_.relative;
+      if (overrides_.absolute) scene.absolute = overrides_.absolute;
+      if (overrides_.absolute) scene.absolute_by_state.clear();
+      const Method method = overrides_.method.value_or(scene.method);
+      if (overrides_.step || method != scene.method) scene.step = overrides_.step;
+      if (overrides_.max_order || method != scene.method) scene.max_order = overrides_.max_order;
+      scene.method = method;
+    }
+    return result;
+  }
+
  private:
   void problem(const char* code, std::string situation, std::optional<Place> place, std::string help = {},
                std::string rule = {}) {
@@ -105,31 +133,41 @@ class ScenePreparation {
 
   // --- what is given
 
+  /// What an element's port stores, by increasing element and port; then the integrals among the signals.
   static std::uint64_t key(ElementId element, std::uint32_t port) {
     return (std::uint64_t{element.value} << 32U) | port;
   }
+  static std::uint64_t key(SignalId signal) { return key(ElementId(), signal.value); }
   [[nodiscard]] static char initial_letter(const Element& element, bool conjugate) {
     return stores_displacement(element.kind) ? (conjugate ? 'e' : 'q') : (conjugate ? 'f' : 'p');
+  }
+  [[nodiscard]] static std::string initial_name(const Element& element, std::uint32_t port, bool conjugate) {
+    return port_name(element, port) + "." + initial_letter(element, conjugate);
   }
 
   void collect_initial(const Scene& scene) {
     for (std::size_t i = 0; i < model_.elements.size(); ++i)
       for (const InitialValue& initial : model_.elements[i].initial)
         initial_[key(ElementId(i), initial.port)] = {initial.value, initial.place, initial.conjugate};
+    for (std::size_t i = 0; i < model_.signals.size(); ++i)
+      if (model_.signals[i].initial.valid())
+        initial_[key(SignalId(i))] = {model_.signals[i].initial, model_.signals[i].initial_place};
     for (const auto& [state, value] : scene.initial)
       if (const auto store = find_state(state)) initial_[store->key] = {value.first, value.second, store->conjugate};
   }
 
   /// The store of a state by its full name. The names are put together once, when the first is asked for.
   std::optional<StorePort> find_state(const std::string& name) {
-    if (states_.empty())
+    if (states_.empty()) {
+      for (std::size_t i = 0; i < model_.signals.size(); ++i)
+        if (model_.signals[i].is_state()) states_.emplace(model_.signals[i].name, StorePort{key(SignalId(i)), false});
       for (std::size_t i = 0; i < model_.elements.size(); ++i) {
         const Element& element = model_.elements[i];
         for (std::uint32_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
           for (const bool conjugate : {false, true})
-            states_.emplace(port_name(element, port) + "." + initial_letter(element, conjugate),
-                            StorePort{key(ElementId(i), port), conjugate});
+            states_.emplace(initial_name(element, port, conjugate), StorePort{key(ElementId(i), port), conjugate});
       }
+    }
     const auto found = states_.find(name);
     return found == states_.end() ? std::nullopt : std::optional(found->second);
   }
@@ -166,6 +204,7 @@ class ScenePreparation {
         if (pool_[id].op == Op::der || (pool_.is_symbol(id) && pool_.symbol_of(id) == model_.time))
           return problem("BG141", "--set " + in_quotes(text) + ": neither t nor der can be used here", {}, {},
                          "parameters and initial values are computed from numbers and parameters only");
+      (state ? set_states_ : set_parameters_)[name] = value;
       if (state)
         initial_[state->key] = {value, std::nullopt, state->conjugate};
       else
@@ -259,16 +298,17 @@ class ScenePreparation {
       const ElementId element(stores[i] >> 32U);
       const auto port = static_cast<std::uint32_t>(stores[i]);
       const Given& given = initial_[stores[i]];
-      const Element& owner = model_.elements[element.index()];
+      const SignalId signal = element.valid() ? SignalId() : SignalId(port);
+      const std::string name = element.valid() ? initial_name(model_.elements[element.index()], port, given.conjugate)
+                                               : model_.signals[signal.index()].name;
       const double* constant = pool_.is_constant(given.value) ? &pool_[given.value].constant : nullptr;
       std::optional<double> value;
       if (constant != nullptr && std::isfinite(*constant))
         value = *constant;
       else
-        value = number(
-            given.value,
-            "the initial value of " + in_quotes(port_name(owner, port) + "." + initial_letter(owner, given.conjugate)),
-            given.place);
+        value = number(given.value, "the initial value of " + in_quotes(name), given.place);
+      if (value && signal.valid()) inputs_.initial.push_back({{}, 0, *value, given.place, signal});
+      if (signal.valid()) continue;
       if (value) values.push_back({port, *value, given.conjugate});
       if (i + 1 < stores.size() && ElementId(stores[i + 1] >> 32U) == element) continue;
       begin_store(element, values, scene);
@@ -279,7 +319,7 @@ class ScenePreparation {
   /// What the ports of a store hold at the start, where values are given.
   void begin_store(ElementId element, const std::vector<StartValue>& values, const Scene& scene) {
     const auto add = [&](std::size_t i, double stored) {
-      inputs_.initial.push_back({element, values[i].port, stored, initial_[key(element, values[i].port)].place});
+      inputs_.initial.push_back({element, values[i].port, stored, initial_[key(element, values[i].port)].place, {}});
     };
     if (std::none_of(values.begin(), values.end(), [](const StartValue& v) { return v.conjugate; })) {
       for (std::size_t i = 0; i < values.size(); ++i) add(i, values[i].value);
@@ -300,15 +340,15 @@ class ScenePreparation {
   }
 
   void prepare_times(const Scene& scene) {
-    std::optional<double> start = 0.0, interval = 0.0;
+    std::optional<double> start = 0.0;
     if (scene.start.valid()) start = number(scene.start, "\"start\"", scene.start_place);
     const auto stop = number(scene.stop, "\"stop\"", scene.stop_place);
-    if (scene.interval.valid()) interval = number(scene.interval, "\"interval\"", scene.interval_place);
-    if (!start || !stop || !interval) return;
+    if (!start || !stop) return;
     inputs_.start = *start;
     inputs_.stop = *stop;
-    PreparedTimes times = scene.interval.valid() ? times_at_interval(*start, *stop, *interval)
-                                                 : times_by_number(*start, *stop, scene.samples);
+    std::optional<PreparedTimes> prepared = output_times(scene, *start, *stop);
+    if (!prepared) return;
+    PreparedTimes& times = *prepared;
     const std::size_t columns = scene.outputs.empty() ? model_.outputs.size() : scene.outputs.size();
     constexpr double kMostNumbers = 1e9;
     if (times.fault.empty() &&
@@ -321,8 +361,28 @@ class ScenePreparation {
       return;
     }
     const bool order = !(*stop >= *start);
+    const Place place = times.at ? scene.times[*times.at].second : scene.interval_place;
     problem(order ? "BG143" : "BG144", "the scene " + in_quotes(scene.name) + ": " + times.fault,
-            order || !scene.interval_place.node.valid() ? scene.stop_place : scene.interval_place, times.help);
+            order || !place.node.valid() ? scene.stop_place : place, times.help);
+  }
+
+  /// None if one of them is no number, which is reported.
+  std::optional<PreparedTimes> output_times(const Scene& scene, double start, double stop) {
+    if (scene.interval.valid()) {
+      const auto interval = number(scene.interval, "\"interval\"", scene.interval_place);
+      return interval ? std::optional(times_at_interval(start, stop, *interval)) : std::nullopt;
+    }
+    if (scene.log_samples) {
+      std::optional<double> from;
+      if (scene.log_from.valid()) from = number(scene.log_from, "\"from\"", scene.log_from_place);
+      if (scene.log_from.valid() && !from) return std::nullopt;
+      return times_by_logarithm(start, stop, *scene.log_samples, from);
+    }
+    if (scene.times.empty()) return times_by_number(start, stop, scene.samples);
+    std::vector<double> list;
+    for (const auto& [time, place] : scene.times)
+      if (const auto value = number(time, "an output time", place)) list.push_back(*value);
+    return list.size() == scene.times.size() ? std::optional(times_listed(start, stop, std::move(list))) : std::nullopt;
   }
 
   void choose_outputs(const Scene& scene) {
@@ -416,6 +476,7 @@ class ScenePreparation {
   std::unordered_map<std::string, std::string> set_before_;       ///< what --set has set: target to the whole text
   std::vector<Given> values_;                                     ///< by ParameterId
   std::unordered_map<std::uint64_t, Given> initial_;              ///< by key()
+  std::map<std::string, ExprId> set_parameters_, set_states_;     ///< by --set
   std::vector<double> symbol_values_;                             ///< of parameters; NaN for the others
   std::vector<Diagnostic> problems_;
 };
@@ -424,6 +485,10 @@ class ScenePreparation {
 
 RunInputs prepare_scene(const Model& model, const std::string& scene, const SceneOverrides& overrides) {
   return ScenePreparation(model, overrides).run(scene);
+}
+
+Model with_overrides(const Model& model, const std::string& scene, const SceneOverrides& overrides) {
+  return ScenePreparation(model, overrides).settled(scene);
 }
 
 }  // namespace bgsim

@@ -25,17 +25,12 @@ Model read_model(const std::string& path, const ReadOptions& options) {
   return read_model_text(path, std::move(file.text), options);
 }
 
-Model read_model(const std::string& path) { return read_model(path, ReadOptions()); }
-Model read_model_text(const std::string& path, std::string text) {
-  return read_model_text(path, std::move(text), ReadOptions());
-}
-
 Model read_model_text(const std::string& path, std::string text, const ReadOptions& options) {
   return Reader(path, options).read(std::move(text));
 }
 
 Reader::Reader(std::string path, const ReadOptions& options)
-    : path_(std::move(path)), reading_(with_folder_of(path_, options)), sources_(std::make_shared<Sources>()) {}
+    : path_(std::move(path)), options_(with_folder_of(path_, options)), sources_(std::make_shared<Sources>()) {}
 
 Model Reader::read(std::string text) {
   model_.sources = sources_;
@@ -48,8 +43,9 @@ Model Reader::read(std::string text) {
   declare_all();
   parse_quantities();
   for (std::size_t i = 0; i < model_.elements.size(); ++i) parse_element(i);
-  parse_outputs();
+  parse_outputs(0);
   parse_scenes();
+  apply_options();
   check_dependence();
   if (problems_.empty()) problems_ = store_rate_faults(model_);
   if (!problems_.empty()) {
@@ -120,7 +116,7 @@ DocumentId Reader::load(const std::string& path, std::optional<std::string> text
   if (const auto known = loaded_.find(key); known != loaded_.end()) return known->second;
   DocumentId& result = loaded_[key];
   if (!text) {
-    if (!may_be_named(path, reading_)) {
+    if (!may_be_named(path, options_)) {
       problem("BG170", "the submodel " + in_quotes(path) + " lies outside of the model's folder", from, kOutsideHelp,
               kOutsideRule);
       return {};
@@ -134,9 +130,14 @@ DocumentId Reader::load(const std::string& path, std::optional<std::string> text
     }
     text = std::move(file.text);
   }
+  return result = add_document(path, std::move(*text));
+}
+
+/// A text as one of the model's documents; none if it is no JSON, which is reported.
+DocumentId Reader::add_document(const std::string& path, std::string text) {
   const DocumentId id(sources_->size());
   try {
-    sources_->push_back(Document::parse(id, path, std::move(*text)));
+    sources_->push_back(Document::parse(id, path, std::move(text)));
   } catch (const ModelError& error) {
     // The place is in the file that failed: keep its text for the message.
     if (error.sources && id.index() < error.sources->size()) sources_->push_back((*error.sources)[id.index()]);
@@ -144,7 +145,16 @@ DocumentId Reader::load(const std::string& path, std::optional<std::string> text
     for (const Diagnostic& fault : error.diagnostics) problems_.push_back(shown ? fault : without_text(fault));
     return {};
   }
-  return result = id;
+  return id;
+}
+
+/// A file of parameters, which may come from a pipe as the model may.
+DocumentId Reader::load_parameters(const std::string& path) {
+  InputText file = read_input(path, NamedBy::user, '{');
+  if (file.fault.empty()) return add_document(path, std::move(file.text));
+  problem("BG190", "cannot read the parameters " + in_quotes(path) + ": " + file.fault, {},
+          "paths on the command line are relative to the folder you are in");
+  return {};
 }
 
 std::string Reader::beside(DocumentId id, std::string_view file) const {

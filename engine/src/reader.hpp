@@ -63,6 +63,8 @@ class Reader {
   DocumentId load(const std::string& path, std::optional<std::string> text, const std::optional<Place>& from);
   [[nodiscard]] const Document& document(DocumentId id) const { return (*sources_)[id.index()]; }
   [[nodiscard]] const Document& document(const Scope& scope) const { return document(scope.document); }
+  DocumentId load_parameters(const std::string& path);
+  DocumentId add_document(const std::string& path, std::string text);
   [[nodiscard]] std::string beside(DocumentId id, std::string_view file) const;
   bool is_model(DocumentId id);
   void check_root(const Scope& scope);
@@ -93,6 +95,11 @@ class Reader {
   void end_scope(std::size_t scope);
   bool claim(const std::string& full_name, const Entity& entity);
   void declare_quantities(std::size_t scope, bool signals);
+  struct QuantityKeys {
+    NodeId value, initial;  ///< none where not given
+    Signal::Kind kind = Signal::Kind::value;
+  };
+  QuantityKeys quantity_keys(const Document& file, NodeId node, bool signal);
   void declare_element(std::size_t scope, NodeId node);
   bool read_ports(std::size_t scope, NodeId node, Element& element);
   void add_element(std::size_t scope, NodeId node, Element element);
@@ -113,6 +120,7 @@ class Reader {
   void survey(DocumentId root);
   void declare_instance(std::size_t scope, NodeId node, std::string_view kind);
   void apply_overrides(std::size_t scope);
+  void override_signal(std::size_t scope, std::uint32_t index, NodeId node);
   void declare_exports(std::size_t scope);
 
   // bonds (reader_bonds.cpp)
@@ -157,6 +165,7 @@ class Reader {
 
   // elements (reader_elements.cpp)
   void parse_quantities();
+  void parse_signal(std::size_t index);
   void parse_element(std::size_t index);
   std::optional<NodeId> chosen_way(std::size_t index);
   void parse_energy(std::size_t index, NodeId value);
@@ -166,7 +175,20 @@ class Reader {
   void warn_of_euler(std::size_t index, ExprId right, const Place& place);
   void parse_initial(std::size_t index, NodeId value);
   void parse_priority(std::size_t index, NodeId value);
-  void parse_outputs();
+  void parse_outputs(std::size_t scope);
+
+  // what is said outside of the model's files (reader_options.cpp)
+  void apply_options();
+  void read_parameter_file(const std::string& path);
+  void set_from_file(std::size_t scope, NodeId node);
+  bool check_file_unit(Parameter& parameter, const Document& file, NodeId unit);
+  void read_command_line();
+  void change_times(std::size_t scope);
+  void add_outputs(std::size_t scope);
+  void record(std::size_t scope, NodeId list);
+  void record_name(std::size_t scope, NodeId item, std::vector<std::string>& names);
+  void record_group(std::string_view group, const Place& place, std::vector<std::string>& names);
+  void record_symbol(SymbolId symbol, const Place& place, std::vector<std::string>& names);
 
   // rules about whole expressions (reader_rules.cpp)
   enum class Varies : std::uint8_t { never, with_time, with_state };
@@ -183,6 +205,11 @@ class Reader {
   void parse_scenes();
   void parse_scene(NodeId node);
   void parse_times(NodeId node, Scene& scene);
+  bool parse_time(std::size_t scope, NodeId object, const char* key, ExprId& time, Place& place);
+  void parse_output_times(std::size_t scope, NodeId object, Scene& scene);
+  std::optional<std::size_t> sample_count(const Document& file, NodeId value, const std::string& what);
+  void parse_log_samples(std::size_t scope, NodeId samples, Scene& scene);
+  void parse_listed_times(std::size_t scope, NodeId times, Scene& scene);
   void parse_scene_parameters(NodeId node, Scene& scene);
   void parse_scene_initial(NodeId node, Scene& scene);
   void parse_scene_outputs(NodeId node, Scene& scene);
@@ -195,7 +222,7 @@ class Reader {
   bool check_output(const std::string& name, const Place& place);
 
   std::string path_;
-  ReadOptions reading_;  ///< the first of the roots is the model's own folder
+  ReadOptions options_;  ///< the first of the roots is the model's own folder
   std::shared_ptr<Sources> sources_;
   Model model_;
   std::vector<Scope> scopes_;
@@ -214,7 +241,11 @@ class Reader {
   std::unordered_map<std::string, CsvTable> data_;        ///< by path
   std::unordered_map<std::string, TableId> tables_;       ///< by file, column and interpolation
   std::unordered_map<std::string, std::size_t> outputs_;  ///< by name
-  std::vector<Written> parameter_text_, signal_text_, element_text_;
+  std::vector<Written> parameter_text_, element_text_;
+  struct SignalText {
+    Written value, initial;
+  };
+  std::vector<SignalText> signal_text_;
   std::unordered_map<std::uint64_t, SymbolId> bond_symbols_;
   std::vector<Varies> signal_varies_;  ///< by SignalId
 

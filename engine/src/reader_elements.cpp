@@ -9,9 +9,15 @@ void Reader::parse_quantities() {
   for (std::size_t i = 0; i < model_.parameters.size(); ++i)
     if (const auto [names, value] = parameter_text_[i]; value.valid())
       model_.parameters[i].value = expression({names, nullptr, "a parameter"}, value, "a parameter");
-  for (std::size_t i = 0; i < model_.signals.size(); ++i)
-    if (const auto [names, value] = signal_text_[i]; value.valid())
-      model_.signals[i].value = expression({names, nullptr, nullptr}, value, "a signal");
+  for (std::size_t i = 0; i < model_.signals.size(); ++i) parse_signal(i);
+}
+
+void Reader::parse_signal(std::size_t index) {
+  Signal& signal = model_.signals[index];
+  const auto& [value, initial] = signal_text_[index];
+  if (value.value.valid()) signal.value = expression({value.names, nullptr, nullptr}, value.value, "a signal");
+  if (initial.value.valid())
+    signal.initial = expression({initial.names, nullptr, "an initial value"}, initial.value, "an initial value");
 }
 
 void Reader::parse_element(std::size_t index) {
@@ -228,11 +234,11 @@ void Reader::parse_priority(std::size_t index, NodeId value) {
 }
 
 /// Outputs of submodels are not taken over: they are for running the submodel by itself.
-void Reader::parse_outputs() {
+void Reader::parse_outputs(std::size_t scope) {
   static constexpr std::array<std::string_view, 3> kKeys{"value", "unit", "about"};
-  const NodeId object = section(scopes_[0], "outputs", JsonKind::object);
+  const NodeId object = section(scopes_[scope], "outputs", JsonKind::object);
   if (!object.valid()) return;
-  const Document& file = document(scopes_[0]);
+  const Document& file = document(scopes_[scope]);
   for (NodeId node = file[object].first_child; node.valid(); node = file[node].next_sibling) {
     Output output;
     output.name = file[node].key;
@@ -240,6 +246,12 @@ void Reader::parse_outputs() {
     if (output.name.empty() || output.name == "t") {
       problem("BG115", in_quotes(output.name) + " cannot be the name of an output", output.place, "choose another name",
               "the columns of a trace have names, and the first one is t");
+      continue;
+    }
+    if (const auto there = outputs_.find(output.name); there != outputs_.end()) {
+      problem("BG116", "there is an output " + in_quotes(output.name) + " already", output.place,
+              "choose another name for the column", "the columns of a trace have different names",
+              {{model_.outputs[there->second].place, "it is declared here"}});
       continue;
     }
     NodeId value = node;
@@ -253,7 +265,7 @@ void Reader::parse_outputs() {
         missing(file, node, "the output " + in_quotes(output.name) + " has no \"value\"", output.place,
                 "add \"value\": an expression");
     }
-    if (value.valid()) output.value = expression({0, nullptr, nullptr}, value, "an output");
+    if (value.valid()) output.value = expression({scope, nullptr, nullptr}, value, "an output");
     outputs_.emplace(output.name, model_.outputs.size());
     model_.outputs.push_back(std::move(output));
   }

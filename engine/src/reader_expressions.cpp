@@ -60,7 +60,9 @@ bool Reader::only_parameters(const Context& context, NodeId value, ExprId expres
 
 /// Whether a name that is not known may have been declared where the file cannot be read, which is reported.
 bool Reader::perhaps_declared(std::size_t scope, std::string_view name) const {
-  const auto lost = [&](std::string_view key) { return unreadable(scopes_[scope], key); };
+  // What the command line and files of parameters say uses the names of the top model.
+  const Scope& declares = scopes_[scope].prefix.empty() ? scopes_[0] : scopes_[scope];
+  const auto lost = [&](std::string_view key) { return unreadable(declares, key); };
   if (name.find('.') == std::string_view::npos) return lost("parameters") || lost("signals");
   return lost("elements") || lost("bonds") || lost("types");
 }
@@ -207,9 +209,14 @@ std::optional<SymbolId> Reader::variable_of(std::size_t scope, std::string_view 
   return port_variable(element, port.value_or(0), *variable);
 }
 
-/// The symbol of a stored quantity by its full name, as scenes name it; @p or_conjugate: or of the effort of a C or the
-/// flow of an I, from which it follows.
+/// The symbol of a stored quantity or an integral by its full name, as scenes name it; @p or_conjugate: or of the
+/// effort of a C or the flow of an I, from which it follows.
 std::optional<SymbolId> Reader::state_named(std::string_view name, bool or_conjugate) {
+  if (const auto found = names_.find(std::string(name));
+      found != names_.end() && found->second.kind == Entity::Kind::signal) {
+    const Signal& signal = model_.signals[found->second.index];
+    return signal.is_state() ? std::optional(signal.symbol) : std::nullopt;
+  }
   const auto dot = name.rfind('.');
   if (dot == std::string_view::npos || dot + 2 != name.size()) return std::nullopt;
   const auto symbol = variable_of(0, name.substr(0, dot), name[dot + 1]);

@@ -64,9 +64,27 @@ SymbolId Reader::add_symbol(ModelSymbol symbol) {
   return SymbolId(model_.symbols.size() - 1);
 }
 
+/// What an object among the parameters or signals says: { value } or, among signals, { integral, initial }.
+Reader::QuantityKeys Reader::quantity_keys(const Document& file, NodeId node, bool signal) {
+  static constexpr std::array<std::string_view, 6> kKeys{"value", "unit", "about", "source", "integral", "initial"};
+  const std::string what = signal ? "a signal" : "a parameter", name = in_quotes(file[node].key);
+  check_keys(file, node, std::span(kKeys).first(signal ? 6 : 4), what);
+  QuantityKeys keys{file.find(node, "value"), {}, Signal::Kind::value};
+  if (!signal) return keys;
+  const NodeId integral = file.find(node, "integral");
+  keys.initial = file.find(node, "initial");
+  if (keys.value.valid() && integral.valid())
+    problem("BG112", "the signal " + name + " has both \"value\" and \"integral\"", file.key_place(integral),
+            "keep one of them", "a signal is given by its value or by its rate");
+  if (keys.value.valid() && keys.initial.valid())
+    problem("BG111", "a signal with a \"value\" has no key \"initial\"", file.key_place(keys.initial),
+            "leave it out, or write \"integral\" if the expression is the signal's rate");
+  if (integral.valid()) keys = {integral, keys.initial, Signal::Kind::integral};
+  return keys;
+}
+
 /// "parameters" or "signals": name -> value, or name -> { value, unit, about, source }.
 void Reader::declare_quantities(std::size_t scope, bool signals) {
-  static constexpr std::array<std::string_view, 4> kKeys{"value", "unit", "about", "source"};
   const NodeId object = section(scopes_[scope], signals ? "signals" : "parameters", JsonKind::object);
   if (!object.valid()) return;
   const Document& file = document(scopes_[scope]);
@@ -77,31 +95,43 @@ void Reader::declare_quantities(std::size_t scope, bool signals) {
       broken_.insert(scopes_[scope].prefix + name);
       continue;
     }
-    NodeId value = node;
+    QuantityKeys keys{node, {}, Signal::Kind::value};
     std::string unit, about;
     Place unit_place;
     if (file[node].kind == JsonKind::object) {
-      check_keys(file, node, kKeys, what);
+      keys = quantity_keys(file, node, signals);
       unit = text_of(file, node, "unit");
       if (!unit.empty()) unit_place = file.place(file.find(node, "unit"));
       about = text_of(file, node, "about");
       text_of(file, node, "source");
-      value = file.find(node, "value");
-      if (!value.valid())
-        missing(file, node, what.substr(2) + " " + in_quotes(name) + " has no \"value\"", file.key_place(node),
-                "add \"value\": a number or an expression");
+      if (!keys.value.valid())
+        missing(
+            file, node, what.substr(2) + " " + in_quotes(name) + " has no \"value\"", file.key_place(node),
+            std::string("add \"value\": a number or an expression") + (signals ? ", or \"integral\": its rate" : ""));
     }
+    const NodeId value = keys.value;
     const std::size_t index = signals ? model_.signals.size() : model_.parameters.size();
     const auto kind = signals ? Entity::Kind::signal : Entity::Kind::parameter;
     if (!claim(scopes_[scope].prefix + name, {kind, static_cast<std::uint32_t>(index), file.key_place(node)})) continue;
     ModelSymbol symbol;
     symbol.kind = signals ? ModelSymbol::Kind::signal : ModelSymbol::Kind::parameter;
-    (signals ? signal_text_ : parameter_text_).push_back({static_cast<std::uint32_t>(scope), value});
+    const Written written{static_cast<std::uint32_t>(scope), value};
     const Place place = value.valid() ? file.place(value) : file.key_place(node);
     if (signals) {
       symbol.signal = SignalId(index);
-      model_.signals.push_back({scopes_[scope].prefix + name, {}, add_symbol(symbol), unit, about, place, unit_place});
+      signal_text_.push_back({written, {written.names, keys.initial}});
+      model_.signals.push_back({scopes_[scope].prefix + name,
+                                {},
+                                add_symbol(symbol),
+                                unit,
+                                about,
+                                place,
+                                unit_place,
+                                keys.kind,
+                                {},
+                                keys.initial.valid() ? file.place(keys.initial) : Place{}});
     } else {
+      parameter_text_.push_back(written);
       symbol.parameter = ParameterId(index);
       model_.parameters.push_back({scopes_[scope].prefix + name,
                                    {},

@@ -6,6 +6,14 @@
 
 namespace bgsim {
 
+namespace {
+
+/// An integral is known before its rate is: no circle runs through it.
+bool is_state(const Parameter& /*unused*/) { return false; }
+bool is_state(const Signal& signal) { return signal.is_state(); }
+
+}  // namespace
+
 void Reader::check_dependence() {
   check_cycles(model_.parameters, ModelSymbol::Kind::parameter, "parameters");
   check_cycles(model_.signals, ModelSymbol::Kind::signal, "signals");
@@ -18,7 +26,7 @@ template <class Quantity>
 void Reader::check_cycles(const std::vector<Quantity>& quantities, ModelSymbol::Kind kind, const char* what) {
   const auto refers_to = [&](std::size_t i) {
     std::vector<std::size_t> others;
-    if (!quantities[i].value.valid()) return others;
+    if (!quantities[i].value.valid() || is_state(quantities[i])) return others;
     for (const SymbolId id : symbols_in(model_.pool, std::array{quantities[i].value})) {
       const ModelSymbol& symbol = model_.symbols[id.index()];
       if (symbol.kind == kind)
@@ -42,7 +50,10 @@ void Reader::check_cycles(const std::vector<Quantity>& quantities, ModelSymbol::
   if (kind != ModelSymbol::Kind::signal) return;
   signal_varies_.assign(model_.signals.size(), Varies::never);
   for (const std::size_t i : dependence.order)
-    if (quantities[i].value.valid()) signal_varies_[i] = variation(quantities[i].value);
+    if (is_state(quantities[i]))
+      signal_varies_[i] = Varies::with_state;
+    else if (quantities[i].value.valid())
+      signal_varies_[i] = variation(quantities[i].value);
 }
 
 Reader::Varies Reader::variation(SymbolId id) const {

@@ -16,9 +16,9 @@ void Reader::parse_scenes() {
 }
 
 void Reader::parse_scene(NodeId node) {
-  static constexpr std::array<std::string_view, 14> kKeys{"about",      "start",   "stop",      "samples",  "interval",
-                                                          "parameters", "initial", "outputs",   "relative", "absolute",
-                                                          "method",     "step",    "max_order", "reference"};
+  static constexpr std::array<std::string_view, 15> kKeys{
+      "about",   "start",    "stop",     "samples", "interval", "times",     "parameters", "initial",
+      "outputs", "relative", "absolute", "method",  "step",     "max_order", "reference"};
   const Document& file = document(scopes_[0]);
   Scene scene;
   scene.name = file[node].key;
@@ -39,31 +39,83 @@ void Reader::parse_scene(NodeId node) {
 
 void Reader::parse_times(NodeId node, Scene& scene) {
   const Document& file = document(scopes_[0]);
-  const auto time = [&](const char* key, ExprId& expr, Place& place) {
-    const NodeId value = file.find(node, key);
-    if (!value.valid()) return false;
-    const std::string what = in_quotes(key);
-    place = file.place(value);
-    expr = expression({0, nullptr, what.c_str()}, value, what);
-    return true;
-  };
-  time("start", scene.start, scene.start_place);
-  const bool interval = time("interval", scene.interval, scene.interval_place);
-  if (!time("stop", scene.stop, scene.stop_place))
+  parse_time(0, node, "start", scene.start, scene.start_place);
+  if (!parse_time(0, node, "stop", scene.stop, scene.stop_place))
     missing(file, node, "the scene " + in_quotes(scene.name) + " has no \"stop\"", scene.place,
             "add \"stop\": the time at which it ends");
-  const NodeId samples = file.find(node, "samples");
-  if (!samples.valid() || !expect(file, samples, JsonKind::number, "\"samples\"")) return;
-  const double n = file[samples].number;
+  parse_output_times(0, node, scene);
+}
+
+/// One time of a scene. False if it is not given.
+bool Reader::parse_time(std::size_t scope, NodeId object, const char* key, ExprId& time, Place& place) {
+  const Document& file = document(scopes_[scope]);
+  const NodeId value = file.find(object, key);
+  if (!value.valid()) return false;
+  const std::string what = in_quotes(key);
+  place = file.place(value);
+  time = expression({scope, nullptr, what.c_str()}, value, what);
+  return true;
+}
+
+/// One of "samples", "interval" and "times".
+void Reader::parse_output_times(std::size_t scope, NodeId object, Scene& scene) {
+  static constexpr std::array<const char*, 3> kWays{"interval", "samples", "times"};
+  const Document& file = document(scopes_[scope]);
+  const char* first = nullptr;
+  for (const char* way : kWays) {
+    const NodeId value = file.find(object, way);
+    if (!value.valid()) continue;
+    if (first != nullptr) {
+      problem("BG144",
+              "the scene " + in_quotes(scene.name) + " has both " + in_quotes(first) + " and " + in_quotes(way),
+              file.key_place(value), "keep one of them");
+      return;
+    }
+    first = way;
+    scene.interval_place = file.place(value);
+  }
+  parse_time(scope, object, "interval", scene.interval, scene.interval_place);
+  if (const NodeId samples = file.find(object, "samples"); samples.valid()) {
+    if (file[samples].kind == JsonKind::object)
+      parse_log_samples(scope, samples, scene);
+    else
+      scene.samples = sample_count(file, samples, "\"samples\"");
+  }
+  if (const NodeId times = file.find(object, "times"); times.valid()) parse_listed_times(scope, times, scene);
+}
+
+std::optional<std::size_t> Reader::sample_count(const Document& file, NodeId value, const std::string& what) {
+  if (!expect(file, value, JsonKind::number, what)) return std::nullopt;
+  const double n = file[value].number;
   constexpr double kMostSamples = 1e9;
-  scene.interval_place = file.place(samples);
-  if (n != std::floor(n) || n < 1.0 || n > kMostSamples)
-    problem("BG144", "\"samples\" must be a whole number from 1 to 1e9", file.place(samples));
-  else
-    scene.samples = static_cast<std::size_t>(n);
-  if (interval)
-    problem("BG144", "the scene " + in_quotes(scene.name) + " has both \"samples\" and \"interval\"",
-            file.key_place(samples), "keep one of them");
+  if (n == std::floor(n) && n >= 1.0 && n <= kMostSamples) return static_cast<std::size_t>(n);
+  problem("BG144", what + " must be a whole number from 1 to 1e9", file.place(value));
+  return std::nullopt;
+}
+
+/// { "log": 101, "from": 1e-6 }.
+void Reader::parse_log_samples(std::size_t scope, NodeId samples, Scene& scene) {
+  static constexpr std::array<std::string_view, 2> kKeys{"log", "from"};
+  const Document& file = document(scopes_[scope]);
+  check_keys(file, samples, kKeys, "\"samples\"");
+  parse_time(scope, samples, "from", scene.log_from, scene.log_from_place);
+  const NodeId log = file.find(samples, "log");
+  if (!log.valid())
+    return missing(file, samples, "\"samples\" has no \"log\"", file.place(samples),
+                   "add \"log\": the number of output times, evenly spaced by their logarithms");
+  scene.log_samples = sample_count(file, log, "\"log\"");
+}
+
+void Reader::parse_listed_times(std::size_t scope, NodeId times, Scene& scene) {
+  const Document& file = document(scopes_[scope]);
+  if (!expect(file, times, JsonKind::array, "\"times\"")) return;
+  if (file[times].child_count == 0)
+    problem("BG144", "the list of output times is empty", file.place(times),
+            "name at least one time, or leave \"times\" out");
+  for (NodeId child = file[times].first_child; child.valid(); child = file[child].next_sibling) {
+    const ExprId time = expression({scope, nullptr, "\"times\""}, child, "an output time");
+    if (time.valid()) scene.times.emplace_back(time, file.place(child));
+  }
 }
 
 void Reader::parse_scene_parameters(NodeId node, Scene& scene) {
@@ -98,8 +150,9 @@ void Reader::parse_scene_initial(NodeId node, Scene& scene) {
     const std::string name(file[child].key);
     if (!check_state(name, file.key_place(child), true)) continue;
     const ModelSymbol& symbol = model_.symbols[state_named(name, true)->index()];
-    if (const auto [first, is_new] = given.emplace(std::pair(symbol.element, symbol.port), file.key_place(child));
-        !is_new) {
+    const bool store = symbol.kind == ModelSymbol::Kind::port_variable;
+    const auto [first, is_new] = given.emplace(std::pair(symbol.element, symbol.port), file.key_place(child));
+    if (store && !is_new) {
       problem("BG184", "two initial values are given for one store", file.key_place(child), "keep one of them",
               "what a store holds and its effort or flow follow from each other by its law",
               {{first->second, "this is the other one"}});
@@ -124,12 +177,14 @@ bool Reader::check_state(const std::string& name, const Place& place, bool or_co
         help = initial_advice(element, name.substr(dot + 1), name.substr(0, dot + 1));
   if (help.empty()) help = "states have names like \"mass.p\", \"spring.q\" or \"packet.air.q\"";
   problem("BG147", refusal_ ? refusal_->situation : "there is no state " + in_quotes(name), place, help,
-          "states are what the stores hold: q of C and CC, p of I and II");
+          "states are what the stores hold: q of C and CC, p of I and II; and the integrals among the signals");
   return false;
 }
 
 std::vector<std::string> Reader::state_names() const {
   std::vector<std::string> names;
+  for (const Signal& signal : model_.signals)
+    if (signal.is_state() && names.size() < kMostSearched) names.push_back(signal.name);
   for (const Element& element : model_.elements) {
     if (names.size() >= kMostSearched || enough_problems()) break;
     for (std::size_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)

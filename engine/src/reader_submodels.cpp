@@ -171,15 +171,40 @@ void Reader::apply_overrides(std::size_t scope) {
                 file.key_place(node), help);
         continue;
       }
-      const Written written{static_cast<std::uint32_t>(own.parent), node};
       if (signals) {
-        signal_text_[found->second.index] = written;
-        model_.signals[found->second.index].place = file.place(node);
+        override_signal(scope, found->second.index, node);
       } else {
-        parameter_text_[found->second.index] = written;
+        parameter_text_[found->second.index] = {static_cast<std::uint32_t>(own.parent), node};
         model_.parameters[found->second.index].place = file.place(node);
       }
     }
+  }
+}
+
+/// An expression takes the place of whatever the submodel says of its signal; an object may make an integral of it, or
+/// give an integral another initial value.
+void Reader::override_signal(std::size_t scope, std::uint32_t index, NodeId node) {
+  static constexpr std::array<std::string_view, 3> kKeys{"value", "integral", "initial"};
+  const auto parent = static_cast<std::uint32_t>(scopes_[scope].parent);
+  const Document& file = document(scopes_[parent]);
+  Signal& signal = model_.signals[index];
+  SignalText& text = signal_text_[index];
+  QuantityKeys keys{node, {}, Signal::Kind::value};
+  if (file[node].kind == JsonKind::object) {
+    check_keys(file, node, kKeys, "a submodel's signal");
+    keys = quantity_keys(file, node, true);
+    if (!keys.value.valid() && !(keys.initial.valid() && signal.is_state()))
+      return missing(file, node, "the signal " + in_quotes(file[node].key) + " has no \"value\"", file.key_place(node),
+                     "add \"value\": an expression, or \"integral\": its rate");
+  }
+  if (keys.value.valid()) {
+    signal.kind = keys.kind;
+    signal.place = file.place(keys.value);
+    text = {{parent, keys.value}, {}};
+  }
+  if (keys.initial.valid()) {
+    signal.initial_place = file.place(keys.initial);
+    text.initial = {parent, keys.initial};
   }
 }
 

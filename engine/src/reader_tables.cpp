@@ -56,7 +56,7 @@ TableId Reader::load_table(const Scope& scope, std::string_view text, std::strin
     const auto begin = static_cast<std::size_t>(part.data() - text.data());
     throw ExpressionError("BG127", what, begin, begin + part.size(), help);
   };
-  if (!may_be_named(path, reading_)) {
+  if (!may_be_named(path, options_)) {
     const auto begin = static_cast<std::size_t>(file.data() - text.data());
     throw ExpressionError("BG170", "the data file " + in_quotes(path) + " lies outside of the model's folder", begin,
                           begin + file.size(), kOutsideHelp);

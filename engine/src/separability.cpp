@@ -72,7 +72,7 @@ Diagnostic not_separable_failure(const Program& program, const EquationSystem& s
                          (obstacle.state == obstacle.other ? state + " itself"
                                                            : quoted(program.state_names[obstacle.other]) +
                                                                  ", and the states do not fall into two halves");
-  diagnostic.place = program.model->elements[system.states[obstacle.state].element.index()].place;
+  diagnostic.place = place_of(*program.model, system.states[obstacle.state]);
   if (!obstacle.losses.empty()) {
     constexpr std::size_t kMost = 5;
     std::string names;

@@ -28,6 +28,8 @@ std::string last_part(const std::string& name) {
 
 std::vector<std::string> state_names(const Model& model) {
   std::vector<std::string> names;
+  for (const Signal& signal : model.signals)
+    if (signal.is_state()) names.push_back(signal.name);
   for (const Element& element : model.elements)
     for (std::size_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
       names.push_back(port_name(element, port) + "." + letter(stored_variable(element.kind)));

@@ -57,6 +57,10 @@ std::string show_scene(const Model& model, const Scene& scene) {
   text += " stop " + write(scene.stop);
   if (scene.samples) text += ", samples " + std::to_string(*scene.samples);
   if (scene.interval.valid()) text += ", interval " + write(scene.interval);
+  if (scene.log_samples) text += ", samples " + std::to_string(*scene.log_samples) + " by logarithm";
+  if (scene.log_from.valid()) text += " from " + write(scene.log_from);
+  for (std::size_t i = 0; i < scene.times.size(); ++i)
+    text += (i == 0 ? ", times " : " ") + write(scene.times[i].first);
   for (const auto& [name, value] : scene.parameters) text += ", " + name + " = " + write(value.first);
   for (const auto& [name, value] : scene.initial) text += ", initially " + name + " = " + write(value.first);
   for (const std::string& output : scene.outputs) text += ", output " + output;
@@ -110,7 +114,8 @@ std::string show_model(const Model& model) {
   for (const Parameter& parameter : model.parameters)
     line("parameter " + parameter.name + " = " + write(parameter.value) + with_unit(parameter.unit));
   for (const Signal& signal : model.signals)
-    line("signal " + signal.name + " = " + write(signal.value) + with_unit(signal.unit));
+    line("signal " + signal.name + (signal.is_state() ? "' = " : " = ") + write(signal.value) +
+         (signal.initial.valid() ? ", initially " + write(signal.initial) : "") + with_unit(signal.unit));
   for (const Element& element : model.elements) text += show_element(model, element);
   for (const ModelBond& bond : model.bonds)
     text += "bond " + bond.name + ": " + end_text(model, bond.from) + " -> " + end_text(model, bond.to) + "\n";

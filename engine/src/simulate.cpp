@@ -381,8 +381,7 @@ bool Run::follow_grid() {
   result_.report.method = "none (no states)";
   result_.report.method_reason = "nothing is stored";
   const auto evaluate = [this](double t) { return evaluator_.initialize_modes(t, x_.data()); };
-  for (std::size_t i = 0; i < inputs_.output_times.size(); ++i) {
-    const double t = inputs_.output_times[i];
+  const auto reach = [&](double t) {
     while (audited_ < t) {
       const double to = evaluator_.next_time_event(audited_, t).value_or(t);
       if (to < t) ++time_events_;
@@ -393,9 +392,13 @@ bool Run::follow_grid() {
     }
     if (!evaluate(t)) return fail_with_fault();
     t_ = t;
-    if (!emit_at(t, x_.data()) || !goes_on(t)) return false;
+    return true;
+  };
+  for (std::size_t i = 0; i < inputs_.output_times.size(); ++i) {
+    const double t = inputs_.output_times[i];
+    if (!reach(t) || !emit_at(t, x_.data()) || !goes_on(t)) return false;
   }
-  return true;
+  return t_ >= inputs_.stop || reach(inputs_.stop);
 }
 
 bool Run::emit_before(double t) {
@@ -488,7 +491,7 @@ StuckPoint Run::stuck_point(const std::string& words) {
   point.start = inputs_.start;
   point.words = words;
   point.names = program_.state_names;
-  for (const State& state : system_.states) point.places.emplace_back(model_.elements[state.element.index()].place);
+  for (const State& state : system_.states) point.places.emplace_back(place_of(model_, state));
   point.places.resize(y_.size());
   for (const ProgramBlock& block : program_.blocks)
     std::fill_n(point.places.begin() + static_cast<std::ptrdiff_t>(x_.size() + block.first_tear), block.size,

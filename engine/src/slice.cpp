@@ -58,7 +58,7 @@ std::vector<bool> needed_elements(const Model& model, const EquationSystem& syst
     if (const ElementId element = system.equations[i].element; needs.equations[i] && element.valid())
       needed[element.index()] = true;
   for (std::size_t i = 0; i < system.states.size(); ++i)
-    if (needs.states[i]) needed[system.states[i].element.index()] = true;
+    if (needs.states[i] && system.states[i].element.valid()) needed[system.states[i].element.index()] = true;
   return needed;
 }
 
@@ -78,7 +78,7 @@ void name_left_out(const Model& model, const EquationSystem& system, const Needs
     if (!kept_element[i] && !audited[i] && !is_junction(model.elements[i].kind))
       left_out.elements.push_back(model.elements[i].name);
   for (std::size_t i = 0; i < model.signals.size(); ++i)
-    if (!needs.equations[system.symbols[system.signals[i].index()].index])
+    if (!model.signals[i].is_state() && !needs.equations[system.symbols[system.signals[i].index()].index])
       left_out.signals.push_back(model.signals[i].name);
 }
 

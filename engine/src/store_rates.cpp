@@ -115,6 +115,7 @@ class RateSearch {
         const ModelSymbol& meaning = model_.symbols[symbol.index()];
         if (meaning.kind == ModelSymbol::Kind::signal) {
           const Signal& next = model_.signals[meaning.signal.index()];
+          if (next.is_state()) continue;  // what has been summed up is no rate
           if (next.value.valid() && seen.insert(meaning.signal.value).second) open.emplace_back(next.value, next.name);
         } else if (is_rate(id, meaning)) {
           report(id, symbol_name(model_, symbol), signal, place);
@@ -150,6 +151,13 @@ class RateSearch {
     return is(*same_, rate) && (is(*exactly_, rate) || !is(*exactly_, given));
   }
 
+  /// Whether a rate of the element stands in an expression itself.
+  bool holds_rate(ElementId id, ExprId expression) {
+    const std::vector<SymbolId> symbols = symbols_in(model_.pool, std::array{expression});
+    return std::any_of(symbols.begin(), symbols.end(),
+                       [&](SymbolId symbol) { return is_rate(id, model_.symbols[symbol.index()]); });
+  }
+
   /// The q or p under a der(...) whose rate is the element's own; signals under a der are followed.
   std::optional<std::string> differentiated(ElementId id, ExprId root) {
     std::vector<ExprId> open;
@@ -162,8 +170,11 @@ class RateSearch {
       for (const SymbolId symbol : symbols_in(model_.pool, std::array{e})) {
         const ModelSymbol& meaning = model_.symbols[symbol.index()];
         if (meaning.kind == ModelSymbol::Kind::signal && seen.insert(meaning.signal.value).second &&
-            model_.signals[meaning.signal.index()].value.valid())
-          open.push_back(model_.signals[meaning.signal.index()].value);
+            model_.signals[meaning.signal.index()].value.valid()) {
+          const Signal& signal = model_.signals[meaning.signal.index()];
+          if (!signal.is_state()) open.push_back(signal.value);
+          if (signal.is_state() && holds_rate(id, signal.value)) return signal.name;
+        }
         if (meaning.kind != ModelSymbol::Kind::port_variable ||
             (meaning.variable != Variable::displacement && meaning.variable != Variable::momentum))
           continue;

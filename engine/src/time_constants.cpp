@@ -22,7 +22,7 @@ std::optional<Diagnostic> too_fast_state(const Model& model, const EquationSyste
          k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
       if (static_cast<std::size_t>(pattern.row[k]) == column && std::abs(entries[k]) * span > kFastest)
         return time_constant_failure(program.state_names[column], 1.0 / std::abs(entries[k]), span,
-                                     model.elements[system.states[column].element.index()].place);
+                                     place_of(model, system.states[column]));
   return std::nullopt;
 }
 

@@ -51,8 +51,13 @@ class UnitBuilder {
     for (std::uint32_t i = 0; i < model_.parameters.size(); ++i) parameter(i);
     for (std::uint32_t i = 0; i < model_.signals.size(); ++i) {
       const Signal& signal = model_.signals[i];
-      value({UnitSite::Kind::signal, i}, "signal \"" + signal.name + "\"", variable(result_.first_signal + i),
+      const UnitSite site{UnitSite::Kind::signal, i};
+      const UnitForm unit = variable(result_.first_signal + i);
+      const std::string name = "signal \"" + signal.name + "\"";
+      value(site, signal.is_state() ? "the rate of " + name : name, signal.is_state() ? unit / seconds() : unit,
             signal.value, signal.place);
+      if (signal.initial.valid())
+        value(site, "the initial value of " + name, unit, signal.initial, signal.initial_place, 1);
     }
     for (std::uint32_t i = 0; i < model_.elements.size(); ++i) element(i);
     outputs();
@@ -140,6 +145,14 @@ class UnitBuilder {
     time("start", scene_->start, scene_->start_place);
     time("stop", scene_->stop, scene_->stop_place);
     time("interval", scene_->interval, scene_->interval_place);
+    time("from", scene_->log_from, scene_->log_from_place);
+    for (const auto& [output_time, place] : scene_->times) time("times", output_time, place);
+    for (std::uint32_t i = 0; i < model_.signals.size() && !scene_->initial.empty(); ++i) {
+      const auto found = scene_->initial.find(model_.signals[i].name);
+      if (model_.signals[i].is_state() && found != scene_->initial.end())
+        value(site, model_.signals[i].name, variable(result_.first_signal + i), found->second.first,
+              found->second.second, 1);
+    }
     for (std::uint32_t i = 0; i < model_.elements.size() && !scene_->initial.empty(); ++i) {
       const Element& store = model_.elements[i];
       if (!is_store(store.kind)) continue;

@@ -5,6 +5,7 @@
 //   BGnnn_what.args   options, one a line: --set NAME=EXPR, --scene NAME, --relative X, --max-steps N, --interrupt,
 //   --time-limit SECONDS,
 //                     --tick SECONDS (by which the clock goes on at each look);
+//                     --parameters FILE, --stop EXPR, --record NAME, --output NAME=EXPR;
 //                     BG71x, which are reduced: --error X, --keep NAME
 //
 // BGSIM_UPDATE_GOLDEN=1 in the environment rewrites the messages; the difference is then to be reviewed.
@@ -50,6 +51,7 @@ std::string read_file(const fs::path& path) {
 struct Options {
   std::string scene;
   SceneOverrides overrides;
+  ReadOptions reading;
   SimulateOptions run;
   ReduceOptions reduction;
 };
@@ -63,6 +65,14 @@ Options read_options(const fs::path& model) {
     const std::string value = space == std::string::npos ? "" : line.substr(space + 1);
     if (option == "--set")
       options.overrides.set.push_back(value);
+    else if (option == "--parameters")
+      options.reading.parameter_files.push_back(value);
+    else if (option == "--stop")
+      options.reading.stop = value;
+    else if (option == "--record")
+      options.reading.record.push_back(value);
+    else if (option == "--output")
+      options.reading.outputs.emplace_back(value.substr(0, value.find('=')), value.substr(value.find('=') + 1));
     else if (option == "--scene")
       options.scene = value;
     else if (option == "--relative")
@@ -100,10 +110,10 @@ void hold_against_reference(const Model& model, const RunInputs& inputs, const R
 /// All that is printed for a model: the warnings of the stages, then the error that ends it.
 std::string messages(const std::string& path) {
   Options options = read_options(path);
-  const ReadOptions as_the_command{{}, false};
+  options.reading.allow_outside = false;  // as the command does
   std::string text;
   try {
-    const auto model = std::make_shared<const Model>(read_model(path, as_the_command));
+    const auto model = std::make_shared<const Model>(read_model(path, options.reading));
     const auto warn = [&](const std::vector<Diagnostic>& warnings) { text += rendered(warnings, *model->sources); };
     warn(model->warnings);
     if (path.substr(0, 4) == "BG71") reduce(model, options.reduction);

@@ -40,14 +40,20 @@ void check_golden(const std::filesystem::path& path, const std::string& printed)
 }
 
 /// One model for each thing a stage can do: loops, dependent stores, state-modulated moduli, submodels, fields, events.
-const char* const kModels[] = {"rlc",      "lever",  "wheatstone",      "pendulum",
-                               "dc_motor", "bellow", "actuator_masses", "amplifier"};
+const char* const kModels[] = {"rlc",    "lever",           "wheatstone", "pendulum",  "dc_motor",
+                               "bellow", "actuator_masses", "amplifier",  "pi_control"};
+
+/// Shipped models, or one that stands beside its texts.
+std::filesystem::path file_of(const std::string& name) {
+  const std::filesystem::path own = kSource / "tests" / "golden" / name / (name + ".json");
+  return std::filesystem::exists(own) ? own : kSource / "models" / (name + ".json");
+}
 
 }  // namespace
 
 TEST_CASE("every stage of every golden model prints what it printed before") {
   const std::string name = GENERATE(from_range(std::begin(kModels), std::end(kModels)));
-  const auto model = std::make_shared<const Model>(read_model((kSource / "models" / (name + ".json")).string()));
+  const auto model = std::make_shared<const Model>(read_model(file_of(name).string()));
   const test::Pipeline p(model);
   const std::filesystem::path folder = kSource / "tests" / "golden" / name;
   check_golden(folder / "model.txt", show_model(*model));
@@ -67,7 +73,7 @@ TEST_CASE("every stage of every golden model prints what it printed before") {
 TEST_CASE("the same model gives the same bytes twice") {
   const std::string name = GENERATE(from_range(std::begin(kModels), std::end(kModels)));
   const auto text = [&] {
-    const auto model = std::make_shared<const Model>(read_model((kSource / "models" / (name + ".json")).string()));
+    const auto model = std::make_shared<const Model>(read_model(file_of(name).string()));
     const test::Pipeline p(model);
     return show_equations(*model, p.system) + show_order(*model, p.system, p.order) + show_program(p.program);
   };

@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "support/reading.hpp"
 
@@ -208,4 +209,49 @@ TEST_CASE("many equidistant times cost no memory and are those of the formula") 
         std::vector<double>{0.5, 0.5 + 0.1, 0.5 + 0.1 * 2.0, 0.5 + 0.1 * 3.0, 0.5 + 0.1 * 4.0, 1.0});
   CHECK(OutputTimes::equidistant(2.0, 2.0, 1).list() == std::vector<double>{2.0});
   CHECK(OutputTimes().empty());
+}
+
+TEST_CASE("output times may be spaced by their logarithms") {
+  const auto times = [](const std::string& scene) {
+    return prepare_scene(model("\"run\": { " + scene + " }"), "").output_times.list();
+  };
+  CHECK(times(R"("stop": 1000, "samples": { "log": 7, "from": 1e-3 })") ==
+        std::vector<double>{1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0, 1000.0});
+  CHECK(times(R"("start": 0.5, "stop": 8, "samples": { "log": 2 })") == std::vector<double>{0.5, 8.0});
+  const std::vector<double> spaced = times(R"("start": "a", "stop": "2^5*a", "samples": { "log": 6 })");
+  for (std::size_t i = 0; i < 6; ++i) CHECK(spaced[i] == Approx(std::ldexp(2.0, static_cast<int>(i))).epsilon(1e-15));
+  CHECK(
+      fault_of(R"("stop": 1, "samples": { "log": 5 })") ==
+      "BG144 [{ \"log\": 5 }] the scene \"run\": output times by logarithm cannot begin at its start; write \"from\": "
+      "the first output time, greater than 0");
+  CHECK(fault_of(R"("stop": 1, "samples": { "log": 5, "from": "a - 2" })").find("must be greater than 0") !=
+        std::string::npos);
+  CHECK(fault_of(R"("stop": 1, "samples": { "log": 5, "from": 1 })").find("does not lie between") != std::string::npos);
+  CHECK(fault_of(R"("start": 1, "stop": 2, "samples": { "log": 5, "from": 0.5 })").find("does not lie between") !=
+        std::string::npos);
+  CHECK(fault_of(R"("start": 1, "stop": "1 + 1e-12", "samples": { "log": 100000 })").find("told apart") !=
+        std::string::npos);
+  CHECK(fault_of(R"("start": 1, "stop": 2, "samples": { "log": 1 })").substr(0, 5) == "BG144");
+  CHECK(test::codes(R"("elements": {}, "scenes": { "r": { "stop": 1, "samples": { "from": 1 } } })").find("BG112") !=
+        std::string::npos);
+  CHECK(test::codes(R"("elements": {}, "scenes": { "r": { "stop": 1, "samples": { "log": 2.5 } } })").find("BG144") !=
+        std::string::npos);
+}
+
+TEST_CASE("output times may be listed, with or without start and stop") {
+  const auto times = [](const std::string& scene) {
+    return prepare_scene(model("\"run\": { " + scene + " }"), "").output_times.list();
+  };
+  CHECK(times(R"("stop": 1, "times": [0, 0.1, "a/4", 1])") == std::vector<double>{0.0, 0.1, 0.5, 1.0});
+  CHECK(times(R"("start": -1, "stop": 1, "times": [0.25])") == std::vector<double>{0.25});
+  CHECK(fault_of(R"("stop": 1, "times": [0, 0.5, 0.5])").substr(0, 12) == "BG144 [0.5] ");
+  CHECK(fault_of(R"("stop": 1, "times": [0, "a"])").substr(0, 12) == "BG144 [\"a\"] ");
+  CHECK(fault_of(R"("start": 1, "stop": 3, "times": [0.5, 2])").substr(0, 12) == "BG144 [0.5] ");
+  CHECK(fault_of(R"x("stop": 1, "times": [0.1, "1/(a - 2)"])x").substr(0, 5) == "BG142");
+  CHECK(test::codes(R"("elements": {}, "scenes": { "r": { "stop": 1, "times": [] } })").find("BG144") !=
+        std::string::npos);
+  for (const char* two : {R"("times": [1], "samples": 2)", R"("times": [1], "interval": 2)",
+                          R"("samples": { "log": 2, "from": 0.1 }, "interval": 2)"})
+    CHECK(test::codes(std::string(R"("elements": {}, "scenes": { "r": { "stop": 1, )") + two + " } }").find("BG144") !=
+          std::string::npos);
 }

@@ -218,6 +218,11 @@ TEST_CASE("numbers take the unit that is wanted in sums and alone, and are pure 
                             "der(U*t)",
                             "U*atan2(U, 2*U)",
                             "U*floor(t/T)",
+                            "U*round(t/T) + U*ceil(2.5)",
+                            "mod(U, 0.1)",
+                            "5*mod(t, 0.2)",
+                            "U*mod(t, T)/T",
+                            "U*asinh(U/U)",
                             "cbrt(U^3)",
                             "ssqrt(U, 1)*sqrt(U)",
                             "abs(-U)",
@@ -244,6 +249,11 @@ TEST_CASE("numbers take the unit that is wanted in sums and alone, and are pure 
                             "der(U*t/T)",
                             "U*n^T",
                             "U*floor(T)",
+                            "U*ceil(T)",
+                            "U*round(U)",
+                            "mod(T, 1)",
+                            "mod(U, T)",
+                            "U*log1p(U)",
                             "hypot(U, T)",
                             "ssqrt(U, T)*sqrt(U)",
                             "U*log(U)",
@@ -254,6 +264,35 @@ TEST_CASE("numbers take the unit that is wanted in sums and alone, and are pure 
     INFO(wrong);
     CHECK(with_effort(wrong) == "BG161");
   }
+}
+
+TEST_CASE("an integral has the unit of its rate times a second") {
+  const auto units = [](const std::string& x, const std::string& scene = R"("stop": 1)") {
+    return Units(R"x("parameters": { "U": { "value": 2, "unit": "V" }, "T": { "value": 3, "unit": "s" } },
+      "signals": { "x": )x" +
+                     x + R"x( },
+      "elements": { "source": { "kind": "MSe", "effort": "U" }, "loop": { "kind": "1" },
+        "r": { "kind": "R", "resistance": 1 } },
+      "bonds": [ { "from": "source", "to": "loop" }, { "from": "loop", "to": "r" } ],
+      "outputs": { "x": "x", "rate": "der(x)" }, "scenes": { "main": { )x" +
+                     scene + " } }",
+                 "main");
+  };
+  const Units plain = units(R"({ "integral": "U" })");
+  CHECK(plain.codes().empty());
+  CHECK(plain.output("x") == "Wb");
+  CHECK(plain.output("rate") == "V");
+  CHECK(units(R"({ "integral": "U", "unit": "V s", "initial": "U*T" })").codes().empty());
+  CHECK(units(R"({ "integral": "1" , "unit": "m" })").codes().empty());
+  CHECK(units(R"({ "integral": "U", "unit": "V" })").codes() == "BG161");
+  CHECK(units(R"({ "integral": "U", "initial": "U" })").codes() == "BG161");
+  CHECK(units(R"({ "integral": "U + x" })").codes() == "BG161");
+  CHECK(units(R"({ "integral": "U - x/T" })").codes().empty());
+  CHECK(units(R"({ "integral": "U" })", R"("stop": 1, "initial": { "x": "U*T" })").codes().empty());
+  CHECK(units(R"({ "integral": "U" })", R"("stop": 1, "initial": { "x": "T" })").codes() == "BG161");
+  CHECK(units(R"({ "integral": "U" })", R"("stop": "3*T", "times": ["T", "2*T"])").codes().empty());
+  CHECK(units(R"({ "integral": "U" })", R"("stop": "3*T", "times": ["T", "U*T"])").codes() == "BG161");
+  CHECK(units(R"({ "integral": "U" })", R"("stop": "3*T", "samples": { "log": 3, "from": "U" })").codes() == "BG161");
 }
 
 TEST_CASE("every kind of element is held to its law") {

@@ -25,15 +25,17 @@ struct Equation {
   Place place;
 };
 
-/// An independent store: x' = rate.
+/// An independent store, or an integral among the signals: x' = rate.
 struct State {
-  std::string name;  ///< "packet.wall.q"
+  std::string name;  ///< "packet.wall.q"; "left.x" of an integral
   SymbolId symbol;
   ExprId rate;
-  ElementId element;
+  ElementId element;  ///< whose store it is; none for an integral
   std::uint32_t port = 0;
-  std::string unit;
+  SignalId signal;  ///< whose integral it is; none for a store
 };
+/// Where the model says what the state is.
+Place place_of(const Model& model, const State& state);
 
 /// A store in derivative causality: its q or p is an unknown that the states determine.
 struct DependentStore {

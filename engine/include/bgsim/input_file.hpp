@@ -4,19 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "bgsim/model.hpp"
+
 namespace bgsim {
 
-struct Model;
-struct Reference;
 class CsvError;
-
-/// Which files a model may name (submodels, data, references). A model from somebody else may name anything.
-struct ReadOptions {
-  /// Further folders, beside the model's own, below which the files must lie.
-  std::vector<std::string> roots;
-  /// Any file may be named. The command sets this only for --allow-outside; a program's models are its own.
-  bool allow_outside = true;
-};
 
 /// Who named a file: what a user names may be a pipe or a terminal, what a model names is a regular file.
 enum class NamedBy : bool { user, model };
@@ -44,11 +36,6 @@ bool is_below(const std::string& path, const std::vector<std::string>& roots);
 inline bool may_be_named(const std::string& path, const ReadOptions& options) {
   return options.allow_outside || is_below(path, options.roots);
 }
-
-/// read_model (model.hpp) with a say in which files the model may name.
-/// @throws ModelError as read_model; BG170 for a submodel or a data file that lies elsewhere.
-Model read_model(const std::string& path, const ReadOptions& options);
-Model read_model_text(const std::string& path, std::string text, const ReadOptions& options);
 
 /// Refuses a reference that the model read from @p path may not name: before read_reference.
 /// @throws ModelError BG170

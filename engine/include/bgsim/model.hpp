@@ -79,12 +79,20 @@ struct Parameter {
 };
 
 struct Signal {
+  enum class Kind : std::uint8_t {
+    value,     ///< is `value` at each instant
+    integral,  ///< a state: its rate is `value`
+  };
   std::string name;
   ExprId value;
   SymbolId symbol;
   std::string unit, about;
-  Place place;
+  Place place;       ///< of the expression
   Place unit_place;  ///< of the unit's text, where there is one
+  Kind kind = Kind::value;
+  ExprId initial;  ///< of an integral, over parameters; none: 0
+  Place initial_place;
+  [[nodiscard]] bool is_state() const { return kind == Kind::integral; }
 };
 
 /// One constitutive equation: `variable of port = right`.
@@ -165,13 +173,17 @@ struct Reference {
 struct Scene {
   std::string name;
   std::string about;
-  ExprId start, stop;                  ///< over parameters; start may be none (0)
-  std::optional<std::size_t> samples;  ///< number of equidistant output times, both ends included
-  ExprId interval;                     ///< distance of output times, or none
-  Place start_place, stop_place;       ///< of the values, where given
-  Place interval_place;                ///< of "interval" or "samples"
+  ExprId start, stop;                           ///< over parameters; start may be none (0)
+  std::optional<std::size_t> samples;           ///< number of equidistant output times, both ends included
+  ExprId interval;                              ///< distance of output times, or none
+  std::optional<std::size_t> log_samples;       ///< number of output times that are evenly spaced by their logarithms
+  ExprId log_from;                              ///< the first of these, or none (the start)
+  std::vector<std::pair<ExprId, Place>> times;  ///< listed output times; empty unless given
+  Place start_place, stop_place;                ///< of the values, where given
+  Place interval_place;                         ///< of "interval", "samples" or "times"
+  Place log_from_place;
   std::map<std::string, std::pair<ExprId, Place>> parameters;  ///< overrides by full name
-  std::map<std::string, std::pair<ExprId, Place>> initial;     ///< by state name, e.g. "packet.air.q"
+  std::map<std::string, std::pair<ExprId, Place>> initial;     ///< by state name, e.g. "packet.air.q", "left.x"
   std::vector<std::string> outputs;                            ///< empty: all
   std::optional<double> relative;
   std::optional<double> absolute;
@@ -204,27 +216,46 @@ struct Model {
 /// The full name of a symbol: "x_ref", "left.packet.wall.q", "b3.e".
 std::string symbol_name(const Model& model, SymbolId symbol);
 
+/// What is said of a model outside of its files: which files it may name (submodels, data, references), since a model
+/// from somebody else may name anything; and what takes effect as if the model's own file said it, of every scene.
+struct ReadOptions {
+  /// Further folders, beside the model's own, below which the files must lie.
+  std::vector<std::string> roots;
+  /// Any file may be named. The command sets this only for --allow-outside; a program's models are its own.
+  bool allow_outside = true;
+  /// JSON files of parameters and initial values, name -> value or { value, unit, about, source }; later ones go first.
+  std::vector<std::string> parameter_files;
+  std::optional<std::string> start, stop, interval;  ///< in place of every scene's; expressions over parameters
+  std::optional<std::size_t> samples;
+  std::vector<std::pair<std::string, std::string>> outputs;  ///< further outputs: name and expression
+  /// In place of every scene's outputs: names of outputs or quantities, and the groups "all", "states", "outputs".
+  std::vector<std::string> record;
+};
+/// What the options' own texts are called in places: a document of their own.
+inline constexpr const char* kCommandLine = "command line";
+
 /// Reads a model file and the submodels and data files it names.
 /// @throws ModelError BG100..BG119 (file, JSON, keys, types, names), BG12x (expressions, data files), BG13x (bonds,
 ///         submodels, initial values), BG14x (scenes): all problems found, in file order, at most one per cause; after
 ///         100 of them BG105 tells how many there are.
 /// @note Time and memory are linear in the unfolded model. Submodels may nest to any depth; a cycle is an error that
 ///       names it. A model of 1e6 elements and 1e6 bonds takes a few seconds.
-Model read_model(const std::string& path);
+Model read_model(const std::string& path, const ReadOptions& options = {});
 /// The same from a text; @p path is used in messages and to find submodels and tables.
-Model read_model_text(const std::string& path, std::string text);
+Model read_model_text(const std::string& path, std::string text, const ReadOptions& options = {});
 
 /// Numbers for one run: a scene with its overrides worked out.
 struct RunInputs {
   std::string scene;
   std::vector<double> parameters;  ///< by ParameterId
   struct Initial {
-    ElementId element;
+    ElementId element;  ///< none for an integral among the signals
     std::uint32_t port = 0;
     double value = 0.0;
     std::optional<Place> place;  ///< none when it comes from the command line
+    SignalId signal;             ///< none for what an element stores
   };
-  std::vector<Initial> initial;  ///< only those given, by increasing element and port; the rest default to 0
+  std::vector<Initial> initial;  ///< only those given, by increasing element and port, then signal; the rest are 0
   double start = 0.0, stop = 0.0;
   OutputTimes output_times;          ///< from start to stop
   std::vector<std::size_t> outputs;  ///< indices into Model::outputs, in order
@@ -255,5 +286,9 @@ struct SceneOverrides {
 ///         positive, BG146 tolerances.
 /// @note Time linear in the model.
 RunInputs prepare_scene(const Model& model, const std::string& scene, const SceneOverrides& overrides = {});
+
+/// The model with what @p overrides set written into the scene.
+/// @throws ModelError as prepare_scene.
+Model with_overrides(const Model& model, const std::string& scene, const SceneOverrides& overrides);
 
 }  // namespace bgsim
