@@ -67,7 +67,9 @@ class StoreStart {
       std::unordered_map<SymbolId, ExprId> values;
       for (const SymbolId symbol : symbols_in(pool_, std::array{expression})) {
         const ModelSymbol& meaning = model_.symbols[symbol.index()];
-        if (meaning.kind == ModelSymbol::Kind::signal) values[symbol] = model_.signals[meaning.signal.index()].value;
+        // An integral among the signals is known during the run only, like a state.
+        if (meaning.kind == ModelSymbol::Kind::signal && !model_.signals[meaning.signal.index()].is_state())
+          values[symbol] = model_.signals[meaning.signal.index()].value;
       }
       if (values.empty()) return expression;
       expression = substitute(pool_, expression, values);

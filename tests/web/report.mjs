@@ -23,7 +23,7 @@ const browser = await chromium.launch({
 // Opens a page; nothing may go wrong on it, and nothing may be asked for beside it.
 const open = async (file, {width = 1366, height = 850, colorScheme = "light", hasTouch = false} = {}) => {
   const page = await browser.newPage({viewport: {width, height}, colorScheme, hasTouch});
-  page.setDefaultTimeout(5000);
+  page.setDefaultTimeout(30000);
   page.faults = [];
   page.on("console", (message) => { if (["error", "warning"].includes(message.type())) page.faults.push(message.text()); });
   page.on("pageerror", (error) => page.faults.push(error.message));
