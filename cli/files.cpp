@@ -49,7 +49,7 @@ std::string identity(const std::string& path) {
   return number_of(file) + '/' + name.filename().string();
 }
 
-/// "_0123456789abcdef", by which two long names that begin alike are told apart (FNV-1a).
+/// "_0123456789abcdef", which makes two long names that begin alike different (FNV-1a).
 std::string checksum(const std::string& name) {
   std::uint64_t sum = 14695981039346656037U;
   for (const char c : name) sum = (sum ^ static_cast<unsigned char>(c)) * 1099511628211U;

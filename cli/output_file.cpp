@@ -54,7 +54,7 @@ int own_descriptor(const fs::path& path) {
   return std::atoi(name.c_str());
 }
 
-/// NAME.partial; a name that the file system could not hold so is cut, and told apart from its like by a checksum.
+/// NAME.partial; a name that the file system could not hold so is cut, with a checksum that makes it unique.
 std::string partial_name(const std::string& name, std::size_t most) {
   constexpr std::string_view kEnding = ".partial";
   if (name.size() + kEnding.size() <= most) return name + std::string(kEnding);

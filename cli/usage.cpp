@@ -72,7 +72,7 @@ constexpr std::array kOtherOptions{
     Word{"-q", "--quiet"},
     Word{"--json", "--report-json"},
 };
-/// What a run is told by its scene.
+/// What a scene says of its run.
 constexpr std::array kSceneKeys{"--samples", "--interval", "--start", "--stop",
                                 "--outputs", "--initial",  "--t-end", "--duration"};
 

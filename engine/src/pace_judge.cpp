@@ -7,7 +7,7 @@ namespace bgsim {
 namespace {
 
 constexpr double kBetween = 0.5;                          // seconds between two judgements
-constexpr double kWait = 600.0;                           // seconds that a person waits without being told
+constexpr double kWait = 600.0;                           // seconds that a person waits without a message
 constexpr double kRemarkAfter = 4.0, kRemarkPart = 16.0;  // stretches of the run so far, in seconds and as its part
 constexpr double kEndAfter = 8.0, kEndPart = 8.0;
 constexpr double kUnknownSpectrum = 60.0;  // seconds before a system whose modes are not known is given up
