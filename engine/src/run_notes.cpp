@@ -29,6 +29,26 @@ std::optional<std::string> fast_sources_note(double frequency, double span, std:
          " on average) saw samples only: tighten the tolerance, or put its mean in its place";
 }
 
+std::optional<std::string> unseen_error_note(const Program& program) {
+  const JacobianPlan& plan = program.plan;
+  std::vector<bool> fed(program.state_names.size(), false);
+  for (const auto& entry : plan.rates_by_states) fed[entry.row] = true;
+  for (const auto& entry : plan.rates_by_tears)
+    if (!plan.explicit_form || !plan.blocks[plan.block_of_tear[entry.column]].columns.empty()) fed[entry.row] = true;
+  constexpr std::size_t kMost = 5;
+  std::size_t count = 0;
+  std::string text;
+  for (std::size_t i = 0; i < fed.size(); ++i) {
+    if (fed[i]) continue;
+    if (count < kMost) text += (count == 0 ? "\"" : ", \"") + program.state_names[i] + "\"";
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  if (count > kMost) text += " and " + std::to_string(count - kMost) + " more";
+  return "erk8 does not see its error where a rate depends on time alone, and so in " + text +
+         " and what depends on it: take erk6 or another method";
+}
+
 std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative) {
   constexpr double kOpen = 1e-3, kTimesTolerance = 3.0;
   if (!energy.done || !(energy.relative > std::max(kOpen, kTimesTolerance * relative))) return std::nullopt;

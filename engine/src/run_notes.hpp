@@ -24,6 +24,11 @@ std::optional<std::string> open_balance_note(const EnergyAudit& energy, double r
 /// A law that divides by a state which is negative at the start: a volume or a distance had better not be.
 std::optional<std::string> negative_start_note(const Program& program, const std::vector<double>& x);
 
+/// States whose rate depends on time alone: the error estimate of Fehlberg's 8(7) pair is zero for them, since its
+/// stages at either end of a step cancel (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations
+/// I, section II.5, from memory; measured by tests/physics/integral_test.cpp).
+std::optional<std::string> unseen_error_note(const Program& program);
+
 /// Why BDF was limited to low orders.
 std::string spent_mode_words(const SpentMode& mode);
 

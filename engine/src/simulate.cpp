@@ -572,6 +572,7 @@ void Run::report() {
     for (std::size_t i = 0; i < x_.size(); ++i)
       report.absolute.emplace_back(program_.state_names[i], tolerances_.absolute(i));
     note(quiet_states_note(tolerances_, program_.state_names));
+    if (inputs_.method == Method::erk8) note(unseen_error_note(program_));
     if (result_.stop == StopReason::completed)
       note(fast_sources_note(sources_.frequency, inputs_.stop - inputs_.start, steps_));
   }

@@ -215,3 +215,15 @@ TEST_CASE("a reduced model keeps the integrals that its outputs need, with their
   CHECK(less.trace.times == std::vector<double>{0.5, 1.0, 2.0, 5.0});
   for (std::size_t i = 0; i < 4; ++i) CHECK(column(less, "e")[i] == Approx(column(full, "e")[i]).margin(1e-6));
 }
+
+TEST_CASE("erk8, whose error estimate is blind to what depends on time alone, says so, and not of other states") {
+  const auto notes = [](const std::string& rate) {
+    const std::string text =
+        beside("\"x\": { \"integral\": \"" + rate + "\" }", R"("x": "x")", R"("stop": 4, "samples": 3)");
+    std::string all;
+    for (const std::string& note : run_text(text, with_method(Method::erk8, kTight)).report.notes) all += note + "\n";
+    return all;
+  };
+  CHECK(notes("sin(t)").find("erk8 does not see its error") != std::string::npos);
+  CHECK(notes("sin(t) - x").find("erk8") == std::string::npos);
+}
