@@ -75,7 +75,7 @@ TEST_CASE("a column is any expression over the model's names, with its unit infe
   CHECK_THAT(here.bgsim("equations decay.json --output v=2*store.e").out, Contains("\n  v        = 2*store.q/C\n"));
 }
 
-TEST_CASE("--output with a file's name is the trace's file as before, and what may be both is refused") {
+TEST_CASE("the option --output with a file's name is the trace's file as before, and what may be both is refused") {
   const Workplace here;
   CHECK(here.bgsim("decay.json --quiet --output plain.csv").code == 0);
   CHECK(here.has("plain.csv"));
@@ -93,7 +93,7 @@ TEST_CASE("--output with a file's name is the trace's file as before, and what m
   CHECK_THAT(run.out, StartsWith("t,q,\"e, twice\",twice\r\n"));
 }
 
-TEST_CASE("--record takes names and groups, under names that are told apart") {
+TEST_CASE("the option --record takes names and groups, each column under a name of its own") {
   const Workplace here;
   here.write("controlled.json", kControlled);
   const auto names = [&](const std::string& list) {
