@@ -117,6 +117,8 @@ void take_columns(const RecordOptions& record, ReadOptions& options) {
 std::vector<std::string> words_of(const ReadOptions& options) {
   std::vector<std::string> words;
   const auto add = [&](const char* option, const std::string& value) { words.insert(words.end(), {option, value}); };
+  if (options.allow_outside) words.emplace_back("--allow-outside");
+  for (const std::string& folder : options.path) add("--path", folder);
   for (const std::string& file : options.parameter_files) add("--parameters", file);
   if (options.start) add("--start", *options.start);
   if (options.stop) add("--stop", *options.stop);

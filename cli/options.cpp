@@ -2,8 +2,13 @@
 
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
 #include <string_view>
 #include <utility>
+
+#include "bgsim/visible_text.hpp"
 
 namespace bgsim::cli {
 
@@ -39,6 +44,15 @@ std::string likely_method(const std::string& name) {
   return nearest_name(name, method_names());
 }
 
+/// "a:b" as folders.
+std::vector<std::string> folders_in(const std::string& list) {
+  std::vector<std::string> folders;
+  std::istringstream in(list);
+  for (std::string folder; std::getline(in, folder, ':');)
+    if (!folder.empty()) folders.push_back(folder);
+  return folders;
+}
+
 }  // namespace
 
 CLI::Validator positive_number() {
@@ -52,6 +66,25 @@ CLI::Validator positive_number() {
 
 void add_read_options(CLI::App& app, ReadOptions& reading) {
   reading.allow_outside = false;
+  const char* inherited = std::getenv("BGSIM_PATH");
+  reading.path = folders_in(inherited != nullptr ? inherited : "");
+  app.add_option_function<std::vector<std::string>>(
+         "--path",
+         [&reading](const std::vector<std::string>& lists) {
+           std::vector<std::string> folders;
+           for (const std::string& list : lists)
+             for (const std::string& folder : folders_in(list)) {
+               std::error_code ignored;
+               if (!std::filesystem::is_directory(folder, ignored))
+                 throw CLI::ValidationError("--path", "there is no folder \"" + short_path(folder) + '"');
+               folders.push_back(folder);
+             }
+           reading.path.insert(reading.path.begin(), folders.begin(), folders.end());
+         },
+         "folders in which submodels are looked for that are not beside the file that names them, before those of "
+         "BGSIM_PATH; may be given again")
+      ->type_name("DIR[:DIR]")
+      ->allow_extra_args(false);
   app.add_flag("--allow-outside", reading.allow_outside,
                "let the model name files (types, tables, references) outside of its folder");
 }

@@ -13,7 +13,8 @@ namespace bgsim::cli {
 /// Accepts finite numbers above zero.
 CLI::Validator positive_number();
 
-/// --allow-outside: which files a model may name. For every command that reads a model.
+/// --allow-outside and --path, with BGSIM_PATH of the environment: which files a model may name, and where. For every
+/// command that reads a model.
 void add_read_options(CLI::App& app, ReadOptions& reading);
 
 /// --set, may be given again.

@@ -125,7 +125,8 @@ DocumentId Reader::load(const std::string& path, std::optional<std::string> text
     if (!file.fault.empty()) {
       const std::string near = file_suggestion(path);
       problem("BG133", "cannot read the submodel " + in_quotes(path) + ": " + file.fault, from,
-              (near.empty() ? "paths" : near + " Paths") + " are relative to the folder of the file that names them");
+              (near.empty() ? "paths" : near + " Paths") + " are relative to the folder of the file that names them" +
+                  (options_.path.empty() ? "" : "; it is not in " + list_of(options_.path) + " either"));
       return {};
     }
     text = std::move(file.text);
@@ -161,6 +162,18 @@ std::string Reader::beside(DocumentId id, std::string_view file) const {
   const std::filesystem::path given(file);
   if (given.is_absolute()) return given.string();
   return (std::filesystem::path(folder_of(document(id).path())) / given).string();
+}
+
+/// The file of a submodel that @p id names: beside it, else in the first folder of the path that has it.
+std::string Reader::submodel_file(DocumentId id, std::string_view file) const {
+  const std::string first = beside(id, file);
+  std::error_code ignored;
+  if (std::filesystem::path(file).is_absolute() || std::filesystem::exists(first, ignored)) return first;
+  for (const std::string& folder : options_.path) {
+    const std::string candidate = (std::filesystem::path(folder) / file).string();
+    if (std::filesystem::exists(candidate, ignored)) return candidate;
+  }
+  return first;
 }
 
 /// Whether a file is a model at all. One that is not may be anything: nothing of what is in it is told.

@@ -66,6 +66,7 @@ class Reader {
   DocumentId load_parameters(const std::string& path);
   DocumentId add_document(const std::string& path, std::string text);
   [[nodiscard]] std::string beside(DocumentId id, std::string_view file) const;
+  [[nodiscard]] std::string submodel_file(DocumentId id, std::string_view file) const;
   bool is_model(DocumentId id);
   void check_root(const Scope& scope);
   void read_head();

@@ -57,7 +57,7 @@ std::vector<Reader::Use> Reader::uses_of(DocumentId id) {
       continue;
     }
     const Place place = file.place(type->second.node);
-    const DocumentId other = load(beside(id, file[type->second.node].text), std::nullopt, place);
+    const DocumentId other = load(submodel_file(id, file[type->second.node].text), std::nullopt, place);
     type->second.file = other;
     type->second.refused = !other.valid() || !is_model(other);
     uses.push_back({&type->second, 1});

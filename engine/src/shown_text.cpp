@@ -23,6 +23,7 @@ std::string file_message(const CsvError& error) {
 ReadOptions with_folder_of(const std::string& path, const ReadOptions& options) {
   ReadOptions result = options;
   result.roots.insert(result.roots.begin(), folder_of(path));
+  result.roots.insert(result.roots.end(), options.path.begin(), options.path.end());
   return result;
 }
 

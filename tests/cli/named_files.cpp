@@ -185,3 +185,37 @@ TEST_CASE("a fault in one's own submodel or table is shown with its place and it
   here.write("data.csv", "t,v\n0,1\n1,2\n");
   CHECK_THAT(here.bgsim("check top.json").err, Contains("no column \"u\"") && Contains("\"v\""));
 }
+
+TEST_CASE("a submodel that is not beside its model is found along the path, the option before the environment") {
+  const Workplace here;
+  const fs::path folder = here.folder();
+  for (const char* name : {"model", "first", "second"}) fs::create_directories(folder / name);
+  const auto part = [](const std::string& ohms) {
+    return std::string(kPart).replace(std::string(kPart).find("\"resistance\": 1"), 15, "\"resistance\": " + ohms);
+  };
+  here.write("model/top.json", with_submodel("part.json"));
+  here.write("second/part.json", part("4"));
+  const auto equations = [&](const std::string& options) {
+    return here.bgsim("equations model/top.json --output f=part.drop.f " + options);
+  };
+  const Outcome none = equations("--path first");
+  CHECK(none.code == 1);
+  CHECK_THAT(none.err, Contains("BG133") && Contains("\"first\""));
+  CHECK_THAT(equations("--path first:second").out, Contains("f = 0.25\n"));
+  here.write("first/part.json", part("2"));
+  CHECK_THAT(equations("--path first:second").out, Contains("f = 0.5\n"));
+  CHECK_THAT(equations("--path second --path first").out, Contains("f = 0.25\n"));
+  here.write("model/part.json", part("5"));
+  CHECK_THAT(equations("--path first").out, Contains("f = 0.2\n"));
+  fs::remove(folder / "model" / "part.json");
+  const auto with_environment = [&](const std::string& options) {
+    return shell(here, "BGSIM_PATH=nowhere:second '" BGSIM_COMMAND
+                       "' equations model/top.json --output f=part.drop.f " +
+                           options);
+  };
+  CHECK_THAT(with_environment("").out, Contains("f = 0.25\n"));
+  CHECK_THAT(with_environment("--path first").out, Contains("f = 0.5\n"));
+  const Outcome missing = equations("--path nowhere");
+  CHECK(missing.code == 2);
+  CHECK_THAT(missing.err, Contains("there is no folder \"nowhere\""));
+}

@@ -221,6 +221,9 @@ std::string symbol_name(const Model& model, SymbolId symbol);
 struct ReadOptions {
   /// Further folders, beside the model's own, below which the files must lie.
   std::vector<std::string> roots;
+  /// Folders in which a submodel is looked for, in this order, that is not beside the file that names it. Files below
+  /// them may be named.
+  std::vector<std::string> path;
   /// Any file may be named. The command sets this only for --allow-outside; a program's models are its own.
   bool allow_outside = true;
   /// JSON files of parameters and initial values, name -> value or { value, unit, about, source }; later ones go first.
