@@ -9,10 +9,14 @@ namespace bgsim {
 
 namespace {
 
+/// Characters of a text. Graphviz reads no string of more than 16384 bytes; a visible character takes five at most
+/// ("&amp;").
+constexpr std::size_t kLongest = 3000;
+
 /// A text that Graphviz takes as it is: in quotes, without escapes (\N, \l) and entities (&lt;), in one line.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
-  for (const char c : visible_line(text)) {
+  for (const char c : short_line(visible_line(text), kLongest)) {
     if (c == '"' || c == '\\') out += '\\';
     out += c;
     if (c == '&') out += "amp;";
@@ -24,11 +28,17 @@ struct DotWriter {
   const Model& model;
   const DrawnCausality& causality;
 
+  /// What the element is called in the file: its name, with its number where only the name's ends are shown.
+  std::string identifier(ElementId element) const {
+    const std::string name = visible_line(model.elements[element.index()].name);
+    return quoted(character_count(name) <= kLongest ? name : name + " #" + std::to_string(element.index()));
+  }
+
   std::string node(std::size_t i) const {
     const Element& element = model.elements[i];
     const bool faulty =
         std::find(causality.faulty.begin(), causality.faulty.end(), ElementId(i)) != causality.faulty.end();
-    return quoted(element.name) + " [label=" +
+    return identifier(ElementId(i)) + " [label=" +
            quoted(kind_text(element.kind, element.modulated) + (is_junction(element.kind) ? "  " : " : ") +
                   local_name(element.name)) +
            (faulty ? ", fontcolor=red" : "") + "];\n";
@@ -41,8 +51,8 @@ struct DotWriter {
       return std::find(list.begin(), list.end(), BondId(i)) != list.end();
     };
     const auto& stroke = causality.strokes[i];
-    std::string text = quoted(model.elements[at.from.element.index()].name) + " -> " +
-                       quoted(model.elements[at.to.element.index()].name) + " [label=" + quoted(local_name(at.name)) +
+    std::string text = identifier(at.from.element) + " -> " + identifier(at.to.element) +
+                       " [label=" + quoted(local_name(at.name)) +
                        ", arrowhead=" + (stroke == BondEnd::head ? "teervee" : "rvee") +
                        ", arrowtail=" + (stroke == BondEnd::tail ? "tee" : "none");
     if (holds(causality.dependent)) text += ", color=\"#c2410c\"";
@@ -80,8 +90,8 @@ std::string drawing_dot(const Model& model, const DrawnCausality& causality) {
   for (std::size_t i = 0; i < model.bonds.size(); ++i) text += write.bond(i);
   for (const ReadSignal& signal : read_signals(model)) {
     const ElementId from = signal.from.valid() ? signal.from : model.bonds[signal.from_bond.index()].from.element;
-    text += quoted(model.elements[from.index()].name) + " -> " + quoted(model.elements[signal.to.index()].name) +
-            " [label=" + quoted(signal.label) + ", style=dashed, dir=forward, arrowhead=vee, constraint=false];\n";
+    text += write.identifier(from) + " -> " + write.identifier(signal.to) + " [label=" + quoted(signal.label) +
+            ", style=dashed, dir=forward, arrowhead=vee, constraint=false];\n";
   }
   return text + "}\n";
 }

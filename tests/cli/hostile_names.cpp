@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "command.hpp"
+#include "shell.hpp"
 
 using Catch::Contains;
 
@@ -142,6 +143,21 @@ TEST_CASE("Graphviz takes the name of a model as text") {
   here.write("m.json", named("\\\"; a -> b \\\\N &lt; \\n"));
   CHECK(here.bgsim("draw m.json -o x.dot").code == 0);
   CHECK_THAT(here.read("x.dot"), Contains(R"(digraph "\"; a -> b \\N &amp;lt; \\n" {)"));
+}
+
+TEST_CASE("Graphviz reads a drawing whose names are longer than its longest string") {
+  const Workplace here;
+  const std::string longer(20000, 'a');
+  here.write("m.json", R"({ "bgsim": 1, "name": "m", "elements": {
+  ")" + longer + R"(1": { "kind": "Se", "effort": 1 }, ")" +
+                           longer + R"(2": { "kind": "R", "resistance": 1 } },
+  "bonds": [{ "from": ")" + longer +
+                           R"(1", "to": ")" + longer + R"(2" }] })");
+  CHECK(here.bgsim("draw m.json -o x.svg").code == 0);
+  REQUIRE(here.bgsim("draw m.json -o x.dot").code == 0);
+  // Two nodes and one edge: the names are cut, and still differ.
+  CHECK_THAT(shell(here, "dot -Tplain x.dot | cut -d ' ' -f 1 | sort | uniq -c | tr -s ' '").out,
+             Contains(" 1 edge\n 1 graph\n 2 node\n"));
 }
 
 TEST_CASE("a program that bgsim has started ends with it and leaves nothing behind") {

@@ -13,8 +13,10 @@ namespace bgsim {
 class OutputTimes {
  public:
   OutputTimes() = default;
+  /// A list stands for its times wherever times are asked for.
   /// @pre increasing
-  OutputTimes(std::vector<double> list) : list_(std::move(list)), count_(list_.size()) {}
+  OutputTimes(std::vector<double> list)  // NOLINT(google-explicit-constructor)
+      : list_(std::move(list)), count_(list_.size()) {}
   OutputTimes(std::initializer_list<double> list) : OutputTimes(std::vector<double>(list)) {}
 
   /// @p count times from @p start to @p stop, which is the last one.
