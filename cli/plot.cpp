@@ -10,9 +10,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bgsim/csv.hpp"
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/input_file.hpp"
-#include "bgsim/trace_csv.hpp"
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "drawing.hpp"
@@ -131,7 +131,7 @@ UnitTrace read_trace(const std::string& path) {
       throw UsageError(short_path(path) + " has a header and no records: nothing to draw");
     return trace;
   } catch (const CsvError& error) {
-    throw UsageError(short_path(path) + ":" + std::to_string(error.line) + ": " + file_message(error));
+    throw UsageError(short_path(path) + ":" + std::to_string(error.line) + ": " + error.without_text);
   }
 }
 

@@ -8,7 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "bgsim/csv_field.hpp"
+#include "bgsim/csv.hpp"
 #include "bgsim/json_text.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "bgsim/visible_text.hpp"

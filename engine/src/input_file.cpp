@@ -107,4 +107,11 @@ bool is_below(const std::string& path, const std::vector<std::string>& roots) {
   });
 }
 
+ReadOptions with_folder_of(const std::string& path, const ReadOptions& options) {
+  ReadOptions result = options;
+  result.roots.insert(result.roots.begin(), folder_of(path));
+  result.roots.insert(result.roots.end(), options.path.begin(), options.path.end());
+  return result;
+}
+
 }  // namespace bgsim

@@ -1,7 +1,7 @@
+#include "other_keys.hpp"
+
 #include <algorithm>
 #include <array>
-
-#include "other_words.hpp"
 
 namespace bgsim {
 namespace {

@@ -1,8 +1,8 @@
+#include "bgsim/output_errors.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "bgsim/reduce.hpp"
 
 namespace bgsim {
 

@@ -1,10 +1,9 @@
 #include "parameter_values.hpp"
 
-#include <array>
-#include <cstdio>
 #include <stdexcept>
 
 #include "expression_graph.hpp"
+#include "number_text.hpp"
 
 namespace bgsim {
 
@@ -53,12 +52,6 @@ std::string with_operands(const Model& model, const ExprPool& pool, ExprId expre
         (shown++ == 0 ? " with " : ", ") + symbol_name(model, id) + " = " + text_of_number(symbol_values[id.index()]);
   }
   return text;
-}
-
-std::string text_of_number(double value) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  return text.data();
 }
 
 }  // namespace bgsim

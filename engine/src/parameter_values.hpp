@@ -27,7 +27,4 @@ class ParameterValues {
 std::string with_operands(const Model& model, const ExprPool& pool, ExprId expression,
                           std::span<const double> symbol_values);
 
-/// A number as it is read by people: six digits, no trailing zeros.
-std::string text_of_number(double value);
-
 }  // namespace bgsim

@@ -12,6 +12,7 @@
 #include "dependence.hpp"
 #include "element_kinds.hpp"
 #include "initial_from_law.hpp"
+#include "number_text.hpp"
 #include "output_times.hpp"
 #include "parameter_values.hpp"
 #include "set_target.hpp"

@@ -11,10 +11,10 @@
 #include <unordered_set>
 #include <vector>
 
+#include "bgsim/csv.hpp"
 #include "bgsim/input_file.hpp"
 #include "bgsim/model.hpp"
 #include "bgsim/parse_expression.hpp"
-#include "bgsim/trace_csv.hpp"
 #include "bgsim/unit.hpp"
 #include "bgsim/visible_text.hpp"
 #include "element_kinds.hpp"

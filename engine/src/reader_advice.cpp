@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cctype>
 
-#include "other_words.hpp"
 #include "reader.hpp"
 #include "value_unit.hpp"
+#include "variable_words.hpp"
 
 namespace bgsim {
 namespace {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 
-#include "other_words.hpp"
+#include "other_keys.hpp"
 #include "reader.hpp"
 
 namespace bgsim {

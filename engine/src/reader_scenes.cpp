@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 
-#include "other_words.hpp"
+#include "other_keys.hpp"
 #include "reader.hpp"
 
 namespace bgsim {

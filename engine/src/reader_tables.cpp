@@ -16,7 +16,7 @@ const CsvTable& Reader::data_file(const std::string& path, const std::function<v
   try {
     table = parse_csv(file.text);
   } catch (const CsvError& error) {
-    fail(path + ":" + std::to_string(error.line) + ": " + file_message(error), {});
+    fail(path + ":" + std::to_string(error.line) + ": " + error.without_text, {});
   }
   const std::vector<double>& x = table.columns.front();
   if (table.columns.size() < 2)

@@ -15,16 +15,4 @@ bool shows_text(const Document& file) {
   return false;
 }
 
-std::string file_message(const CsvError& error) {
-  const auto* own = dynamic_cast<const CsvFileError*>(&error);
-  return own != nullptr ? own->without_text : error.what();
-}
-
-ReadOptions with_folder_of(const std::string& path, const ReadOptions& options) {
-  ReadOptions result = options;
-  result.roots.insert(result.roots.begin(), folder_of(path));
-  result.roots.insert(result.roots.end(), options.path.begin(), options.path.end());
-  return result;
-}
-
 }  // namespace bgsim

@@ -1,11 +1,10 @@
 #include "bgsim/slice.hpp"
 
 #include <algorithm>
-#include <unordered_set>
 #include <utility>
 
-#include "bgsim/evaluator.hpp"
 #include "slice_energy.hpp"
+#include "slice_needs.hpp"
 
 namespace bgsim {
 namespace {
@@ -29,26 +28,6 @@ std::vector<std::uint32_t> block_of_equation(const EquationSystem& system, const
 bool keeps_block(const EquationSystem& system, const Block& block, const Needs& needs) {
   return std::any_of(block.members.begin(), block.members.end(),
                      [&](SymbolId member) { return needs.equations[system.symbols[member.index()].index]; });
-}
-
-/// States, blocks and dependent stores that @p needs keeps, with everything that goes with them.
-Slice take(const EquationSystem& system, const BlockOrder& order, const Needs& needs) {
-  Slice result{system, order};
-  const auto state = [&](std::size_t i) { return needs.states[i]; };
-  result.system.states = kept(system.states, state);
-  result.order.rates = kept(order.rates, state);
-  for (std::uint32_t i = 0; i < result.system.states.size(); ++i)
-    result.system.symbols[result.system.states[i].symbol.index()].index = i;
-  result.system.dependent = kept(system.dependent, [&](std::size_t i) {
-    return needs.equations[system.symbols[system.dependent[i].symbol.index()].index];
-  });
-  result.order.blocks = kept(order.blocks, [&](std::size_t b) { return keeps_block(system, order.blocks[b], needs); });
-  std::size_t largest = 0;
-  for (const Block& block : result.order.blocks) largest = std::max(largest, block.tears.size());
-  result.order.system_class = result.order.blocks.empty()     ? SystemClass::explicit_ode
-                              : largest <= kLargestLocalBlock ? SystemClass::local_blocks
-                                                              : SystemClass::implicit_dae;
-  return result;
 }
 
 /// By ElementId: whether any equation or state of it is needed.
@@ -83,6 +62,25 @@ void name_left_out(const Model& model, const EquationSystem& system, const Needs
 }
 
 }  // namespace
+
+Slice take(const EquationSystem& system, const BlockOrder& order, const Needs& needs) {
+  Slice result{system, order};
+  const auto state = [&](std::size_t i) { return needs.states[i]; };
+  result.system.states = kept(system.states, state);
+  result.order.rates = kept(order.rates, state);
+  for (std::uint32_t i = 0; i < result.system.states.size(); ++i)
+    result.system.symbols[result.system.states[i].symbol.index()].index = i;
+  result.system.dependent = kept(system.dependent, [&](std::size_t i) {
+    return needs.equations[system.symbols[system.dependent[i].symbol.index()].index];
+  });
+  result.order.blocks = kept(order.blocks, [&](std::size_t b) { return keeps_block(system, order.blocks[b], needs); });
+  std::size_t largest = 0;
+  for (const Block& block : result.order.blocks) largest = std::max(largest, block.tears.size());
+  result.order.system_class = result.order.blocks.empty()     ? SystemClass::explicit_ode
+                              : largest <= kLargestLocalBlock ? SystemClass::local_blocks
+                                                              : SystemClass::implicit_dae;
+  return result;
+}
 
 Needs needs_of(const EquationSystem& system, std::span<const ExprId> roots) {
   Needs needs;
@@ -146,33 +144,6 @@ std::vector<ElementId> unobserved_elements(const Model& model, const EquationSys
   for (std::size_t i = 0; i < needed.size(); ++i)
     if (!needed[i]) result.emplace_back(i);
   return result;
-}
-
-void check_start(const std::shared_ptr<const Model>& model, const EquationSystem& system, const BlockOrder& order,
-                 const Slice& slice, const RunInputs& inputs) {
-  std::unordered_set<SymbolId> in_slice;
-  for (const DependentStore& store : slice.system.dependent) in_slice.insert(store.symbol);
-  std::vector<std::uint32_t> unchecked;
-  std::vector<ExprId> roots;
-  for (const DependentStore& store : system.dependent) {
-    const std::uint32_t equation = system.symbols[store.symbol.index()].index;
-    const bool given = std::any_of(inputs.initial.begin(), inputs.initial.end(), [&](const RunInputs::Initial& i) {
-      return i.element == store.element && i.port == store.port;
-    });
-    if (!given || in_slice.contains(store.symbol)) continue;
-    unchecked.push_back(equation);
-    roots.push_back(system.equations[equation].expression);
-  }
-  if (roots.empty()) return;
-  // All states are known at the start; nothing is integrated, so their rates are of no concern.
-  Needs needs = needs_of(system, roots);
-  for (const std::uint32_t equation : unchecked) needs.equations[equation] = true;
-  Slice start = take(system, order, needs);
-  for (ExprId& rate : start.order.rates) rate = start.order.pool.constant(0.0);
-  start.order.origins.resize(start.order.pool.size());
-  const Program program = compile(model, start.system, start.order, {{}, false});
-  Evaluator evaluator(program, inputs.parameters);
-  initial_states(*model, start.system, evaluator, inputs);
 }
 
 }  // namespace bgsim

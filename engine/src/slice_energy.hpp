@@ -7,17 +7,11 @@
 
 #include "bgsim/bond_graph.hpp"
 #include "bgsim/ordering.hpp"
+#include "slice_needs.hpp"
 
 namespace bgsim {
 
 inline constexpr std::uint32_t kNoBlock = 0xffffffffU;
-
-/// What some expressions depend on: states, and unknowns by their equations.
-struct Needs {
-  std::vector<bool> states, equations;
-};
-/// Follows @p roots through equations and rates to the end. Time linear in the system.
-Needs needs_of(const EquationSystem& system, std::span<const ExprId> roots);
 
 /// The elements whose powers can be told from what is kept, and the bonds over which they exchange energy with others.
 struct AuditedPart {

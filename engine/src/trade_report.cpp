@@ -2,7 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bgsim/csv_field.hpp"
+#include "bgsim/csv.hpp"
 #include "bgsim/json_text.hpp"
 #include "bgsim/trade.hpp"
 #include "failures.hpp"

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "parameter_values.hpp"
+#include "number_text.hpp"
 #include "unit_table.hpp"
 
 namespace bgsim {

@@ -9,7 +9,7 @@
 
 #include "element_kinds.hpp"
 #include "expression_graph.hpp"
-#include "parameter_values.hpp"
+#include "number_text.hpp"
 #include "unit_equations.hpp"
 
 namespace bgsim {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "bgsim/unit.hpp"
-#include "parameter_values.hpp"
+#include "number_text.hpp"
 
 namespace bgsim {
 namespace {

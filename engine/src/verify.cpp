@@ -5,8 +5,9 @@
 #include <limits>
 #include <sstream>
 
+#include "bgsim/input_file.hpp"
+#include "bgsim/input_file.hpp"
 #include "bgsim/visible_text.hpp"
-#include "shown_text.hpp"
 
 namespace bgsim {
 
@@ -151,7 +152,7 @@ CsvTable read_reference(const Model& model, const Reference& reference) {
   try {
     table = parse_csv(file.text);
   } catch (const CsvError& error) {
-    unreadable(model, reference, "line " + std::to_string(error.line) + ": " + file_message(error));
+    unreadable(model, reference, "line " + std::to_string(error.line) + ": " + error.without_text);
   }
   if (table.names.front() != kTime) unreadable(model, reference, "the first column is not named t");
   const std::vector<double>& times = table.columns.front();

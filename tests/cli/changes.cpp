@@ -3,7 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bgsim/trace_csv.hpp"
+#include "bgsim/csv.hpp"
 #include "command.hpp"
 
 using Catch::Contains;

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "bgsim/trace_csv.hpp"
+#include "bgsim/csv.hpp"
 #include "command.hpp"
 
 using Catch::Contains;

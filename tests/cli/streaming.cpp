@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <sstream>
 
+#include "bgsim/csv.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "command.hpp"
 

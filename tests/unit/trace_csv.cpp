@@ -6,6 +6,8 @@
 #include <random>
 #include <sstream>
 
+#include "bgsim/csv.hpp"
+
 using bgsim::CsvError;
 using bgsim::CsvTable;
 using bgsim::parse_csv;

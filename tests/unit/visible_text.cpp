@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "bgsim/csv_field.hpp"
+#include "bgsim/csv.hpp"
 #include "bgsim/json_text.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "bgsim/xml_text.hpp"

@@ -1,12 +1,13 @@
-/// bgsim: bond graphs from JSON to a trace. Includes every public header in the order of the stages.
+/// bgsim: bond graphs from JSON to a trace. Includes every public header, in the order of the stages.
 #pragma once
 
+// clang-format off: the order is that of the stages
 // IWYU pragma: begin_exports
 #include "bgsim/activity.hpp"
 #include "bgsim/bond_graph.hpp"
 #include "bgsim/causality.hpp"
 #include "bgsim/constitutive.hpp"
-#include "bgsim/csv_field.hpp"
+#include "bgsim/csv.hpp"
 #include "bgsim/describe.hpp"
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/document.hpp"
@@ -17,10 +18,12 @@
 #include "bgsim/flat_model.hpp"
 #include "bgsim/id.hpp"
 #include "bgsim/infer_units.hpp"
+#include "bgsim/input_file.hpp"
 #include "bgsim/json_text.hpp"
 #include "bgsim/method.hpp"
 #include "bgsim/model.hpp"
 #include "bgsim/ordering.hpp"
+#include "bgsim/output_errors.hpp"
 #include "bgsim/output_times.hpp"
 #include "bgsim/parse_expression.hpp"
 #include "bgsim/program.hpp"
@@ -35,3 +38,4 @@
 #include "bgsim/visible_text.hpp"
 #include "bgsim/xml_text.hpp"
 // IWYU pragma: end_exports
+// clang-format on

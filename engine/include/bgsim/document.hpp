@@ -12,6 +12,9 @@
 
 namespace bgsim {
 
+/// What the options' own texts are called in places: a document of their own.
+inline constexpr const char* kCommandLine = "command line";
+
 /// A stretch of a document: bytes [begin, end) of its text, and the JSON value they belong to (for the JSON Pointer).
 struct Place {
   DocumentId document;

@@ -12,6 +12,8 @@
 
 namespace bgsim {
 
+struct Slice;
+
 /// Where in an evaluation things went wrong.
 struct Fault {
   enum class Kind : std::uint8_t { none, not_finite, outside_table, loop_singular, loop_no_convergence };
@@ -115,6 +117,13 @@ class Evaluator {
 /// @throws ModelError BG405 a dependent store's initial value contradicts the states that determine it (both named).
 std::vector<double> initial_states(const Model& model, const EquationSystem& system, Evaluator& evaluator,
                                    const RunInputs& inputs);
+
+/// Holds given initial values of dependent stores that @p slice leaves out against the states that determine them: the
+/// run itself checks only those that it keeps.
+/// @throws ModelError BG405 (see initial_states).
+/// @note Free of cost where no such value is given.
+void check_start(const std::shared_ptr<const Model>& model, const EquationSystem& system, const BlockOrder& order,
+                 const Slice& slice, const RunInputs& inputs);
 
 /// The system linearized at a point: x' = A x + B u, y = C x + D u, u being parameters; row-major.
 struct Linearization {

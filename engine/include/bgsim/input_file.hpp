@@ -8,8 +8,6 @@
 
 namespace bgsim {
 
-class CsvError;
-
 /// Who named a file: what a user names may be a pipe or a terminal, what a model names is a regular file.
 enum class NamedBy : bool { user, model };
 
@@ -32,6 +30,9 @@ std::string folder_of(const std::string& path);
 /// (no permission, a circle of links): opening it tells why.
 bool is_below(const std::string& path, const std::vector<std::string>& roots);
 
+/// @p options with the folder of the model @p path as the first of the roots, and its search path behind them.
+ReadOptions with_folder_of(const std::string& path, const ReadOptions& options);
+
 /// Whether a model read with @p options may name the file @p path.
 inline bool may_be_named(const std::string& path, const ReadOptions& options) {
   return options.allow_outside || is_below(path, options.roots);
@@ -41,10 +42,6 @@ inline bool may_be_named(const std::string& path, const ReadOptions& options) {
 /// @throws ModelError BG170
 void check_reference(const Model& model, const std::string& path, const Reference& reference,
                      const ReadOptions& options);
-
-/// What is wrong with a CSV file, in words that show nothing of it until its first record has been read: a file that a
-/// model names may be no table at all.
-std::string file_message(const CsvError& error);
 
 inline constexpr const char* kOutsideRule =
     "files that a model names lie in its folder or below, links followed: a model from somebody else reads nothing "

@@ -234,8 +234,6 @@ struct ReadOptions {
   /// In place of every scene's outputs: names of outputs or quantities, and the groups "all", "states", "outputs".
   std::vector<std::string> record;
 };
-/// What the options' own texts are called in places: a document of their own.
-inline constexpr const char* kCommandLine = "command line";
 
 /// Reads a model file and the submodels and data files it names.
 /// @throws ModelError BG100..BG119 (file, JSON, keys, types, names), BG12x (expressions, data files), BG13x (bonds,

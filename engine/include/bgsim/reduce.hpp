@@ -9,6 +9,7 @@
 
 #include "bgsim/activity.hpp"
 #include "bgsim/flat_model.hpp"
+#include "bgsim/output_errors.hpp"
 
 namespace bgsim {
 
@@ -25,18 +26,6 @@ struct ModelCost {
   std::uint64_t steps = 0, rate_evaluations = 0;
   double seconds = 0.0;  ///< least wall time of the integration over the repetitions
 };
-
-/// The largest distance of an output from the full model's, relative to the full output's range over the scene.
-struct OutputError {
-  std::string output;
-  double error = 0.0;  ///< infinite where the full output is constant 0 and the reduced one is not
-  double rms = 0.0;
-  double time = 0.0;  ///< of the largest
-};
-/// By output. Both traces have the same times and columns.
-std::vector<OutputError> output_errors(const Trace& full, const Trace& reduced);
-/// The largest of them.
-OutputError worst(const std::vector<OutputError>& errors);
 
 /// One cut that was tried.
 struct CutTrial {

@@ -1,7 +1,6 @@
 /// slice: only what the recorded outputs depend on.
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -32,12 +31,5 @@ std::optional<Slice> slice(const Model& model, const BondGraph& graph, const Equ
 /// there. In model order.
 std::vector<ElementId> unobserved_elements(const Model& model, const EquationSystem& system,
                                            const std::vector<std::size_t>& outputs);
-
-/// Holds given initial values of dependent stores that @p slice leaves out against the states that determine them: the
-/// run itself checks only those that it keeps.
-/// @throws ModelError BG405 (see initial_states).
-/// @note Free of cost where no such value is given.
-void check_start(const std::shared_ptr<const Model>& model, const EquationSystem& system, const BlockOrder& order,
-                 const Slice& slice, const RunInputs& inputs);
 
 }  // namespace bgsim

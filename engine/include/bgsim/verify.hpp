@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "bgsim/trace_csv.hpp"
+#include "bgsim/csv.hpp"
+#include "bgsim/simulate.hpp"
 
 namespace bgsim {
 

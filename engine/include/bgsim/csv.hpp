@@ -1,0 +1,42 @@
+/// CSV (RFC 4180): fields written, tables of numbers read strictly.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace bgsim {
+
+/// @p text as a field of a record (RFC 4180): in quotes, with doubled quotes inside, where it holds a comma, a quote or
+/// a line break, else as it is. It is never altered, so that it reads back the same; that a spreadsheet takes a field
+/// that begins with =, +, - or @ for a formula is a matter of the spreadsheet (docs/design/writers.md).
+std::string csv_field(std::string_view text);
+
+/// A CSV file of numbers under one header record.
+struct CsvTable {
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> columns;  ///< by name, all of the same length
+};
+
+/// A fault in a CSV text, with the line (from 1) at which it stands.
+class CsvError : public std::runtime_error {
+ public:
+  CsvError(std::size_t line_, const std::string& message) : CsvError(line_, message, message) {}
+  CsvError(std::size_t line_, const std::string& message, std::string without)
+      : std::runtime_error(message), line(line_), without_text(std::move(without)) {}
+  std::size_t line;
+  /// The message in words that show nothing of the text until its first record has been read: a file that a model names
+  /// may be no table at all.
+  std::string without_text;
+};
+
+/// Reads a CSV text: a header with distinct names that are not empty, then records of as many finite numbers. Lines may
+/// end with CRLF or LF, the last one with neither; a UTF-8 byte order mark is skipped; spaces around numbers are
+/// allowed.
+/// @throws CsvError for anything else: a record of another length, a field that is no number, an open quote, no header.
+/// @note Time and memory linear in the text.
+CsvTable parse_csv(std::string_view text);
+
+}  // namespace bgsim
