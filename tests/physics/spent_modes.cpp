@@ -3,7 +3,7 @@
 #include <complex>
 #include <numbers>
 
-#include "../../engine/src/spectrum.hpp"
+#include "run/integrate/spectrum.hpp"
 #include "support/run_model.hpp"
 
 using namespace bgsim;

@@ -1,5 +1,5 @@
 // How long the rest of a run takes, by clocks that the tests set.
-#include "../../engine/src/headway.hpp"
+#include "run/watch/headway.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

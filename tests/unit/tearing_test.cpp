@@ -1,4 +1,4 @@
-#include "../../engine/src/tearing.hpp"
+#include "equations/tearing.hpp"
 
 #include <catch2/catch.hpp>
 #include <random>

@@ -1,4 +1,4 @@
-#include "../../engine/src/tidy.hpp"
+#include "expression/write/tidy.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>

@@ -1,0 +1,337 @@
+// The sections of a report that are words, tables and formulas.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "bgsim/xml_text.hpp"
+#include "html.hpp"
+#include "report/content.hpp"
+#include "shell_word.hpp"
+
+namespace bgsim::cli {
+
+namespace {
+
+using Cells = std::vector<std::string>;
+
+std::string heading(const std::string& id, const std::string& title) {
+  return "<section id=\"" + id + "\"><h2>" + xml_text(title) + "</h2>\n";
+}
+constexpr const char* kEnd = "</section>\n";
+
+/// A part that can be folded away.
+std::string folded(const std::string& title, const std::string& inside, bool open) {
+  return std::string("<details") + (open ? " open" : "") + "><summary>" + xml_text(title) + "</summary>\n" + inside +
+         "</details>\n";
+}
+
+/// Text that stands alone begins with a capital.
+std::string capital(std::string text) {
+  if (!text.empty()) text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+Cells scene_names(const ReportContent& content) {
+  Cells names;
+  for (const ReportedScene& scene : content.scenes) names.push_back(xml_text(scene.inputs.scene));
+  return names;
+}
+
+/// What differs from scene to scene, in as few words as that takes.
+std::string by_scene(const ReportContent& content, const std::vector<std::string>& texts) {
+  std::vector<std::pair<std::string, std::string>> distinct;  // text, scenes
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    const auto known =
+        std::find_if(distinct.begin(), distinct.end(), [&](const auto& entry) { return entry.first == texts[i]; });
+    const std::string& scene = content.scenes[i].inputs.scene;
+    if (known == distinct.end())
+      distinct.emplace_back(texts[i], scene);
+    else
+      known->second += ", " + scene;
+  }
+  if (distinct.size() == 1) return xml_text(texts.front());
+  std::string cell;
+  for (const auto& [text, scenes] : distinct)
+    cell += "<span class=\"of-scene\">" + xml_text(text) + " <small>in " + xml_text(scenes) + "</small></span>";
+  return cell;
+}
+
+std::string file_and_line(const Model& model, const Place& place) {
+  const Document& document = (*model.sources)[place.document.index()];
+  const auto end = document.text().begin() + static_cast<std::ptrdiff_t>(place.begin);
+  const std::string& path = document.path();
+  return path.substr(path.rfind('/') + 1) + ":" + std::to_string(1 + std::count(document.text().begin(), end, '\n'));
+}
+
+}  // namespace
+
+std::string short_number(double value, int digits) {
+  std::ostringstream text;
+  text.precision(digits);
+  text << value;
+  return text.str();
+}
+
+std::string causality_section(const ReportContent& content) {
+  const Stages& stages = content.stages;
+  const Model& model = *stages.model;
+  std::string text = heading("causality", "Causality");
+  for (const Finding& finding : causal_findings(model, *stages.graph, *stages.causal)) {
+    if (finding.rows.empty()) {
+      text += "<p>" + xml_text(capital(finding.heading)) + "</p>\n";
+      continue;
+    }
+    std::string table = "<div class=\"scroll\" tabindex=\"0\"><table class=\"plain\"><tbody>\n";
+    for (const auto& [left, right] : finding.rows)
+      table += "<tr><td><code>" + xml_text(left) + "</code></td><td>" + xml_text(right) + "</td></tr>\n";
+    table += "</tbody></table></div>\n";
+    if (finding.more > 0)
+      table += "<p>... and " + std::to_string(finding.more) + " more: <code>bgsim show --stage causality " +
+               xml_text(content.file) + "</code></p>\n";
+    text += folded(capital(finding.heading) + " (" + std::to_string(finding.rows.size() + finding.more) + ")", table,
+                   finding.heading.rfind("strokes", 0) != 0);
+  }
+  const std::vector<std::string> loops = lines_of(describe_loops(model, *stages.system, *stages.order));
+  text += "<p>" + xml_text(capital(loops.front())) + "</p>\n";
+  for (std::size_t i = 1; i < loops.size(); ++i) text += "<p class=\"indented\">" + xml_text(loops[i]) + "</p>\n";
+  return text + kEnd;
+}
+
+std::string parameters_section(const ReportContent& content) {
+  const Model& model = *content.stages.model;
+  if (model.parameters.empty()) return {};
+  const auto name = [&](SymbolId symbol) { return symbol_name(model, symbol); };
+  std::vector<Cells> rows;
+  std::map<std::string, std::vector<Cells>> folded;  // by submodel at the top
+  for (std::size_t i = 0; i < model.parameters.size(); ++i) {
+    const Parameter& parameter = model.parameters[i];
+    std::vector<std::string> values;
+    for (const ReportedScene& scene : content.scenes) values.push_back(short_number(scene.inputs.parameters[i], 10));
+    std::string value = by_scene(content, values);
+    if (!model.pool.is_constant(parameter.value))
+      value += " <small>= <code>" + xml_text(to_text(model.pool, parameter.value, name)) + "</code></small>";
+    const std::size_t dot = parameter.name.find('.');
+    auto& place = dot == std::string::npos ? rows : folded[parameter.name.substr(0, dot)];
+    place.push_back({"<code>" + xml_text(parameter.name) + "</code>", value, xml_text(parameter.unit),
+                     xml_text(parameter.about),
+                     "<code>" + xml_text(file_and_line(model, parameter.place)) + "</code>"});
+  }
+  std::string text = heading("parameters", "Parameters");
+  if (!model.source.empty()) text += "<p>Source: " + xml_text(model.source) + "</p>\n";
+  const std::vector<std::string> titles{"Name", "Value", "Unit", "Meaning", "Given in"};
+  if (!rows.empty()) text += html_table(titles, rows);
+  for (const auto& [submodel, inside] : folded)
+    text += "<details><summary>Submodel <code>" + xml_text(submodel) + "</code>: " + std::to_string(inside.size()) +
+            (inside.size() == 1 ? " parameter" : " parameters") + "</summary>\n" + html_table(titles, inside) +
+            "</details>\n";
+  return text + kEnd;
+}
+
+std::string equations_section(const ReportContent& content) {
+  constexpr std::size_t kMostStates = 500;
+  const Stages& stages = content.stages;
+  std::string text = heading("equations", "State equations");
+  if (stages.system->states.size() > kMostStates)
+    return text + "<p>" + std::to_string(stages.system->states.size()) +
+           " equations are too many to be read here: <code>bgsim equations " + xml_text(content.file) +
+           "</code> prints them.</p>\n" + kEnd;
+  const auto formula = [](const std::string& inside) { return "<math displaystyle=\"true\">" + inside + "</math>"; };
+  for (const EquationGroup& group : equations_mathml(*stages.model, *stages.system, *stages.order)) {
+    if (group.title != "state equations") text += element("h3", capital(group.title));
+    text += "<div class=\"equations\">\n";
+    for (const EquationLine& line : group.lines) {
+      text += "<div class=\"left\">" + formula(line.left) + "</div><div class=\"right\" tabindex=\"0\">" +
+              formula("<mo>=</mo>" + line.right.front());
+      for (std::size_t i = 1; i < line.right.size(); ++i) text += " " + formula(line.right[i]);
+      text += "</div>\n";
+    }
+    text += "</div>\n";
+  }
+  return text + kEnd;
+}
+
+namespace {
+
+std::string share_bar(double share) {
+  constexpr double kLeast = 1e-4;  // below that the digits of a percentage say nothing
+  const std::string text = share > 0.0 && share < kLeast ? "&lt; 0.01" : short_number(100.0 * share, 3);
+  return "<span class=\"bar\"><i style=\"width:" + short_number(100.0 * share, 3) + "%\"></i></span>" + text +
+         "&nbsp;%";
+}
+
+}  // namespace
+
+std::string activity_section(const ReportContent& content) {
+  constexpr std::size_t kMostRows = 60;
+  const Model& model = *content.stages.model;
+  std::string text = heading("activity", "Activity of the elements");
+  text +=
+      "<p>Activity is the integral of |power| over the scene: how much energy an element turned over, whichever "
+      "way it went. What has little of it contributes little to the motion (<code>bgsim reduce</code>).</p>\n";
+  std::vector<ElementId> order;
+  std::map<ElementId, std::vector<const ElementActivity*>> by_element;
+  for (std::size_t i = 0; i < content.scenes.size(); ++i)
+    for (const ElementActivity& row : content.scenes[i].activity) {
+      auto& cells = by_element[row.element];
+      if (cells.empty()) order.push_back(row.element);
+      cells.resize(content.scenes.size());
+      cells[i] = &row;
+    }
+  if (order.empty()) return text + "<p>No element of this model has one, or no run was audited.</p>\n" + kEnd;
+  Cells header{"Element", "Kind"};
+  std::vector<std::size_t> numeric;
+  for (const std::string& scene : scene_names(content)) {
+    numeric.push_back(header.size());
+    header.insert(header.end(), {scene, "share"});
+  }
+  std::vector<Cells> rows;
+  for (std::size_t i = 0; i < std::min(order.size(), kMostRows); ++i) {
+    const Element& element = model.elements[order[i].index()];
+    Cells row{"<code>" + xml_text(element.name) + "</code>", xml_text(kind_text(element.kind, element.modulated))};
+    for (const ElementActivity* const activity : by_element[order[i]]) {
+      row.push_back(activity != nullptr ? short_number(activity->activity, 4) : "");
+      row.push_back(share_bar(activity != nullptr ? activity->share : 0.0));
+    }
+    rows.push_back(std::move(row));
+  }
+  text += html_table(header, rows, numeric);
+  if (order.size() > kMostRows) text += "<p>... and " + std::to_string(order.size() - kMostRows) + " more.</p>\n";
+  return text + kEnd;
+}
+
+namespace {
+
+struct Statistic {
+  const char* name;
+  std::string (*text)(const ReportedScene&);
+};
+
+std::string count(std::uint64_t n) { return std::to_string(n); }
+
+std::string tolerances(const ReportedScene& scene) {
+  const RunReport& report = scene.result.report;
+  if (report.step > 0.0) return "step " + short_number(report.step, 6);
+  std::string text = "relative " + short_number(report.relative, 3);
+  if (report.absolute.empty()) return text;
+  const auto by_size = [](const auto& a, const auto& b) { return a.second < b.second; };
+  const auto [least, most] = std::minmax_element(report.absolute.begin(), report.absolute.end(), by_size);
+  text += ", absolute " + short_number(least->second, 3);
+  if (most->second != least->second) text += " to " + short_number(most->second, 3);
+  return text;
+}
+
+const Statistic kStatistics[] = {
+    {"Method", [](const ReportedScene& s) { return s.result.report.method; }},
+    {"Chosen since", [](const ReportedScene& s) { return s.result.report.method_reason; }},
+    {"Tolerance", tolerances},
+    {"States", [](const ReportedScene& s) { return count(s.result.report.states); }},
+    {"Algebraic loops", [](const ReportedScene& s) { return count(s.result.report.loops); }},
+    {"Variables of loops", [](const ReportedScene& s) { return count(s.result.report.algebraic); }},
+    {"Output times", [](const ReportedScene& s) { return count(s.result.rows); }},
+    {"Steps", [](const ReportedScene& s) { return count(s.result.report.steps); }},
+    {"Steps tried again: error test",
+     [](const ReportedScene& s) { return count(s.result.report.error_test_failures); }},
+    {"Steps tried again: convergence",
+     [](const ReportedScene& s) { return count(s.result.report.convergence_failures); }},
+    {"Evaluations of the rates", [](const ReportedScene& s) { return count(s.result.report.rate_evaluations); }},
+    {"Evaluations of the Jacobian", [](const ReportedScene& s) { return count(s.result.report.jacobian_evaluations); }},
+    {"Factorizations", [](const ReportedScene& s) { return count(s.result.report.factorizations); }},
+    {"Newton iterations", [](const ReportedScene& s) { return count(s.result.report.nonlinear_iterations); }},
+    {"Iterations of loops", [](const ReportedScene& s) { return count(s.result.report.loop_iterations); }},
+    {"Events at known times", [](const ReportedScene& s) { return count(s.result.report.time_events); }},
+    {"Events by conditions", [](const ReportedScene& s) { return count(s.result.report.state_events); }},
+};
+
+/// Wall time by stage: the stages are the same in every scene.
+void add_stage_times(std::vector<Cells>& rows, const ReportContent& content) {
+  const auto& stages = content.scenes.front().result.report.stage_seconds;
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    Cells row{"Wall time: " + xml_text(stages[i].first)};
+    for (const ReportedScene& scene : content.scenes)
+      row.push_back(short_number(1e3 * scene.result.report.stage_seconds[i].second, 3) + " ms");
+    rows.push_back(std::move(row));
+  }
+}
+
+}  // namespace
+
+std::string statistics_section(const ReportContent& content) {
+  std::string text = heading("statistics", "Run statistics");
+  Cells header = scene_names(content);
+  header.insert(header.begin(), "");
+  std::vector<Cells> rows;
+  for (const Statistic& statistic : kStatistics) {
+    Cells row{xml_text(statistic.name)};
+    for (const ReportedScene& scene : content.scenes) row.push_back(xml_text(statistic.text(scene)));
+    rows.push_back(std::move(row));
+  }
+  add_stage_times(rows, content);
+  text += html_table(header, rows);
+  for (const ReportedScene& scene : content.scenes)
+    for (const std::string& note : scene.result.report.notes)
+      text += "<p class=\"note\"><b>" + xml_text(scene.inputs.scene) + ":</b> " + xml_text(note) + "</p>\n";
+  return text + kEnd;
+}
+
+namespace {
+
+std::string command_line(const std::vector<std::string>& words) {
+  std::string line;
+  for (const std::string& word : words) line += (line.empty() ? "" : " ") + shell_word(word);
+  return line;
+}
+
+std::string state_name(const Model& model, const RunInputs::Initial& initial) {
+  if (initial.signal.valid()) return model.signals[initial.signal.index()].name;
+  const Element& store = model.elements[initial.element.index()];
+  return port_name(store, initial.port) + (stores_displacement(store.kind) ? ".q" : ".p");
+}
+
+std::string settings_of(const ReportContent& content, const ReportedScene& scene) {
+  const RunInputs& inputs = scene.inputs;
+  std::string text = "t from " + short_number(inputs.start, 10) + " to " + short_number(inputs.stop, 17) + ", " +
+                     std::to_string(inputs.output_times.size()) + " output times, method " +
+                     method_name(inputs.method) + ", relative tolerance " + short_number(inputs.relative, 6);
+  if (inputs.reference) text += ", reference " + inputs.reference->file;
+  for (const RunInputs::Initial& initial : inputs.initial) {
+    text += "; " + state_name(*content.stages.model, initial) + " begins at " + short_number(initial.value, 10);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string reproduction_section(const ReportContent& content) {
+  constexpr std::size_t kLongestSource = 1U << 18U;
+  std::string text = heading("reproduce", "How to reproduce it");
+  text += "<p>bgsim " + xml_text(content.version) + ", " + xml_text(content.date) + ":</p>\n<pre tabindex=\"0\">" +
+          xml_text(command_line(content.command)) +
+          "</pre>\n<p>One scene's trace alone, as CSV:</p>\n<pre tabindex=\"0\">";
+  for (const ReportedScene& scene : content.scenes) {
+    std::vector<std::string> words{"bgsim", content.file, "--scene", scene.inputs.scene, "--keep-all"};
+    words.insert(words.end(), content.settings.begin(), content.settings.end());
+    text += xml_text(command_line(words)) + "\n";
+  }
+  text += "</pre>\n<dl>\n";
+  for (const ReportedScene& scene : content.scenes)
+    text += element("dt", scene.inputs.scene) + element("dd", settings_of(content, scene)) + "\n";
+  text += "</dl>\n<p>The model as it was read:</p>\n";
+  for (const Document& document : *content.stages.model->sources) {
+    const bool whole = document.text().size() <= kLongestSource;
+    text += folded(document.path(),
+                   whole ? "<pre tabindex=\"0\">" + xml_text(document.text()) + "</pre>\n"
+                         : "<p>Too long to be shown: " + std::to_string(document.text().size()) + " bytes.</p>\n",
+                   false);
+  }
+  return text + kEnd;
+}
+
+}  // namespace bgsim::cli

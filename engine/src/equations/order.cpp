@@ -1,0 +1,224 @@
+#include <algorithm>
+#include <boost/graph/compressed_sparse_row_graph.hpp>
+#include <boost/graph/strong_components.hpp>
+#include <unordered_map>
+#include <utility>
+
+#include "bgsim/ordering.hpp"
+#include "equations/tearing.hpp"
+
+namespace bgsim {
+namespace {
+
+/// Orders the unknowns that something needs depends on, loop by loop.
+class Ordering {
+ public:
+  Ordering(const Model& model, const EquationSystem& system) : model_(model), system_(system) {
+    order_.pool = system.pool;
+    order_.origins = system.origins;
+    order_.resolved.resize(system.symbols.size());
+  }
+
+  BlockOrder run() {
+    find_needed();
+    find_components();
+    for (const std::vector<std::uint32_t>& component : components_) resolve_component(component);
+    for (const State& state : system_.states) order_.rates.push_back(resolve(state.rate));
+    for (const OutputEquation& output : system_.outputs) order_.outputs.push_back(resolve(output.value));
+    for (const EnergyPart& part : system_.energy) {
+      order_.powers.push_back(resolve(part.power));
+      order_.stored.push_back(part.energy.valid() && !part.modulated ? resolve(part.energy) : ExprId{});
+    }
+    order_.origins.resize(order_.pool.size());
+    if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
+    classify();
+    return std::move(order_);
+  }
+
+ private:
+  [[nodiscard]] bool is_unknown(SymbolId symbol) const {
+    return system_.symbols[symbol.index()].kind == SystemSymbol::Kind::unknown;
+  }
+  [[nodiscard]] std::uint32_t equation_of(SymbolId symbol) const { return system_.symbols[symbol.index()].index; }
+
+  /// Unknowns on which an equation's right-hand side depends (itself among them if the equation is implicit).
+  [[nodiscard]] std::vector<std::uint32_t> dependencies(ExprId expression) const {
+    const std::vector<ExprId> roots{expression};
+    std::vector<std::uint32_t> result;
+    for (const SymbolId symbol : symbols_in(system_.pool, roots))
+      if (is_unknown(symbol)) result.push_back(equation_of(symbol));
+    return result;
+  }
+
+  /// Marks the equations that rates, outputs, powers, dependent stores need.
+  void find_needed() {
+    needed_.assign(system_.equations.size(), false);
+    depends_on_.resize(system_.equations.size());
+    std::vector<std::uint32_t> open;
+    const auto need = [&](std::uint32_t equation) {
+      if (needed_[equation]) return;
+      needed_[equation] = true;
+      open.push_back(equation);
+    };
+    const auto need_all = [&](ExprId root) {
+      for (const std::uint32_t equation : dependencies(root)) need(equation);
+    };
+    for (const State& state : system_.states) need_all(state.rate);
+    for (const OutputEquation& output : system_.outputs) need_all(output.value);
+    for (const EnergyPart& part : system_.energy) need_all(part.power);
+    for (const DependentStore& store : system_.dependent) need(equation_of(store.symbol));
+    while (!open.empty()) {
+      const std::uint32_t equation = open.back();
+      open.pop_back();
+      depends_on_[equation] = dependencies(system_.equations[equation].expression);
+      for (const std::uint32_t other : depends_on_[equation]) need(other);
+    }
+  }
+
+  /// Strongly connected parts; Tarjan's numbering puts what others depend on first.
+  void find_components() {
+    using Graph = boost::compressed_sparse_row_graph<boost::directedS>;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> arcs;
+    for (std::uint32_t i = 0; i < depends_on_.size(); ++i)
+      for (const std::uint32_t j : depends_on_[i]) arcs.emplace_back(i, j);
+    const Graph graph(boost::edges_are_sorted, arcs.begin(), arcs.end(), system_.equations.size());
+    std::vector<std::uint32_t> component(system_.equations.size());
+    const std::uint32_t count = boost::strong_components(
+        graph, boost::make_iterator_property_map(component.begin(), get(boost::vertex_index, graph)));
+    std::vector<std::vector<std::uint32_t>> all(count);
+    for (std::uint32_t i = 0; i < component.size(); ++i)
+      if (needed_[i]) all[component[i]].push_back(i);
+    for (auto& members : all)
+      if (!members.empty()) components_.push_back(std::move(members));
+  }
+
+  ExprId resolve(ExprId expression) { return substitute(order_.pool, expression, replacement_); }
+
+  /// Substitutes known unknowns into an equation; what is new in the pool belongs to the equation's element.
+  ExprId resolve_equation(const Equation& equation) {
+    const ExprId result = resolve(equation.expression);
+    Origin origin{equation.element, {}};
+    if (!origin.element.valid() && equation.expression.index() < system_.origins.size())
+      origin = system_.origins[equation.expression.index()];
+    order_.origins.resize(order_.pool.size(), origin);
+    return result;
+  }
+
+  void set_resolved(const Equation& equation, ExprId expression) {
+    order_.resolved[equation.unknown.index()] = expression;
+    replacement_[equation.unknown] = expression;
+  }
+
+  void resolve_component(const std::vector<std::uint32_t>& component) {
+    const Equation& first = system_.equations[component.front()];
+    const auto& own = depends_on_[component.front()];
+    const bool alone =
+        component.size() == 1 && !first.implicit && std::find(own.begin(), own.end(), component.front()) == own.end();
+    if (alone) return set_resolved(first, resolve_equation(first));
+    resolve_loop(component);
+  }
+
+  void resolve_loop(const std::vector<std::uint32_t>& component) {
+    std::unordered_map<std::uint32_t, std::uint32_t> local;
+    for (std::uint32_t i = 0; i < component.size(); ++i) local[component[i]] = i;
+    LoopGraph loop;
+    loop.depends_on.resize(component.size());
+    for (std::uint32_t i = 0; i < component.size(); ++i) {
+      loop.must_tear.push_back(system_.equations[component[i]].implicit);
+      for (const std::uint32_t other : depends_on_[component[i]])
+        if (const auto found = local.find(other); found != local.end()) loop.depends_on[i].push_back(found->second);
+    }
+    const Tearing tearing = tear(loop);
+
+    Block block;
+    for (const std::uint32_t i : component) block.members.push_back(system_.equations[i].unknown);
+    for (const std::uint32_t i : tearing.tears) {
+      const Equation& equation = system_.equations[component[i]];
+      block.tears.push_back(equation.unknown);
+      set_resolved(equation, order_.pool.symbol(equation.unknown));
+    }
+    for (const std::uint32_t i : tearing.sequence) {
+      const Equation& equation = system_.equations[component[i]];
+      set_resolved(equation, resolve_equation(equation));
+    }
+    for (const std::uint32_t i : tearing.tears) {
+      const Equation& equation = system_.equations[component[i]];
+      ExprId residual = resolve_equation(equation);
+      if (!equation.implicit) residual = order_.pool.sub(order_.pool.symbol(equation.unknown), residual);
+      order_.origins.resize(order_.pool.size(), Origin{equation.element, {}});
+      block.residuals.push_back(residual);
+    }
+    name_elements(component, block);
+    examine(block);
+    order_.blocks.push_back(std::move(block));
+  }
+
+  void name_elements(const std::vector<std::uint32_t>& component, Block& block) const {
+    for (const std::uint32_t i : component)
+      if (const ElementId id = system_.equations[i].element; id.valid()) block.elements.push_back(id);
+    std::sort(block.elements.begin(), block.elements.end());
+    block.elements.erase(std::unique(block.elements.begin(), block.elements.end()), block.elements.end());
+  }
+
+  /// Linear or not; and whether the residuals can be matched with the tears at all.
+  void examine(Block& block) {
+    std::unordered_map<SymbolId, std::uint32_t> position;
+    for (std::uint32_t i = 0; i < block.tears.size(); ++i) position[block.tears[i]] = i;
+    const auto own = [&](SymbolId symbol) { return position.contains(symbol); };
+    std::vector<std::vector<std::uint32_t>> pattern(block.tears.size());
+    std::vector<ExprId> all_partials;
+    for (std::size_t r = 0; r < block.residuals.size(); ++r)
+      for (const auto& [symbol, partial] : gradient(order_.pool, block.residuals[r], own)) {
+        pattern[r].push_back(position[symbol]);
+        all_partials.push_back(partial);
+      }
+    const std::vector<SymbolId> inside = symbols_in(order_.pool, all_partials);
+    block.linear = std::none_of(inside.begin(), inside.end(), own);
+    if (!has_full_matching(pattern)) report_singular(block);
+  }
+
+  void report_singular(const Block& block) {
+    std::string through;
+    Diagnostic problem{Severity::error,
+                       "BG411",
+                       {},
+                       {},
+                       {},
+                       "a loop can be solved only if its equations contain its unknowns",
+                       "the elements on the loop contradict or repeat each other: give one of them a resistance or a "
+                       "storage of its own, or correct its modulus"};
+    for (const ElementId id : block.elements) {
+      const Element& element = model_.elements[id.index()];
+      if (is_junction(element.kind)) continue;
+      through += (through.empty() ? "\"" : ", \"") + element.name + "\"";
+      problem.notes.push_back({element.place, "the loop runs through \"" + element.name + "\""});
+    }
+    if (problem.notes.size() == 1) problem.notes.clear();  // the place itself says as much
+    problem.situation = "the algebraic loop through " + through + " is singular whatever the numbers";
+    if (!block.elements.empty()) problem.place = model_.elements[block.elements.front().index()].place;
+    problems_.push_back(std::move(problem));
+  }
+
+  void classify() {
+    std::size_t largest = 0;
+    for (const Block& block : order_.blocks) largest = std::max(largest, block.tears.size());
+    order_.system_class = order_.blocks.empty()           ? SystemClass::explicit_ode
+                          : largest <= kLargestLocalBlock ? SystemClass::local_blocks
+                                                          : SystemClass::implicit_dae;
+  }
+
+  const Model& model_;
+  const EquationSystem& system_;
+  BlockOrder order_;
+  std::vector<bool> needed_;                            ///< by equation
+  std::vector<std::vector<std::uint32_t>> depends_on_;  ///< by equation
+  std::vector<std::vector<std::uint32_t>> components_;  ///< in order of evaluation
+  std::unordered_map<SymbolId, ExprId> replacement_;
+  std::vector<Diagnostic> problems_;
+};
+
+}  // namespace
+
+BlockOrder order_equations(const Model& model, const EquationSystem& system) { return Ordering(model, system).run(); }
+
+}  // namespace bgsim

@@ -1,0 +1,138 @@
+#include "equations/tearing.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+
+namespace bgsim {
+namespace {
+
+constexpr std::size_t kLargestGreedyLoop = 400;
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+/// Removes members that lie on no cycle any more; returns whether any are left.
+bool prune(const LoopGraph& loop, std::vector<bool>& alive, std::vector<std::uint32_t>& in,
+           std::vector<std::uint32_t>& out) {
+  const std::size_t n = alive.size();
+  bool changed = true, any = false;
+  while (changed) {
+    changed = false;
+    any = false;
+    std::fill(in.begin(), in.end(), 0U);
+    std::fill(out.begin(), out.end(), 0U);
+    for (std::size_t i = 0; i < n; ++i)
+      if (alive[i])
+        for (const std::uint32_t j : loop.depends_on[i])
+          if (alive[j]) ++out[i], ++in[j];
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!alive[i]) continue;
+      if (in[i] == 0 || out[i] == 0) {
+        alive[i] = false;
+        changed = true;
+      } else {
+        any = true;
+      }
+    }
+  }
+  return any;
+}
+
+void tear_greedily(const LoopGraph& loop, std::vector<bool>& torn) {
+  const std::size_t n = loop.depends_on.size();
+  std::vector<bool> alive(n);
+  std::vector<std::uint32_t> in(n), out(n);
+  for (std::size_t i = 0; i < n; ++i) alive[i] = !torn[i];
+  while (prune(loop, alive, in, out)) {
+    std::size_t best = n;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!alive[i]) continue;
+      if (best == n || std::uint64_t{in[i]} * out[i] > std::uint64_t{in[best]} * out[best]) best = i;
+    }
+    torn[best] = true;
+    alive[best] = false;
+  }
+}
+
+/// Depth-first search with its own stack; @p finished gets members in order of completion (dependencies first).
+void depth_first(const LoopGraph& loop, std::vector<bool>& torn, bool tear_back_arcs,
+                 std::vector<std::uint32_t>& finished) {
+  const std::size_t n = loop.depends_on.size();
+  enum : std::uint8_t { white, grey, black };
+  std::vector<std::uint8_t> colour(n, white);
+  std::vector<std::pair<std::uint32_t, std::size_t>> stack;
+  for (std::uint32_t root = 0; root < n; ++root) {
+    if (torn[root] || colour[root] != white) continue;
+    stack.emplace_back(root, 0);
+    colour[root] = grey;
+    while (!stack.empty()) {
+      auto& [i, next] = stack.back();
+      if (next == loop.depends_on[i].size()) {
+        colour[i] = black;
+        finished.push_back(i);
+        stack.pop_back();
+        continue;
+      }
+      const std::uint32_t j = loop.depends_on[i][next++];
+      if (torn[j]) continue;
+      if (colour[j] == grey && tear_back_arcs) {
+        torn[j] = true;
+      } else if (colour[j] == white) {
+        colour[j] = grey;
+        stack.emplace_back(j, 0);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Tearing tear(const LoopGraph& loop) {
+  const std::size_t n = loop.depends_on.size();
+  std::vector<bool> torn = loop.must_tear;
+  for (std::uint32_t i = 0; i < n; ++i)
+    if (std::find(loop.depends_on[i].begin(), loop.depends_on[i].end(), i) != loop.depends_on[i].end()) torn[i] = true;
+  Tearing result;
+  if (n <= kLargestGreedyLoop)
+    tear_greedily(loop, torn);
+  else
+    depth_first(loop, torn, true, result.sequence);
+  result.sequence.clear();
+  depth_first(loop, torn, false, result.sequence);
+  for (std::uint32_t i = 0; i < n; ++i)
+    if (torn[i]) result.tears.push_back(i);
+  return result;
+}
+
+bool has_full_matching(const std::vector<std::vector<std::uint32_t>>& pattern) {
+  // Augmenting paths, breadth first (Hopcroft and Karp's phases are not needed at the sizes of loops).
+  const std::size_t n = pattern.size();
+  std::vector<std::uint32_t> row_of(n, kNone), came_from(n), visited(n, kNone);
+  std::vector<std::uint32_t> column_of(n, kNone);
+  for (std::uint32_t start = 0; start < n; ++start) {
+    std::vector<std::uint32_t> queue{start};
+    std::uint32_t free_column = kNone;
+    for (std::size_t head = 0; head < queue.size() && free_column == kNone; ++head) {
+      for (const std::uint32_t column : pattern[queue[head]]) {
+        if (visited[column] == start) continue;
+        visited[column] = start;
+        came_from[column] = queue[head];
+        if (row_of[column] == kNone) {
+          free_column = column;
+          break;
+        }
+        queue.push_back(row_of[column]);
+      }
+    }
+    if (free_column == kNone) return false;
+    for (std::uint32_t column = free_column; column != kNone;) {
+      const std::uint32_t row = came_from[column];
+      const std::uint32_t previous = column_of[row];
+      row_of[column] = row;
+      column_of[row] = column;
+      column = previous;
+    }
+  }
+  return true;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,295 @@
+#include "expression/interval.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "expression/graph.hpp"
+#include "expression/table_formula.hpp"
+
+namespace bgsim {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Cells of a table that are looked at one by one; over more of them the range is taken to be unknown.
+constexpr std::size_t kMostCells = 64;
+
+bool is_empty(const Range& x) { return !(x.lower() <= x.upper()); }
+bool is_thin(const Range& x) { return x.lower() == x.upper(); }
+/// All numbers: where a function leaves its domain within the range.
+Range unknown() { return {-kInfinity, kInfinity}; }
+Range thin_or_empty(double value) { return std::isnan(value) ? Range::empty() : Range(value, value); }
+
+/// Two units in the last place outwards: what a function of the mathematical library may be off by, and more.
+double below(double x) { return std::isinf(x) ? x : x - std::fabs(x) * 0x1p-51 - 5e-324; }
+double above(double x) { return -below(-x); }
+Range widened(double a, double b) { return {below(std::min(a, b)), above(std::max(a, b))}; }
+
+/// A monotone function.
+Range monotone(Op op, const Range& x) { return widened(apply(op, x.lower()), apply(op, x.upper())); }
+/// A monotone function with the domain [least, most].
+Range monotone(Op op, const Range& x, double least, double most) {
+  if (x.upper() < least || x.lower() > most) return Range::empty();
+  return x.lower() < least || x.upper() > most ? unknown() : monotone(op, x);
+}
+/// A monotone step function, whose values are exact.
+Range stepping(Op op, const Range& x) { return {apply(op, x.lower()), apply(op, x.upper())}; }
+
+/// A function of two arguments that is monotone in each of them: its extremes are at the corners.
+Range corners(Op op, const Range& x, const Range& y) {
+  const std::array<double, 4> at{apply(op, x.lower(), y.lower()), apply(op, x.lower(), y.upper()),
+                                 apply(op, x.upper(), y.lower()), apply(op, x.upper(), y.upper())};
+  if (std::any_of(at.begin(), at.end(), [](double v) { return std::isnan(v); })) return unknown();
+  return widened(*std::min_element(at.begin(), at.end()), *std::max_element(at.begin(), at.end()));
+}
+
+/// True unless x certainly contains no point offset + k*period.
+bool may_contain(const Range& x, double offset, double period) {
+  const double first = (x.lower() - offset) / period, last = (x.upper() - offset) / period;
+  const double slack = 1e-15 * (1.0 + std::max(std::fabs(first), std::fabs(last)));
+  return slack > 0.1 || std::floor(last + slack) >= std::ceil(first - slack);
+}
+
+Range sine_like(Op op, const Range& x, double maximum) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  if (!std::isfinite(x.lower()) || !std::isfinite(x.upper()) || x.upper() - x.lower() >= kTurn) return {-1.0, 1.0};
+  const Range ends = monotone(op, x);
+  const double low = may_contain(x, maximum + std::numbers::pi, kTurn) ? -1.0 : std::max(-1.0, ends.lower());
+  const double high = may_contain(x, maximum, kTurn) ? 1.0 : std::min(1.0, ends.upper());
+  return {low, high};
+}
+
+Range tangent(const Range& x) {
+  if (!std::isfinite(x.lower()) || !std::isfinite(x.upper()) || x.upper() - x.lower() >= std::numbers::pi)
+    return unknown();
+  return may_contain(x, 0.5 * std::numbers::pi, std::numbers::pi) ? unknown() : monotone(Op::tan, x);
+}
+
+Range power(const Range& x, const Range& y) {
+  if (x.lower() >= 0.0) return corners(Op::pow, x, y);
+  if (!is_thin(y)) return unknown();
+  const double n = y.lower();
+  if (n != std::floor(n)) return x.upper() < 0.0 ? Range::empty() : unknown();
+  if (n < 0.0 && x.upper() >= 0.0) return unknown();
+  const Range ends = widened(apply(Op::pow, x.lower(), n), apply(Op::pow, x.upper(), n));
+  const bool even = std::fmod(n, 2.0) == 0.0;
+  return even && x.upper() > 0.0 ? Range(0.0, ends.upper()) : ends;
+}
+
+Range arc(const Range& y, const Range& x) {
+  if (x.lower() <= 0.0 && y.lower() <= 0.0 && y.upper() >= 0.0) return {-4.0, 4.0};  // the cut, or the origin
+  return corners(Op::atan2, y, x);
+}
+
+/// a - b*floor(a/b): between its jumps as far as they are known, else anything from 0 to b.
+Range remainder(const Range& a, const Range& b) {
+  const Range quotient = a / b;
+  const Range turns = stepping(Op::floor, quotient);
+  if (!std::isfinite(turns.lower()) || !std::isfinite(turns.upper())) return hull(Range(0.0, 0.0), b);
+  if (is_thin(turns)) return a - b * turns;
+  return hull(Range(0.0, 0.0), b);
+}
+
+Range decided(bool yes, bool no) { return yes ? Range(1.0, 1.0) : no ? Range(0.0, 0.0) : Range(0.0, 1.0); }
+
+Range comparison(Op op, const Range& a, const Range& b) {
+  switch (op) {
+    case Op::lt:
+      return decided(a.upper() < b.lower(), a.lower() >= b.upper());
+    case Op::le:
+      return decided(a.upper() <= b.lower(), a.lower() > b.upper());
+    case Op::gt:
+      return decided(a.lower() > b.upper(), a.upper() <= b.lower());
+    case Op::ge:
+      return decided(a.lower() >= b.upper(), a.upper() < b.lower());
+    case Op::eq:
+      return decided(is_thin(a) && is_thin(b) && a.lower() == b.lower(),
+                     a.upper() < b.lower() || a.lower() > b.upper());
+    default:
+      return decided(a.upper() < b.lower() || a.lower() > b.upper(),
+                     is_thin(a) && is_thin(b) && a.lower() == b.lower());
+  }
+}
+
+Range table_range(Op op, const Table& table, const Range& x) {
+  if (table.x.size() < 2 || x.upper() < table.x.front() || x.lower() > table.x.back()) return Range::empty();
+  if (x.lower() < table.x.front() || x.upper() > table.x.back()) return unknown();
+  const std::size_t first = nearest_cell(table, x.lower()), last = nearest_cell(table, x.upper());
+  if (last - first >= kMostCells) return unknown();
+  Range result = Range::empty();
+  for (std::size_t i = first; i <= last; ++i) {
+    const Range part(std::max(x.lower(), table.x[i]), std::min(x.upper(), table.x[i + 1]));
+    const Range values = op == Op::table         ? cell_value(table, i, part)
+                         : op == Op::table_slope ? cell_slope(table, i, part)
+                                                 : cell_curvature(table, i, part);
+    result = i == first ? values : hull(result, values);
+  }
+  return result;
+}
+
+Range range_of(Op op, const Range& a) {
+  switch (op) {
+    case Op::neg:
+      return -a;
+    case Op::abs:
+      return boost::numeric::abs(a);
+    case Op::sign:
+    case Op::step:
+    case Op::floor:
+    case Op::ceil:
+    case Op::round:
+      return stepping(op, a);
+    case Op::logical_not:
+      return 1.0 - a;
+    case Op::sqrt:
+    case Op::log:
+    case Op::log10:
+      return monotone(op, a, 0.0, kInfinity);
+    case Op::asin:
+    case Op::acos:
+      return monotone(op, a, -1.0, 1.0);
+    case Op::acosh:
+      return monotone(op, a, 1.0, kInfinity);
+    case Op::atanh:
+      return monotone(op, a, -1.0, 1.0);
+    case Op::log1p:
+      return monotone(op, a, -1.0, kInfinity);
+    case Op::sin:
+      return sine_like(op, a, 0.5 * std::numbers::pi);
+    case Op::cos:
+      return sine_like(op, a, 0.0);
+    case Op::tan:
+      return tangent(a);
+    case Op::cosh:
+      return monotone(op, boost::numeric::abs(a));
+    case Op::der:
+      return Range::empty();
+    default:
+      return monotone(op, a);  // cbrt, exp, expm1, atan, sinh, tanh, asinh
+  }
+}
+
+Range range_of(Op op, const Range& a, const Range& b) {
+  switch (op) {
+    case Op::add:
+      return a + b;
+    case Op::sub:
+      return a - b;
+    case Op::mul:
+      return a * b;
+    case Op::div:
+      return a / b;
+    case Op::pow:
+      return power(a, b);
+    case Op::min:
+      return boost::numeric::min(a, b);
+    case Op::max:
+      return boost::numeric::max(a, b);
+    case Op::atan2:
+      return arc(a, b);
+    case Op::hypot:
+      return corners(op, boost::numeric::abs(a), boost::numeric::abs(b));
+    case Op::ssqrt:
+      return corners(op, a, boost::numeric::abs(b));
+    case Op::mod:
+      return remainder(a, b);
+    default:
+      return comparison(op, a, b);
+  }
+}
+
+/// Truth values, of which an empty one is a fault: false wins in `and`, true in `or`, as in apply().
+Range logic(Op op, const Range& a, const Range& b) {
+  const double strong = op == Op::logical_and ? 0.0 : 1.0;
+  const auto settles = [strong](const Range& x) { return is_thin(x) && x.lower() == strong; };
+  if (settles(a) || settles(b)) return {strong, strong};
+  if (is_empty(a) || is_empty(b))
+    return is_thin(a) || is_thin(b) || (is_empty(a) && is_empty(b)) ? Range::empty() : unknown();
+  return op == Op::logical_and ? boost::numeric::min(a, b) : boost::numeric::max(a, b);
+}
+
+}  // namespace
+
+std::size_t nearest_cell(const Table& table, double x) {
+  if (table.x.size() < 2) return 0;
+  const auto after = std::upper_bound(table.x.begin() + 1, table.x.end() - 1, x);
+  return static_cast<std::size_t>(after - table.x.begin()) - 1;
+}
+
+TimeRelation::TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values,
+                           bool cells) {
+  const ExprNode& top = pool[relation];
+  if (cells && is_table(top.op)) {
+    cells_ = &pool.tables()[top.b];
+    relation = ExprId(top.a);
+  }
+  const std::vector<ExprId> nodes = reachable(pool, {&relation, 1});
+  const IdMap<std::uint32_t> position = positions(nodes);
+  const std::vector<char> depends = depends_on(pool, nodes, position, [time](SymbolId s) { return s == time; });
+  values_.resize(nodes.size());
+  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+    const ExprNode& node = pool[nodes[i]];
+    Step step{node.op, 0, 0, 0, i, is_table(node.op) ? &pool.tables()[node.b] : nullptr};
+    std::array<std::uint32_t*, 3> places{&step.a, &step.b, &step.c};
+    std::size_t n = 0;
+    for_each_argument(node, [&](ExprId a) { *places[n++] = *position.find(a); });
+    if (node.op == Op::constant)
+      values_[i] = thin_or_empty(node.constant);
+    else if (node.op == Op::symbol && depends[i] == 0)
+      values_[i] = node.a < symbol_values.size() ? thin_or_empty(symbol_values[node.a]) : Range::empty();
+    else if (node.op == Op::symbol)
+      time_.push_back(i);
+    else if (depends[i] == 0)
+      run(step);
+    else
+      steps_.push_back(step);
+  }
+}
+
+void TimeRelation::run(const Step& step) {
+  const int n = arity(step.op);
+  const Range& a = values_[step.a];
+  Range& out = values_[step.out];
+  if (step.op == Op::logical_and || step.op == Op::logical_or) {
+    out = logic(step.op, a, values_[step.b]);
+  } else if (is_empty(a) || (n == 2 && is_empty(values_[step.b]))) {
+    out = Range::empty();
+  } else if (step.op == Op::select) {
+    out = is_thin(a) ? values_[a.lower() != 0.0 ? step.b : step.c] : hull(values_[step.b], values_[step.c]);
+    if (!is_thin(a) && is_empty(values_[step.b]) != is_empty(values_[step.c])) out = unknown();
+  } else if (step.table != nullptr) {
+    if (is_thin(a)) {
+      out = thin_or_empty(apply_table(step.op, *step.table, a.lower()));
+    } else {
+      out = table_range(step.op, *step.table, a);
+    }
+  } else if (n == 1) {
+    out = is_thin(a) ? thin_or_empty(apply(step.op, a.lower())) : range_of(step.op, a);
+  } else {
+    const Range& b = values_[step.b];
+    out = is_thin(a) && is_thin(b) ? thin_or_empty(apply(step.op, a.lower(), b.lower())) : range_of(step.op, a, b);
+  }
+}
+
+Range TimeRelation::range_on(double begin, double end) {
+  for (const std::uint32_t i : time_) values_[i] = Range(begin, end);
+  for (const Step& step : steps_) run(step);
+  return values_.back();
+}
+
+std::optional<double> TimeRelation::value_on(double begin, double end) {
+  const Range x = range_on(begin, end);
+  if (is_empty(x)) return std::numeric_limits<double>::quiet_NaN();
+  if (cells_ != nullptr) {
+    const std::size_t first = nearest_cell(*cells_, x.lower());
+    if (first != nearest_cell(*cells_, x.upper())) return std::nullopt;
+    return static_cast<double>(first);
+  }
+  if (!is_thin(x)) return std::nullopt;
+  return x.lower();
+}
+
+}  // namespace bgsim

@@ -1,0 +1,115 @@
+#include "bgsim/time_event.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "expression/interval.hpp"
+
+namespace bgsim {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kBlock = 4096;      ///< trials between looks at the progress
+constexpr double kCrawl = 1.0 / 16384.0;  ///< of the best progress so far: slower than this is a contact
+double next_double(double t) { return std::nextafter(t, kInfinity); }
+bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+/// A stretch of time on which the relation has one value.
+struct Stretch {
+  double begin, end, value;
+};
+
+/// Goes from one decided stretch to the next, with steps that shrink where the relation is undecided and grow again
+/// behind.
+class Scanner {
+ public:
+  Scanner(TimeRelation& relation, double begin, double until)
+      : relation_(relation), at_(begin), until_(until), width_(next_double(begin) - begin), block_begin_(begin) {}
+
+  std::optional<Stretch> next() {
+    bool shrunk = false;
+    while (at_ < until_) {
+      watch_progress();
+      const double begin = at_;
+      const double end = std::min(std::max(begin + width_, next_double(begin)), until_);
+      if (const auto value = relation_.value_on(begin, end)) {
+        at_ = end;
+        undecided_ = 0;
+        if (!shrunk) width_ = std::min(8.0 * (end - begin), until_);
+        return Stretch{begin, end, *value};
+      }
+      if (end == next_double(begin) || width_ <= least_) {
+        at_ = end;
+        if (++undecided_ % kBlock == 0) least_ = 16.0 * (end - begin);
+        width_ = std::max(end - begin, least_);
+      } else {
+        width_ = std::max((end - begin) / 8.0, least_);
+        shrunk = true;
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  /// Near a contact the decided stretches become shorter and shorter: allow undecided ones to be passed over.
+  void watch_progress() {
+    if (++trials_ % kBlock != 0) return;
+    const double progress = at_ - block_begin_;
+    block_begin_ = at_;
+    best_progress_ = std::max(best_progress_, progress);
+    if (progress < kCrawl * best_progress_)
+      least_ = std::max(least_, 4.0 * progress / static_cast<double>(kBlock));
+    else if (undecided_ == 0)
+      least_ = 0.0;
+  }
+
+  TimeRelation& relation_;
+  double at_, until_, width_;
+  double least_ = 0.0;         ///< undecided stretches no longer than this are passed over
+  std::size_t undecided_ = 0;  ///< in a row
+  std::size_t trials_ = 0;
+  double block_begin_, best_progress_ = 0.0;
+};
+
+/// The first time with @p value between @p without, which has another one, and @p with: adjacent to one without it.
+double first_with(TimeRelation& relation, double value, double without, double with) {
+  while (next_double(without) < with) {
+    const double middle = without + 0.5 * (with - without);
+    const auto there = relation.value_on(middle, middle);
+    (there && same(*there, value) ? with : without) = middle;
+  }
+  return with;
+}
+
+}  // namespace
+
+std::optional<double> next_change(const ExprPool& pool, ExprId relation, SymbolId time,
+                                  std::span<const double> symbol_values, double after, double until) {
+  const double begin = next_double(after);
+  if (!(begin <= until)) return std::nullopt;
+  TimeRelation values(pool, relation, time, symbol_values);
+  Scanner scanner(values, begin, until);
+  const auto first = scanner.next();
+  if (!first) return std::nullopt;
+  double unchanged = first->end;
+  while (const auto stretch = scanner.next()) {
+    if (!same(stretch->value, first->value)) return first_with(values, stretch->value, unchanged, stretch->begin);
+    unchanged = stretch->end;
+  }
+  const auto last = values.value_on(until, until);
+  if (!last || same(*last, first->value)) return std::nullopt;
+  return first_with(values, *last, unchanged, until);
+}
+
+double value_just_after(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values,
+                        double after) {
+  TimeRelation values(pool, relation, time, symbol_values);
+  const double begin = next_double(after);
+  const auto first = Scanner(values, begin, std::numeric_limits<double>::max()).next();
+  if (first && !std::isnan(first->value)) return first->value;
+  return values.value_on(after, after).value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+}  // namespace bgsim

@@ -1,0 +1,299 @@
+#include "graph/causal_explanation.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+
+namespace bgsim {
+
+namespace {
+
+// A longer chain shows its beginning and its end.
+constexpr std::size_t kLongestChain = 14;
+
+std::string quoted(const std::string& name) { return '"' + name + '"'; }
+
+/// Names things of one model and graph.
+struct Words {
+  const Model& model;
+  const BondGraph& graph;
+  std::span<const Stroke> strokes;
+
+  const Element& element(ElementId id) const { return model.elements[id.index()]; }
+  const std::string& bond(BondId id) const { return model.bonds[id.index()].name; }
+  std::string port(PortId id) const {
+    const Port& at = graph[id];
+    const Element& owner = element(at.element);
+    return quoted(is_junction(owner.kind) ? owner.name : port_name(owner, at.number));
+  }
+  std::string kind_and_name(ElementId id) const {
+    const Element& at = element(id);
+    switch (at.kind) {
+      case ElementKind::zero_junction:
+        return "0-junction " + quoted(at.name);
+      case ElementKind::one_junction:
+        return "1-junction " + quoted(at.name);
+      case ElementKind::effort_source:
+        return "effort source " + quoted(at.name);
+      case ElementKind::flow_source:
+        return "flow source " + quoted(at.name);
+      default:
+        return kind_text(at.kind, at.modulated) + " " + quoted(at.name);
+    }
+  }
+  std::string bonds(const std::vector<BondId>& list) const {
+    constexpr std::size_t kMost = 4;
+    std::string text;
+    for (std::size_t i = 0; i < list.size() && i < kMost; ++i) text += (i == 0 ? "" : ", ") + bond(list[i]);
+    return list.size() > kMost ? text + " and " + std::to_string(list.size() - kMost) + " more" : text;
+  }
+  /// The port of @p id at which the bond stands.
+  PortId port_at(ElementId id, BondId at) const {
+    return graph[graph[at].tail].element == id ? graph[at].tail : graph[at].head;
+  }
+  std::string given_at(ElementId id, BondId at) const {
+    return stroke_at(graph, strokes, port_at(id, at)) ? "flow" : "effort";
+  }
+  std::string shared(ElementId junction) const {
+    return graph.kinds[junction.index()] == ElementKind::zero_junction ? "effort" : "flow";
+  }
+};
+
+std::string forced_text(const Words& words, BondId bond) {
+  const Stroke& stroke = words.strokes[bond.index()];
+  const ElementKind kind = words.graph.kinds[stroke.element.index()];
+  const std::string what = words.kind_and_name(stroke.element);
+  if (is_junction(kind)) {
+    const std::string shared = words.shared(stroke.element);
+    if (stroke.cause.valid()) return what + " has its " + shared + " from " + words.bond(stroke.cause);
+    if (words.graph.port_count(stroke.element) == 1) return what + " has no other bond to set its " + shared;
+    return "no other bond of " + what + " sets its " + shared;
+  }
+  const std::string given = words.given_at(stroke.element, bond);
+  const std::string taken = kind == ElementKind::transformer ? given : given == "effort" ? "flow" : "effort";
+  return what + " turns the " + taken + " of " + words.bond(stroke.cause) + " into the " + given + " of " +
+         words.bond(bond);
+}
+
+/// One line of a chain: what puts this stroke where it stands.
+Note chain_note(const Words& words, BondId bond) {
+  const Stroke& stroke = words.strokes[bond.index()];
+  const std::string text = words.bond(bond) + ": " + stroke_place_text(words.model, words.graph, words.strokes, bond) +
+                           ", because " + stroke_reason_text(words.model, words.graph, words.strokes, bond);
+  const bool root = stroke.reason != StrokeReason::propagated;
+  return {root ? words.element(stroke.element).place : words.model.bonds[bond.index()].place, text};
+}
+
+/// The setter of a junction when it is a root that stands right at it.
+std::optional<Note> direct_setter_note(const Words& words, ElementId junction, BondId bond) {
+  const Stroke& stroke = words.strokes[bond.index()];
+  if (stroke.reason == StrokeReason::propagated || stroke.element == junction) return std::nullopt;
+  const std::string how = stroke.reason == StrokeReason::source ? ""
+                          : stroke.reason == StrokeReason::one_way_law
+                              ? ", whose law can be used in this direction only,"
+                          : stroke.reason == StrokeReason::integral ? ", in integral causality,"
+                                                                    : "";
+  return Note{words.element(stroke.element).place,
+              words.kind_and_name(stroke.element) + how + " sets it through bond " + words.bond(bond)};
+}
+
+std::vector<Note> chain_notes(const Words& words, const CausalConflict& conflict) {
+  std::vector<Note> notes;
+  for (const BondId bond : strokes_behind(words.graph, words.strokes, conflict.bonds)) {
+    std::optional<Note> direct;
+    if (conflict.kind == CausalConflict::Kind::two_set &&
+        std::find(conflict.bonds.begin(), conflict.bonds.end(), bond) != conflict.bonds.end())
+      direct = direct_setter_note(words, conflict.element, bond);
+    notes.push_back(direct ? std::move(*direct) : chain_note(words, bond));
+  }
+  if (notes.size() > kLongestChain) {
+    const std::size_t left_out = notes.size() - kLongestChain + 1;
+    const auto first = notes.begin() + static_cast<std::ptrdiff_t>(kLongestChain / 2);
+    *first = {std::nullopt, "... and " + std::to_string(left_out) + " more strokes, each forced by those before ..."};
+    notes.erase(first + 1, first + static_cast<std::ptrdiff_t>(left_out));
+  }
+  return notes;
+}
+
+/// The sources among the roots of a conflict, last assigned first.
+std::vector<ElementId> sources_behind(const Words& words, const std::vector<BondId>& bonds) {
+  std::vector<ElementId> sources;
+  for (const BondId bond : strokes_behind(words.graph, words.strokes, bonds))
+    if (words.strokes[bond.index()].reason == StrokeReason::source)
+      sources.push_back(words.strokes[bond.index()].element);
+  std::reverse(sources.begin(), sources.end());
+  return sources;
+}
+
+std::string help_for_junction(const Words& words, const CausalConflict& conflict, const std::string& shared) {
+  const std::vector<ElementId> sources = sources_behind(words, conflict.bonds);
+  const bool effort = shared == "effort";
+  const std::string mend = effort ? "put an R on a 1-junction in series with " : "put an R on a 0-junction beside ";
+  if (!sources.empty()) {
+    const Element& last = words.element(sources.front());
+    const std::string instead = last.kind == ElementKind::effort_source ? "an Sf" : "an Se";
+    return mend + quoted(last.name) + ", or make " + (sources.size() > 1 ? "one source " : quoted(last.name) + " ") +
+           instead;
+  }
+  return "let an R or a C or I without a one-way law stand between the elements that set the " + shared;
+}
+
+Diagnostic explain_junction(const Words& words, const CausalConflict& conflict) {
+  const std::string shared = words.shared(conflict.element);
+  const std::string what = words.kind_and_name(conflict.element);
+  const bool zero = shared == "effort";
+  Diagnostic problem;
+  problem.place = words.element(conflict.element).place;
+  if (conflict.kind == CausalConflict::Kind::two_set) {
+    const std::size_t count = conflict.bonds.size();
+    problem.code = zero ? "BG301" : "BG302";
+    problem.situation = (count == 2 ? "two" : std::to_string(count)) + " bonds set the " + shared + " of " + what;
+    problem.help = help_for_junction(words, conflict, shared);
+  } else {
+    problem.code = "BG303";
+    problem.situation = "no bond sets the " + shared + " of " + what;
+    problem.help = "bond a C, an R or " + std::string(zero ? "an Se" : "an I or Sf") + " to " +
+                   quoted(words.element(conflict.element).name) + ", which can set its " + shared;
+  }
+  problem.rule = zero ? "a 0-junction has one effort, so exactly one of its bonds carries the causal stroke at the "
+                        "junction"
+                      : "a 1-junction has one flow, so exactly one of its bonds carries no causal stroke at the "
+                        "junction";
+  return problem;
+}
+
+Diagnostic explain_two_port(const Words& words, const CausalConflict& conflict) {
+  const ElementId id = conflict.element;
+  const std::string name = quoted(words.element(id).name);
+  const bool transformer = words.graph.kinds[id.index()] == ElementKind::transformer;
+  const auto given = [&](std::size_t i) { return words.given_at(id, conflict.bonds[i]); };
+  // What the element must give at a port is what it is not told there.
+  const auto told = [&](std::size_t i) { return std::string(given(i) == "effort" ? "flow" : "effort"); };
+  return {.code = "BG304",
+          .situation = words.kind_and_name(id) + " is told the " + told(0) + " of " + words.bond(conflict.bonds[0]) +
+                       " and the " + told(1) + " of " + words.bond(conflict.bonds[1]) +
+                       ", which its rule ties together",
+          .place = words.element(id).place,
+          .notes = {},
+          .rule = transformer ? "a TF relates its two efforts and its two flows, so exactly one of its two bonds "
+                                "carries the causal stroke at it"
+                              : "a GY relates the effort of each bond to the flow of the other, so both or none of its "
+                                "bonds carry the causal stroke at it",
+          .help = "put an R between " + name + " and one of the elements named above"};
+}
+
+Diagnostic explain_two_sources(const Words& words, const CausalConflict& conflict, ElementId first) {
+  const bool effort = words.graph.kinds[conflict.element.index()] == ElementKind::effort_source;
+  const std::string shared = effort ? "effort" : "flow";
+  return {.code = effort ? "BG301" : "BG302",
+          .situation = shared + " sources " + quoted(words.element(first).name) + " and " +
+                       quoted(words.element(conflict.element).name) + " both set the " + shared + " of bond " +
+                       quoted(words.bond(conflict.bonds.front())),
+          .place = words.element(conflict.element).place,
+          .notes = {},
+          .rule = "a bond has one " + shared,
+          .help = effort ? "put a 1-junction with an R between them, or make one of them an Sf"
+                         : "put a 0-junction with an R between them, or make one of them an Se"};
+}
+
+Diagnostic explain_law(const Words& words, const CausalConflict& conflict) {
+  const Port& port = words.graph[conflict.port];
+  const Element& element = words.element(port.element);
+  const std::string asked = words.given_at(port.element, port.bond);
+  const std::string opposite = asked == "effort" ? "flow" : "effort";
+  Place place = element.coefficient_place;
+  for (const Law& law : element.laws)
+    if (law.port == port.number) place = law.place;
+  const std::string name = quoted(is_junction(element.kind) ? element.name : port_name(element, port.number));
+  return {.code = "BG305",
+          .situation = "the law of " + name + " cannot give its " + asked + ", which the causality asks of it",
+          .place = place,
+          .notes = {},
+          .rule =
+              "a law that cannot be solved for the other variable (a jump, a kink, or the variable does not occur) "
+              "fixes the causality of its port",
+          .help = "write the law so that it gives the " + asked +
+                  ", or put a C, I or R at the junction that can give " + name + " its " + opposite};
+}
+
+}  // namespace
+
+std::vector<BondId> direct_causes(const BondGraph& graph, std::span<const Stroke> strokes, BondId bond) {
+  const Stroke& stroke = strokes[bond.index()];
+  if (stroke.reason != StrokeReason::propagated) return {};
+  if (stroke.cause.valid()) return {stroke.cause};
+  std::vector<BondId> others;
+  for (std::size_t number = 0; number < graph.port_count(stroke.element); ++number) {
+    const BondId other = graph[graph.port(stroke.element, number)].bond;
+    if (other != bond) others.push_back(other);
+  }
+  return others;
+}
+
+std::vector<BondId> strokes_behind(const BondGraph& graph, std::span<const Stroke> strokes, std::vector<BondId> bonds) {
+  std::unordered_set<BondId> seen(bonds.begin(), bonds.end());
+  for (std::size_t i = 0; i < bonds.size(); ++i)
+    for (const BondId cause : direct_causes(graph, strokes, bonds[i]))
+      if (seen.insert(cause).second) bonds.push_back(cause);
+  std::sort(bonds.begin(), bonds.end(),
+            [&](BondId a, BondId b) { return strokes[a.index()].order < strokes[b.index()].order; });
+  return bonds;
+}
+
+std::string stroke_place_text(const Model& model, const BondGraph& graph, std::span<const Stroke> strokes,
+                              BondId bond) {
+  const Bond& at = graph[bond];
+  const Words words{model, graph, strokes};
+  return "stroke at " + words.port(strokes[bond.index()].end == BondEnd::head ? at.head : at.tail);
+}
+
+std::string stroke_reason_text(const Model& model, const BondGraph& graph, std::span<const Stroke> strokes,
+                               BondId bond) {
+  const Stroke& stroke = strokes[bond.index()];
+  const Words words{model, graph, strokes};
+  const Element& element = words.element(stroke.element);
+  const std::string port = words.port(words.port_at(stroke.element, bond));
+  switch (stroke.reason) {
+    case StrokeReason::source:
+      return quoted(element.name) +
+             (element.kind == ElementKind::effort_source ? " is an effort source" : " is a flow source");
+    case StrokeReason::one_way_law:
+      return "the law of " + port + " can give its " + words.given_at(stroke.element, bond) + " only";
+    case StrokeReason::integral:
+      return port + " is in integral causality";
+    case StrokeReason::law_as_written:
+      return "the law of " + port + " is used as written";
+    case StrokeReason::free_choice:
+      return "it was free to choose";
+    case StrokeReason::by_elimination:
+      return "the other end leads to a conflict (tried for " + port + ")";
+    case StrokeReason::propagated:
+      return forced_text(words, bond);
+  }
+  return {};
+}
+
+Diagnostic explain_conflict(const Model& model, const BondGraph& graph, std::span<const Stroke> strokes,
+                            const CausalConflict& conflict) {
+  const Words words{model, graph, strokes};
+  Diagnostic problem;
+  switch (conflict.kind) {
+    case CausalConflict::Kind::two_set:
+    case CausalConflict::Kind::none_sets:
+      problem = explain_junction(words, conflict);
+      break;
+    case CausalConflict::Kind::two_port:
+      problem = explain_two_port(words, conflict);
+      break;
+    case CausalConflict::Kind::one_port: {
+      const ElementKind kind = graph.kinds[conflict.element.index()];
+      const bool source = kind == ElementKind::effort_source || kind == ElementKind::flow_source;
+      const Stroke& stroke = strokes[conflict.bonds.front().index()];
+      problem = source ? explain_two_sources(words, conflict, stroke.element) : explain_law(words, conflict);
+      break;
+    }
+  }
+  problem.notes = chain_notes(words, conflict);
+  return problem;
+}
+
+}  // namespace bgsim

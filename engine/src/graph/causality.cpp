@@ -1,0 +1,528 @@
+#include "bgsim/causality.hpp"
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <unordered_map>
+
+#include "graph/causal_explanation.hpp"
+#include "graph/graph_faults.hpp"
+
+namespace bgsim {
+
+namespace {
+
+// Taking choices back is for rings of junctions; a graph that needs more than this is refused with the conflict.
+constexpr std::size_t kMostReversals = 10000;
+
+BondEnd other(BondEnd end) { return end == BondEnd::head ? BondEnd::tail : BondEnd::head; }
+
+/// A stroke that may be chosen while its bond has none.
+struct Choice {
+  BondId bond;
+  BondEnd end = BondEnd::head;
+  StrokeReason reason = StrokeReason::free_choice;
+  ElementId element;
+};
+
+class Scap {
+ public:
+  Scap(const Model& model, const BondGraph& graph)
+      : model_(model),
+        graph_(graph),
+        strokes_(graph.bonds.size()),
+        assigned_(graph.bonds.size()),
+        junctions_(graph.kinds.size()),
+        broken_(graph.kinds.size()),
+        uses_(graph.ports.size()) {
+    trail_.reserve(graph.bonds.size());
+    for (std::size_t i = 0; i < graph.ports.size(); ++i) {
+      JunctionState& junction = junctions_[graph.ports[i].element.index()];
+      ++junction.open;
+      junction.open_ports ^= static_cast<std::uint32_t>(i);
+    }
+    find_uses();
+  }
+
+  CausalGraph run() {
+    if (!succeeds()) throw ModelError(std::move(problems_), model_.sources);
+    return result();
+  }
+
+  CausalAttempt attempt() {
+    // Choices have all been taken back where none of them helped: shown is what led to the first conflict.
+    if (!succeeds() && conflicts_.empty()) choose_until_conflict();
+    CausalAttempt attempt;
+    for (std::size_t i = 0; i < strokes_.size(); ++i)
+      attempt.strokes.push_back(assigned_[i] ? std::optional(strokes_[i]) : std::nullopt);
+    attempt.conflicts = std::move(conflicts_);
+    attempt.problems = std::move(problems_);
+    return attempt;
+  }
+
+ private:
+  struct JunctionState {
+    std::uint32_t setters = 0;     // bonds that set the effort of a 0-junction (the flow of a 1-junction)
+    BondId setter;                 // the first of them
+    std::uint32_t open = 0;        // bonds without a stroke
+    std::uint32_t open_ports = 0;  // exclusive or of their ports: the port itself when one is left
+  };
+  struct Decision {
+    std::size_t choice = 0;
+    std::size_t trail = 0;
+    bool reversed = false;
+  };
+
+  const Element& element(PortId port) const { return model_.elements[graph_[port].element.index()]; }
+  ElementKind kind(PortId port) const { return graph_.kinds[graph_[port].element.index()]; }
+  static BondEnd end_at(const Port& port) { return port.head ? BondEnd::head : BondEnd::tail; }
+  /// Where the stroke of the port's bond stands when the port gives effort or flow.
+  BondEnd end_for(PortId port, Gives gives) const {
+    const BondEnd here = end_at(graph_[port]);
+    return gives == Gives::flow ? here : other(here);
+  }
+  bool usable(PortId port, Gives gives) const {
+    return uses_[port.index()][static_cast<std::size_t>(gives)] != LawUse::impossible;
+  }
+
+  void find_uses() {
+    ExprPool scratch = model_.pool;
+    for (std::size_t i = 0; i < model_.elements.size(); ++i) {
+      const Element& at = model_.elements[i];
+      if (is_junction(at.kind) || at.kind == ElementKind::transformer || at.kind == ElementKind::gyrator) continue;
+      const bool by_laws = at.energy.valid() || !at.laws.empty();
+      const std::vector<Law> laws = by_laws ? port_laws(model_, scratch, ElementId(i)) : std::vector<Law>{};
+      for (std::size_t number = 0; number < at.ports.size(); ++number)
+        for (const Gives gives : {Gives::effort, Gives::flow})
+          uses_[graph_.port(ElementId(i), number).index()][static_cast<std::size_t>(gives)] =
+              by_laws ? law_use(scratch, at, laws[number], gives)
+                      : law_use(model_, scratch, ElementId(i), number, gives);
+    }
+  }
+
+  // --- one stroke, and what follows from it ---
+
+  void assign(BondId bond, const Stroke& stroke) {
+    Stroke& place = strokes_[bond.index()];
+    place = stroke;
+    place.order = static_cast<std::uint32_t>(trail_.size());
+    assigned_[bond.index()] = true;
+    trail_.push_back(bond);
+    for (const PortId port : {graph_[bond].tail, graph_[bond].head}) {
+      waiting_.push_back(port);
+      JunctionState& junction = junctions_[graph_[port].element.index()];
+      --junction.open;
+      junction.open_ports ^= port.value;
+      if (sets(port) && junction.setters++ == 0) junction.setter = bond;
+    }
+  }
+
+  void undo_to(std::size_t length) {
+    waiting_.clear();
+    next_waiting_ = 0;
+    while (trail_.size() > length) {
+      const BondId bond = trail_.back();
+      for (const PortId port : {graph_[bond].tail, graph_[bond].head}) {
+        JunctionState& junction = junctions_[graph_[port].element.index()];
+        ++junction.open;
+        junction.open_ports ^= port.value;
+        if (sets(port) && --junction.setters == 0) junction.setter = BondId();
+      }
+      assigned_[bond.index()] = false;
+      trail_.pop_back();
+    }
+  }
+
+  /// Whether the bond at a junction's port sets what the junction's bonds share.
+  bool sets(PortId port) const {
+    const bool here = stroke_at(graph_, strokes_, port);
+    return kind(port) == ElementKind::zero_junction ? here : kind(port) == ElementKind::one_junction && !here;
+  }
+
+  void force(PortId port, bool stroke_here, BondId cause) {
+    const BondEnd here = end_at(graph_[port]);
+    assign(graph_[port].bond,
+           {stroke_here ? here : other(here), StrokeReason::propagated, graph_[port].element, cause, 0});
+  }
+
+  /// Follows what is forced until nothing more is, or a rule is broken.
+  std::optional<CausalConflict> propagate() {
+    while (next_waiting_ < waiting_.size()) {
+      const PortId port = waiting_[next_waiting_++];
+      if (broken_[graph_[port].element.index()]) continue;
+      std::optional<CausalConflict> conflict;
+      if (is_junction(kind(port)))
+        conflict = follow_junction(graph_[port].element);
+      else if (kind(port) == ElementKind::transformer || kind(port) == ElementKind::gyrator)
+        conflict = follow_two_port(port);
+      else
+        conflict = check_one_port(port);
+      if (conflict) return conflict;
+    }
+    waiting_.clear();
+    next_waiting_ = 0;
+    return std::nullopt;
+  }
+
+  std::optional<CausalConflict> follow_junction(ElementId id) {
+    // A copy: assigning changes the state.
+    const JunctionState state = junctions_[id.index()];
+    const bool zero = graph_.kinds[id.index()] == ElementKind::zero_junction;
+    if (state.setters > 1) return CausalConflict{CausalConflict::Kind::two_set, id, {}, setters_of(id)};
+    if (state.setters == 0 && state.open == 0)
+      return CausalConflict{CausalConflict::Kind::none_sets, id, {}, bonds_of(id)};
+    if (state.setters == 0 && state.open == 1) force(PortId(state.open_ports), zero, BondId());
+    if (state.setters == 0 || state.open == 0) return std::nullopt;
+    for (std::size_t number = 0; number < graph_.port_count(id); ++number) {
+      const PortId port = graph_.port(id, number);
+      if (!assigned_[graph_[port].bond.index()]) force(port, !zero, state.setter);
+    }
+    return std::nullopt;
+  }
+
+  std::optional<CausalConflict> follow_two_port(PortId port) {
+    const ElementId id = graph_[port].element;
+    const PortId partner = graph_.port(id, 1 - graph_[port].number);
+    const bool here = stroke_at(graph_, strokes_, port);
+    const bool wanted = kind(port) == ElementKind::transformer ? !here : here;
+    if (!assigned_[graph_[partner].bond.index()]) {
+      force(partner, wanted, graph_[port].bond);
+    } else if (stroke_at(graph_, strokes_, partner) != wanted) {
+      return CausalConflict{
+          CausalConflict::Kind::two_port, id, {}, {graph_[graph_.port(id, 0)].bond, graph_[graph_.port(id, 1)].bond}};
+    }
+    return std::nullopt;
+  }
+
+  std::optional<CausalConflict> check_one_port(PortId port) {
+    if (usable(port, stroke_at(graph_, strokes_, port) ? Gives::flow : Gives::effort)) return std::nullopt;
+    return CausalConflict{CausalConflict::Kind::one_port, graph_[port].element, port, {graph_[port].bond}};
+  }
+
+  std::vector<BondId> bonds_of(ElementId id) const {
+    std::vector<BondId> bonds;
+    for (std::size_t number = 0; number < graph_.port_count(id); ++number)
+      bonds.push_back(graph_[graph_.port(id, number)].bond);
+    return bonds;
+  }
+  std::vector<BondId> setters_of(ElementId id) const {
+    std::vector<BondId> bonds;
+    for (std::size_t number = 0; number < graph_.port_count(id); ++number) {
+      const PortId port = graph_.port(id, number);
+      if (assigned_[graph_[port].bond.index()] && sets(port)) bonds.push_back(graph_[port].bond);
+    }
+    return bonds;
+  }
+
+  bool succeeds() {
+    assign_sources();
+    assign_one_way_laws();
+    if (problems_.empty()) choose(choices());
+    return problems_.empty();
+  }
+
+  // --- what is fixed: sources, laws for one direction ---
+
+  void assign_sources() {
+    // All of them first, so that sources that contradict each other meet at a junction, whichever comes first.
+    for (std::size_t i = 0; i < graph_.ports.size(); ++i) {
+      const PortId port(i);
+      if (kind(port) != ElementKind::effort_source && kind(port) != ElementKind::flow_source) continue;
+      const Gives gives = kind(port) == ElementKind::effort_source ? Gives::effort : Gives::flow;
+      if (!assigned_[graph_[port].bond.index()])
+        assign(graph_[port].bond, {end_for(port, gives), StrokeReason::source, graph_[port].element, {}, 0});
+    }
+    for (std::size_t i = 0; i < graph_.kinds.size(); ++i)
+      if (is_junction(graph_.kinds[i]) && graph_.port_count(ElementId(i)) == 1)
+        waiting_.push_back(graph_.port(ElementId(i), 0));
+    settle();
+  }
+
+  void assign_one_way_laws() {
+    for (std::size_t i = 0; i < graph_.ports.size(); ++i) {
+      const PortId port(i);
+      if (is_junction(kind(port)) || assigned_[graph_[port].bond.index()]) continue;
+      if (usable(port, Gives::effort) && usable(port, Gives::flow)) continue;
+      const Gives gives = usable(port, Gives::effort) ? Gives::effort : Gives::flow;
+      assign(graph_[port].bond, {end_for(port, gives), StrokeReason::one_way_law, graph_[port].element, {}, 0});
+      settle();
+    }
+  }
+
+  /// Propagates what is fixed. Each conflict is reported once, and its element left out from then on, so that
+  /// independent conflicts come out in one run.
+  void settle() {
+    while (const auto conflict = propagate()) {
+      problems_.push_back(explain_conflict(model_, graph_, strokes_, *conflict));
+      broken_[conflict->element.index()] = true;
+      conflicts_.push_back(conflict->element);
+    }
+  }
+
+  // --- what may be chosen ---
+
+  std::vector<Choice> choices() const {
+    std::vector<Choice> list;
+    list.reserve(graph_.bonds.size());
+    add_stores(list);
+    add_nonlinear_resistors(list);
+    const auto internal = [&](PortId port) {
+      return is_junction(kind(port)) || kind(port) == ElementKind::transformer || kind(port) == ElementKind::gyrator;
+    };
+    for (const bool between_junctions : {true, false})
+      for (std::size_t i = 0; i < graph_.bonds.size(); ++i) {
+        const Bond& bond = graph_.bonds[i];
+        if (assigned_[i] || (internal(bond.tail) && internal(bond.head)) != between_junctions) continue;
+        const PortId owner = internal(bond.tail) && !internal(bond.head) ? bond.head : bond.tail;
+        list.push_back({BondId(i), free_end(bond), StrokeReason::free_choice, graph_[owner].element});
+      }
+    return list;
+  }
+
+  void add_stores(std::vector<Choice>& list) const {
+    std::vector<ElementId> stores;
+    for (std::size_t i = 0; i < graph_.kinds.size(); ++i)
+      if (is_store(graph_.kinds[i])) stores.push_back(ElementId(i));
+    std::stable_sort(stores.begin(), stores.end(), [&](ElementId a, ElementId b) {
+      return model_.elements[a.index()].priority > model_.elements[b.index()].priority;
+    });
+    for (const ElementId store : stores)
+      for (std::size_t number = 0; number < graph_.port_count(store); ++number) {
+        const PortId port = graph_.port(store, number);
+        list.push_back({graph_[port].bond, end_for(port, integral(port)), StrokeReason::integral, store});
+      }
+  }
+
+  void add_nonlinear_resistors(std::vector<Choice>& list) const {
+    for (std::size_t i = 0; i < graph_.ports.size(); ++i) {
+      const PortId port(i);
+      if (kind(port) != ElementKind::resistor && kind(port) != ElementKind::r_field) continue;
+      const auto& [effort, flow] = uses_[i];
+      const bool implicit = effort == LawUse::implicit || flow == LawUse::implicit;
+      if (element(port).laws.empty() && !implicit) continue;
+      const Gives written = effort == LawUse::as_written ? Gives::effort : Gives::flow;
+      list.push_back({graph_[port].bond, end_for(port, written), StrokeReason::law_as_written, graph_[port].element});
+    }
+  }
+
+  Gives integral(PortId port) const { return stores_displacement(kind(port)) ? Gives::effort : Gives::flow; }
+
+  /// The end at which a free stroke decides most: where its bond sets a junction's effort or flow.
+  BondEnd free_end(const Bond& bond) const {
+    for (const PortId port : {bond.tail, bond.head}) {
+      if (kind(port) == ElementKind::zero_junction) return end_at(graph_[port]);
+      if (kind(port) == ElementKind::one_junction) return other(end_at(graph_[port]));
+    }
+    return BondEnd::head;
+  }
+
+  void choose(const std::vector<Choice>& list) {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (assigned_[list[i].bond.index()]) continue;
+      decisions_.push_back({i, trail_.size(), false});
+      assign(list[i].bond, {list[i].end, list[i].reason, list[i].element, {}, 0});
+      const std::optional<CausalConflict> conflict = propagate();
+      if (!conflict) continue;
+      Diagnostic problem = explain_conflict(model_, graph_, strokes_, *conflict);
+      if (!resolve(list, *conflict, problem)) {
+        problems_.push_back(std::move(problem));
+        return;
+      }
+      i = decisions_.back().choice;
+    }
+  }
+
+  void choose_until_conflict() {
+    if (!decisions_.empty()) undo_to(decisions_.front().trail);
+    for (const Choice& choice : choices()) {
+      if (assigned_[choice.bond.index()]) continue;
+      assign(choice.bond, {choice.end, choice.reason, choice.element, {}, 0});
+      if (const auto conflict = propagate()) {
+        conflicts_.push_back(conflict->element);
+        return;
+      }
+    }
+  }
+
+  /// Takes choices back until the conflict is gone. Only those are touched that the conflict follows from, the last of
+  /// them first (conflict-directed backjumping): what is chosen elsewhere in the graph is not to blame.
+  /// @return false if no choice is left to take back: no strokes keep all rules.
+  bool resolve(const std::vector<Choice>& list, const CausalConflict& conflict, Diagnostic& problem) {
+    std::set<BondId> blamed = roots_of(conflict.bonds);
+    while (!decisions_.empty()) {
+      Decision& last = decisions_.back();
+      const Choice& choice = list[last.choice];
+      if (!blamed.contains(choice.bond) || last.reversed) {
+        if (blamed.erase(choice.bond) > 0) blamed.merge(eliminated_[choice.bond]);
+        undo_to(last.trail);
+        decisions_.pop_back();
+        continue;
+      }
+      if (++reversals_ > kMostReversals) {
+        problem.notes.push_back({std::nullopt, "other strokes were tried " + std::to_string(kMostReversals) +
+                                                   " times; there may be some that keep all rules"});
+        return false;
+      }
+      undo_to(last.trail);
+      last.reversed = true;
+      blamed.erase(choice.bond);
+      eliminated_[choice.bond] = std::move(blamed);
+      assign(choice.bond, {other(choice.end), StrokeReason::by_elimination, choice.element, {}, 0});
+      const std::optional<CausalConflict> next = propagate();
+      if (!next) return true;
+      blamed = roots_of(next->bonds);
+    }
+    return false;
+  }
+
+  /// The strokes that nothing forces, among those behind some strokes.
+  std::set<BondId> roots_of(const std::vector<BondId>& bonds) const {
+    std::set<BondId> roots;
+    for (const BondId bond : strokes_behind(graph_, strokes_, bonds))
+      if (strokes_[bond.index()].reason != StrokeReason::propagated) roots.insert(bond);
+    return roots;
+  }
+
+  // --- what came out ---
+
+  CausalGraph result() {
+    CausalGraph causal;
+    causal.free_choices = free_choices();
+    list_stores(causal);
+    causal.warnings = part_warnings(model_, graph_);
+    ExprPool scratch = model_.pool;
+    for (std::size_t i = 0; i < model_.elements.size(); ++i)
+      warn_if_not_reciprocal(scratch, ElementId(i), causal.warnings);
+    causal.strokes = std::move(strokes_);
+    return causal;
+  }
+
+  std::vector<FreeChoice> free_choices() const {
+    std::vector<FreeChoice> free;
+    for (std::size_t i = 0; i < decisions_.size(); ++i) {
+      const BondId bond = trail_[decisions_[i].trail];
+      const Stroke& stroke = strokes_[bond.index()];
+      if (stroke.reason != StrokeReason::free_choice && stroke.reason != StrokeReason::law_as_written) continue;
+      const std::size_t end = i + 1 < decisions_.size() ? decisions_[i + 1].trail : trail_.size();
+      free.push_back({bond, stroke.element, path(decisions_[i].trail, end)});
+    }
+    return free;
+  }
+
+  /// The elements at the bonds of a stretch of the trail, but for sources and stores.
+  std::vector<ElementId> path(std::size_t begin, std::size_t end) const {
+    std::vector<ElementId> elements;
+    for (std::size_t i = begin; i < end; ++i)
+      for (const PortId port : {graph_[trail_[i]].tail, graph_[trail_[i]].head})
+        if (!is_store(kind(port)) && kind(port) != ElementKind::effort_source && kind(port) != ElementKind::flow_source)
+          elements.push_back(graph_[port].element);
+    std::sort(elements.begin(), elements.end());
+    elements.erase(std::unique(elements.begin(), elements.end()), elements.end());
+    return elements;
+  }
+
+  /// Some of the elements behind a stroke. Strokes with one cause share their cause's set, so that all sets together
+  /// stay linear in the graph.
+  struct Causes {
+    std::vector<ElementId> elements;
+    bool more = false;
+
+    void add(ElementId element) {
+      const auto place = std::lower_bound(elements.begin(), elements.end(), element);
+      if (place != elements.end() && *place == element) return;
+      elements.insert(place, element);
+      if (elements.size() > kNamedCauses) {
+        elements.pop_back();
+        more = true;
+      }
+    }
+  };
+
+  Causes causes_of(BondId bond, const std::vector<Causes>& sets, const std::vector<std::uint32_t>& set_of) const {
+    const Stroke& stroke = strokes_[bond.index()];
+    Causes causes;
+    const auto add = [&](BondId cause) {
+      const Causes& set = sets[set_of[cause.index()]];
+      for (const ElementId element : set.elements) causes.add(element);
+      causes.more = causes.more || set.more;
+    };
+    if (stroke.reason == StrokeReason::by_elimination)
+      for (const BondId cause : eliminated_.at(bond)) add(cause);
+    else if (stroke.reason == StrokeReason::propagated)
+      for (const BondId cause : direct_causes(graph_, strokes_, bond)) add(cause);
+    else
+      causes.add(stroke.element);
+    return causes;
+  }
+
+  void list_stores(CausalGraph& causal) const {
+    std::vector<Causes> sets;
+    std::vector<std::uint32_t> set_of(strokes_.size());
+    for (const BondId bond : trail_) {
+      const BondId cause = strokes_[bond.index()].cause;
+      if (cause.valid()) {
+        set_of[bond.index()] = set_of[cause.index()];
+      } else {
+        Causes causes = causes_of(bond, sets, set_of);
+        set_of[bond.index()] = static_cast<std::uint32_t>(sets.size());
+        sets.push_back(std::move(causes));
+      }
+    }
+    for (std::size_t i = 0; i < graph_.ports.size(); ++i) {
+      const PortId port(i);
+      if (!is_store(kind(port))) continue;
+      const bool here = stroke_at(graph_, strokes_, port);
+      if ((integral(port) == Gives::flow) == here) {
+        causal.integral.push_back(port);
+      } else {
+        const Causes& causes = sets[set_of[graph_[port].bond.index()]];
+        causal.dependent.push_back({graph_[port].element, graph_[port].number, causes.elements, causes.more});
+      }
+    }
+  }
+
+  void warn_if_not_reciprocal(ExprPool& scratch, ElementId id, std::vector<Diagnostic>& warnings) const {
+    const Element& field = model_.elements[id.index()];
+    if ((field.kind != ElementKind::c_field && field.kind != ElementKind::i_field) || field.laws.empty()) return;
+    const Reciprocity test = test_reciprocity(model_, scratch, id);
+    if (test.verdict != Reciprocity::Verdict::violated) return;
+    warnings.push_back(
+        {.severity = Severity::warning,
+         .code = "BG306",
+         .situation = "the laws of field \"" + field.name + "\" are not reciprocal between ports \"" +
+                      field.ports[test.port_a] + "\" and \"" + field.ports[test.port_b] + "\"",
+         .place = field.laws.front().place,
+         .notes = {{std::nullopt, test.text}},
+         .rule = "laws that come from one stored energy have equal cross derivatives (Maxwell reciprocity); others "
+                 "make energy out of nothing on a closed path",
+         .help = "give the field its \"energy\" instead of laws, or check the cross terms"});
+  }
+
+  const Model& model_;
+  const BondGraph& graph_;
+  std::vector<Stroke> strokes_;
+  std::vector<bool> assigned_;
+  std::vector<JunctionState> junctions_;     // by ElementId
+  std::vector<bool> broken_;                 // by ElementId: reported, not followed any more
+  std::vector<std::array<LawUse, 2>> uses_;  // by PortId, by Gives
+  std::vector<BondId> trail_;                // bonds in order of assignment
+  std::vector<PortId> waiting_;              // first in, first out: short chains of reasons
+  std::size_t next_waiting_ = 0;
+  std::vector<Decision> decisions_;
+  std::unordered_map<BondId, std::set<BondId>> eliminated_;  // what each reversed choice gave way to
+  std::size_t reversals_ = 0;
+  std::vector<Diagnostic> problems_;
+  std::vector<ElementId> conflicts_;
+};
+
+}  // namespace
+
+CausalGraph assign_causality(const Model& model, const BondGraph& graph) { return Scap(model, graph).run(); }
+
+CausalAttempt attempt_causality(const Model& model, const BondGraph& graph) { return Scap(model, graph).attempt(); }
+
+std::vector<BondId> reason_chain(const BondGraph& graph, const CausalGraph& causal, BondId bond) {
+  return strokes_behind(graph, causal.strokes, {bond});
+}
+
+}  // namespace bgsim

@@ -1,0 +1,114 @@
+#include "graph/graph_faults.hpp"
+
+#include <algorithm>
+#include <array>
+#include <boost/pending/disjoint_sets.hpp>
+
+#include "bgsim/causality.hpp"
+#include "expression/graph.hpp"
+#include "model/element_kinds.hpp"
+
+namespace bgsim {
+namespace {
+
+/// A law that can be used in any causality, for an element that has none.
+void give_any_law(Model& model, std::size_t index) {
+  Element& element = model.elements[index];
+  const ExprId one = model.pool.constant(1.0);
+  if (is_junction(element.kind)) return;
+  if (!is_field(element.kind)) {
+    if (!element.coefficient.valid() && element.laws.empty()) element.coefficient = one;
+    return;
+  }
+  if (element.energy.valid() || element.laws.size() == element.ports.size()) return;
+  const Variable given = element.kind == ElementKind::r_field ? Variable::flow : stored_variable(element.kind);
+  const Variable left = element.kind == ElementKind::i_field ? Variable::flow : Variable::effort;
+  element.laws.clear();
+  for (std::uint32_t port = 0; port < element.ports.size(); ++port)
+    element.laws.push_back({port, left, model.pool.symbol(port_variable(element, port, given)), element.place});
+}
+
+/// Elements and signals, joined by bonds and by what reads what.
+class Parts {
+ public:
+  Parts(const Model& model, const BondGraph& graph)
+      : model_(model), graph_(graph), sets_(model.elements.size() + model.signals.size()) {
+    for (const Bond& bond : graph.bonds)
+      sets_.union_set(graph[bond.tail].element.index(), graph[bond.head].element.index());
+    for (std::size_t i = 0; i < model.signals.size(); ++i) join(model.elements.size() + i, model.signals[i].value);
+    for (std::size_t i = 0; i < model.elements.size(); ++i) {
+      const Element& element = model.elements[i];
+      join(i, element.coefficient);
+      join(i, element.energy);
+      for (const Law& law : element.laws) join(i, law.right);
+    }
+  }
+
+  /// Elements by part, parts in the order of their first elements.
+  std::vector<std::vector<ElementId>> lists() {
+    std::vector<std::size_t> part_of(model_.elements.size() + model_.signals.size(), kNone);
+    std::vector<std::vector<ElementId>> parts;
+    for (std::size_t i = 0; i < model_.elements.size(); ++i) {
+      std::size_t& part = part_of[sets_.find_set(i)];
+      if (part == kNone) {
+        part = parts.size();
+        parts.emplace_back();
+      }
+      parts[part].push_back(ElementId(i));
+    }
+    return parts;
+  }
+
+ private:
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
+  void join(std::size_t reader, ExprId expression) {
+    if (!expression.valid() || model_.pool.is_constant(expression)) return;
+    for (const SymbolId id : symbols_in(model_.pool, std::array{expression})) {
+      const ModelSymbol& symbol = model_.symbols[id.index()];
+      if (symbol.kind == ModelSymbol::Kind::signal)
+        sets_.union_set(reader, model_.elements.size() + symbol.signal.index());
+      if (symbol.kind == ModelSymbol::Kind::port_variable) sets_.union_set(reader, symbol.element.index());
+      if (symbol.kind == ModelSymbol::Kind::bond_variable)
+        sets_.union_set(reader, graph_[graph_.bonds[symbol.bond.index()].tail].element.index());
+    }
+  }
+
+  const Model& model_;
+  const BondGraph& graph_;
+  boost::disjoint_sets_with_storage<> sets_;
+};
+
+std::string names_of(const Model& model, const std::vector<ElementId>& part) {
+  constexpr std::size_t kListed = 5;
+  std::string text;
+  for (std::size_t i = 0; i < part.size() && i < kListed; ++i)
+    text += (i == 0 ? "\"" : ", \"") + model.elements[part[i].index()].name + '"';
+  if (part.size() > kListed) text += " and " + std::to_string(part.size() - kListed) + " more";
+  return text;
+}
+
+}  // namespace
+
+std::vector<Diagnostic> causal_faults(Model& model) {
+  for (std::size_t i = 0; i < model.elements.size(); ++i) give_any_law(model, i);
+  return attempt_causality(model, build_bond_graph(model)).problems;
+}
+
+std::vector<Diagnostic> part_warnings(const Model& model, const BondGraph& graph) {
+  const auto parts = Parts(model, graph).lists();
+  if (parts.size() < 2) return {};
+  constexpr std::size_t kListed = 5;
+  Diagnostic warning{Severity::warning, "BG206", {}, {}, {}, {}, {}};
+  warning.situation =
+      "the graph falls into " + std::to_string(parts.size()) + " parts that neither bonds nor signals connect";
+  for (std::size_t i = 0; i < parts.size() && i < kListed; ++i)
+    warning.notes.push_back({model.elements[parts[i].front().index()].place, "a part: " + names_of(model, parts[i])});
+  if (parts.size() > kListed) warning.notes.push_back({{}, std::to_string(parts.size() - kListed) + " further parts"});
+  warning.place = model.elements[parts[1].front().index()].place;
+  warning.rule = "parts that nothing connects have no effect on each other";
+  warning.help = "add the bond that is missing, or leave it so if they are meant to be separate";
+  return {warning};
+}
+
+}  // namespace bgsim

@@ -1,0 +1,193 @@
+#include "bgsim/constitutive.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "expression/graph.hpp"
+
+namespace bgsim {
+
+namespace {
+
+/// The variable that a port's law relates to its effort or flow: what the causality may ask to be solved for.
+Variable stored_variable(ElementKind kind) {
+  return stores_displacement(kind) ? Variable::displacement : Variable::momentum;
+}
+
+/// What a law has to yield for the port to give its effort or its flow. A C that gives its flow does so through the
+/// rate of its q, so its law has to yield q; an I that gives its effort, its p.
+Variable wanted_variable(ElementKind kind, Gives gives) {
+  if (is_store(kind)) {
+    const bool integral = stores_displacement(kind) == (gives == Gives::effort);
+    if (!integral) return stored_variable(kind);
+  }
+  return gives == Gives::effort ? Variable::effort : Variable::flow;
+}
+
+/// The other variable of the pair that the law of a port relates.
+Variable partner(ElementKind kind, Variable variable) {
+  if (!is_store(kind)) return variable == Variable::effort ? Variable::flow : Variable::effort;
+  const Variable conjugate = stores_displacement(kind) ? Variable::effort : Variable::flow;
+  return variable == conjugate ? stored_variable(kind) : conjugate;
+}
+
+bool relates(ElementKind kind, Variable variable) {
+  if (!is_store(kind)) return variable == Variable::effort || variable == Variable::flow;
+  return variable == stored_variable(kind) || variable == partner(kind, stored_variable(kind));
+}
+
+bool has_kink(Op op) {
+  switch (op) {
+    case Op::abs:
+    case Op::min:
+    case Op::max:
+    case Op::sign:
+    case Op::step:
+    case Op::floor:
+    case Op::ceil:
+    case Op::round:
+    case Op::mod:
+    case Op::lt:
+    case Op::le:
+    case Op::gt:
+    case Op::ge:
+    case Op::eq:
+    case Op::ne:
+    case Op::logical_and:
+    case Op::logical_or:
+    case Op::logical_not:
+    case Op::select:
+    case Op::table:
+    case Op::table_slope:
+    case Op::table_curvature:
+    case Op::der:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Whether x occurs in an expression, and whether on its way it meets an operator with a jump or a kink.
+struct Occurrence {
+  bool occurs = false, smooth = true;
+};
+
+Occurrence occurrence(const ExprPool& pool, ExprId root, SymbolId x) {
+  IdMap<char> holds;
+  Occurrence found;
+  for (const ExprId id : reachable(pool, std::array{root})) {
+    const ExprNode& node = pool[id];
+    bool here = node.op == Op::symbol && SymbolId(node.a) == x;
+    for_each_argument(node, [&](ExprId argument) { here = here || holds.find(argument) != nullptr; });
+    if (!here) continue;
+    holds.insert(id, 1);
+    found.occurs = true;
+    if (has_kink(node.op)) found.smooth = false;
+  }
+  return found;
+}
+
+/// e = R f, e = q/C, f = p/I, or a source's e or f.
+Law linear_law(ExprPool& pool, const Element& element) {
+  const auto symbol = [&](Variable variable) { return pool.symbol(port_variable(element, 0, variable)); };
+  const auto law = [&](Variable left, ExprId right) { return Law{0, left, right, element.coefficient_place}; };
+  switch (element.kind) {
+    case ElementKind::resistor:
+      return law(Variable::effort, pool.mul(element.coefficient, symbol(Variable::flow)));
+    case ElementKind::capacitor:
+      return law(Variable::effort, pool.div(symbol(Variable::displacement), element.coefficient));
+    case ElementKind::inertia:
+      return law(Variable::flow, pool.div(symbol(Variable::momentum), element.coefficient));
+    case ElementKind::flow_source:
+      return law(Variable::flow, element.coefficient);
+    default:
+      return law(Variable::effort, element.coefficient);
+  }
+}
+
+std::vector<Law> laws_from_energy(ExprPool& pool, const Element& element) {
+  const Variable stored = stored_variable(element.kind);
+  const auto own_port = [&](SymbolId symbol) -> std::optional<std::size_t> {
+    for (std::size_t port = 0; port < element.ports.size(); ++port)
+      if (port_variable(element, port, stored) == symbol) return port;
+    return std::nullopt;
+  };
+  std::vector<Law> laws;
+  for (std::size_t port = 0; port < element.ports.size(); ++port)
+    laws.push_back({static_cast<std::uint32_t>(port), partner(element.kind, stored), pool.constant(0.0),
+                    element.coefficient_place});
+  const auto partials = gradient(pool, element.energy, [&](SymbolId symbol) { return own_port(symbol).has_value(); });
+  for (const auto& [symbol, partial] : partials) laws[*own_port(symbol)].right = partial;
+  return laws;
+}
+
+/// e = R f, e = q/C and f = p/I can be turned round whatever the coefficient is, as long as it is not the number 0.
+LawUse linear_use(const ExprPool& pool, const Element& element, Gives gives) {
+  const Variable wanted = wanted_variable(element.kind, gives);
+  const bool zero = pool.is_constant(element.coefficient, 0.0);
+  if (element.kind == ElementKind::resistor) {
+    if (wanted == Variable::effort) return LawUse::as_written;
+    return zero ? LawUse::impossible : LawUse::inverted;
+  }
+  if (wanted == stored_variable(element.kind)) return LawUse::inverted;
+  return zero ? LawUse::impossible : LawUse::as_written;
+}
+
+/// Whether a modulated coefficient contains the very variable that the law is to be solved for.
+bool coefficient_hides_own_variable(const ExprPool& pool, const Element& element, Gives gives) {
+  const SymbolId x = port_variable(element, 0, wanted_variable(element.kind, gives));
+  return element.modulated && occurrence(pool, element.coefficient, x).occurs;
+}
+
+}  // namespace
+
+std::vector<Law> port_laws(const Model& model, ExprPool& pool, ElementId id) {
+  const Element& element = model.elements[id.index()];
+  if (element.energy.valid()) return laws_from_energy(pool, element);
+  if (!element.laws.empty()) {
+    std::vector<Law> laws = element.laws;
+    std::sort(laws.begin(), laws.end(), [](const Law& a, const Law& b) { return a.port < b.port; });
+    return laws;
+  }
+  if (is_junction(element.kind) || element.ports.size() != 1) return {};
+  return {linear_law(pool, element)};
+}
+
+LawUse law_use(ExprPool& pool, const Element& element, const Law& law, Gives gives) {
+  if (!relates(element.kind, law.variable)) return LawUse::impossible;
+  const Variable wanted = wanted_variable(element.kind, gives);
+  if (law.variable == wanted) return LawUse::as_written;
+  const SymbolId x = port_variable(element, law.port, wanted);
+  const Occurrence found = occurrence(pool, law.right, x);
+  if (!found.occurs) return LawUse::impossible;
+  const ExprId y = pool.symbol(port_variable(element, law.port, law.variable));
+  if (invert(pool, law.right, x, y)) return LawUse::inverted;
+  return found.smooth ? LawUse::implicit : LawUse::impossible;
+}
+
+LawUse law_use(const Model& model, ExprPool& pool, ElementId id, std::size_t port, Gives gives) {
+  const Element& element = model.elements[id.index()];
+  switch (element.kind) {
+    case ElementKind::effort_source:
+      return gives == Gives::effort ? LawUse::as_written : LawUse::impossible;
+    case ElementKind::flow_source:
+      return gives == Gives::flow ? LawUse::as_written : LawUse::impossible;
+    case ElementKind::transformer:
+    case ElementKind::gyrator:
+    case ElementKind::zero_junction:
+    case ElementKind::one_junction:
+      return LawUse::as_written;
+    default:
+      break;
+  }
+  if (element.coefficient.valid() && !coefficient_hides_own_variable(pool, element, gives))
+    return linear_use(pool, element, gives);
+  return law_use(pool, element, port_laws(model, pool, id)[port], gives);
+}
+
+LawUse law_use(const Model& model, ElementId id, std::size_t port, Gives gives) {
+  ExprPool scratch = model.pool;
+  return law_use(model, scratch, id, port, gives);
+}
+
+}  // namespace bgsim

@@ -1,0 +1,521 @@
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "bgsim/program.hpp"
+#include "program/freeze.hpp"
+
+namespace bgsim {
+namespace {
+
+/// Elimination of loops may fill the Jacobian; beyond this many entries of dz/dx only the implicit form is compiled.
+constexpr std::size_t kMostEliminated = 4'000'000;
+
+constexpr std::int32_t kOnce = -2;    ///< level of what depends on parameters only
+constexpr std::int32_t kNoLoop = -1;  ///< level of what varies but on no tear
+
+class Compiler {
+ public:
+  Compiler(std::shared_ptr<const Model> model, const EquationSystem& system, const BlockOrder& order,
+           const CompileOptions& options)
+      : system_(system), order_(order), options_(options), freeze_(system, order, program_) {
+    program_.model = std::move(model);
+  }
+
+  Program run() {
+    program_.time = system_.time;
+    program_.parameters = system_.parameters;
+    program_.system_class = order_.system_class;
+    name_things();
+    freeze_all();
+    take_partials();
+    assign_slots();
+    write_routines();
+    make_patterns();
+    return std::move(program_);
+  }
+
+ private:
+  using Roots = std::vector<ExprId>;
+  struct Partial {
+    std::uint32_t row, column;
+    ExprId value;
+  };
+  struct BlockPartials {
+    std::vector<Partial> by_states, by_earlier_tears, by_own_tears;
+  };
+
+  void name_things() {
+    for (const State& state : system_.states) program_.state_names.push_back(state.name);
+    for (const std::size_t i : options_.outputs) {
+      program_.output_names.push_back(system_.outputs[i].name);
+      program_.output_units.push_back(system_.outputs[i].unit);
+    }
+    const Model& model = *program_.model;
+    for (const Block& block : order_.blocks) {
+      ProgramBlock compiled;
+      compiled.first_tear = static_cast<std::uint32_t>(tears_.size());
+      compiled.size = static_cast<std::uint32_t>(block.tears.size());
+      compiled.linear = block.linear;
+      for (const SymbolId tear : block.tears) {
+        const SystemSymbol& symbol = system_.symbols[tear.index()];
+        tears_.push_back(tear);
+        block_of_tear_.push_back(static_cast<std::uint32_t>(program_.blocks.size()));
+        compiled.tears.push_back(symbol.name);
+        program_.tear_names.push_back(symbol.name);
+        compiled.explicit_row.push_back(!system_.equations[symbol.index].implicit);
+      }
+      for (const ElementId id : block.elements)
+        if (!is_junction(model.elements[id.index()].kind)) compiled.elements.push_back(model.elements[id.index()].name);
+      if (!block.elements.empty()) compiled.place = model.elements[block.elements.front().index()].place;
+      program_.blocks.push_back(std::move(compiled));
+    }
+  }
+
+  void freeze_all() {
+    const auto freeze_list = [this](const std::vector<ExprId>& from) {
+      Roots result;
+      for (const ExprId e : from) result.push_back(e.valid() ? freeze_(e) : ExprId{});
+      return result;
+    };
+    rates_ = freeze_list(order_.rates);
+    for (const std::size_t i : options_.outputs) outputs_.push_back(freeze_(order_.outputs[i]));
+    for (const Block& block : order_.blocks) residuals_.push_back(freeze_list(block.residuals));
+    for (const DependentStore& store : system_.dependent)
+      dependents_.push_back(freeze_(order_.resolved[store.symbol.index()]));
+    if (options_.energies) freeze_energies(freeze_list);
+    watch_poles();
+    for (std::uint32_t i = 0; i < program_.relations.size(); ++i) {
+      if (program_.relations[i].time_only) continue;
+      program_.guarded.push_back(i);
+      guards_.push_back(program_.relations[i].guard);
+    }
+  }
+
+  /// Whatever the rates and the loops divide by.
+  void watch_poles() {
+    std::vector<bool> varies;
+    for (const SystemSymbol& symbol : system_.symbols) varies.push_back(symbol.kind != SystemSymbol::Kind::parameter);
+    Roots roots = order_.rates;
+    for (const Block& block : order_.blocks) roots.insert(roots.end(), block.residuals.begin(), block.residuals.end());
+    for (const PoleFactor& pole : pole_factors(*program_.model, order_, roots, varies)) freeze_.watch(pole);
+    find_sources(roots);
+  }
+
+  /// Expressions of time alone that stand in others, or alone.
+  void find_sources(const Roots& roots) {
+    const std::vector<ExprId> nodes = reachable(order_.pool, roots);
+    std::vector<char> inner(order_.pool.size(), 0);
+    const auto is_source = [this](ExprId e) { return order_.pool[e].op != Op::symbol && freeze_.follows_time(e); };
+    for (const ExprId e : nodes) {
+      if (is_leaf(order_.pool, e) || is_source(e)) continue;
+      const ExprNode& node = order_.pool[e];
+      const std::uint32_t children[] = {node.a, node.b, node.c};
+      for (int k = 0; k < arity(node.op); ++k) inner[children[k]] = 1;
+    }
+    for (const ExprId root : roots) inner[root.index()] = 1;
+    for (const ExprId e : nodes)
+      if (inner[e.index()] != 0 && is_source(e)) program_.sources.push_back(freeze_.plain(e));
+  }
+
+  template <class FreezeList>
+  void freeze_energies(const FreezeList& freeze_list) {
+    powers_ = freeze_list(order_.powers);
+    stored_ = freeze_list(order_.stored);
+    for (const EnergyPart& part : system_.energy) {
+      program_.energy_names.push_back(program_.model->elements[part.element.index()].name);
+      program_.energy_roles.push_back(part.role);
+      program_.energy_modulated.push_back(part.modulated);
+      LawsOfStore laws{part.displacements, {}};
+      if (part.role == EnergyPart::Role::store && !part.modulated && !part.energy.valid())
+        for (const ExprId e : part.conjugates) laws.conjugates.push_back(freeze_.plain(e));
+      program_.store_laws.push_back(std::move(laws));
+      program_.first_displacement.push_back(static_cast<std::uint32_t>(displacements_.size()));
+      for (const SymbolId symbol : part.displacements) {
+        const ExprId resolved = order_.resolved[symbol.index()];
+        displacements_.push_back(resolved.valid() ? freeze_(resolved) : program_.pool.symbol(symbol));
+      }
+    }
+    program_.first_displacement.push_back(static_cast<std::uint32_t>(displacements_.size()));
+  }
+
+  // --- partial derivatives
+  // ---------------------------------------------------------------------------------------------
+
+  static constexpr std::uint32_t kNotWanted = std::numeric_limits<std::uint32_t>::max();
+
+  void take_partials() {
+    column_of_.assign(system_.symbols.size(), kNotWanted);
+    const auto n = static_cast<std::uint32_t>(system_.states.size());
+    for (std::uint32_t i = 0; i < n; ++i) column_of_[system_.states[i].symbol.index()] = i;
+    for (std::uint32_t i = 0; i < tears_.size(); ++i) column_of_[tears_[i].index()] = n + i;
+    for (std::uint32_t i = 0; i < n; ++i)
+      for (const auto& [column, value] : row_of_partials(rates_[i]))
+        (column < n ? rates_by_states_ : rates_by_tears_).push_back({i, column < n ? column : column - n, value});
+    for (std::uint32_t b = 0; b < residuals_.size(); ++b) {
+      BlockPartials partials;
+      const ProgramBlock& block = program_.blocks[b];
+      for (std::uint32_t r = 0; r < residuals_[b].size(); ++r)
+        for (const auto& [column, value] : row_of_partials(residuals_[b][r])) {
+          if (column < n)
+            partials.by_states.push_back({r, column, value});
+          else if (column - n >= block.first_tear)
+            partials.by_own_tears.push_back({r, column - n - block.first_tear, value});
+          else
+            partials.by_earlier_tears.push_back({r, column - n, value});
+        }
+      block_partials_.push_back(std::move(partials));
+    }
+  }
+
+  std::vector<std::pair<std::uint32_t, ExprId>> row_of_partials(ExprId root) {
+    const auto wanted = [this](SymbolId symbol) {
+      return symbol.index() < column_of_.size() && column_of_[symbol.index()] != kNotWanted;
+    };
+    std::vector<std::pair<std::uint32_t, ExprId>> row;
+    const auto partials = gradient(program_.pool, root, wanted);
+    program_.origins.resize(program_.pool.size(), program_.origins[root.index()]);
+    for (const auto& [symbol, value] : partials) row.emplace_back(column_of_[symbol.index()], value);
+    return row;
+  }
+
+  // --- slots
+  // -----------------------------------------------------------------------------------------------------------
+
+  void assign_slots() {
+    const auto next = [this] { return static_cast<std::uint32_t>(program_.slot_expression.size()); };
+    slot_of_.assign(program_.pool.size(), kNoSlot);
+    const auto give = [&](SymbolId symbol) {
+      // A symbol that no expression mentions still has its slot.
+      const ExprId expression = program_.pool.symbol(symbol);
+      if (expression.index() >= slot_of_.size()) slot_of_.resize(expression.index() + 1, kNoSlot);
+      slot_of_[expression.index()] = next();
+      program_.slot_expression.push_back(expression);
+    };
+    program_.time_slot = next();
+    give(system_.time);
+    program_.first_state = next();
+    for (const State& state : system_.states) give(state.symbol);
+    program_.first_tear = next();
+    for (const SymbolId tear : tears_) give(tear);
+    program_.first_mode = next();
+    for (const SymbolId mode : freeze_.modes()) give(mode);
+    program_.first_parameter = next();
+    for (const SymbolId parameter : system_.parameters) give(parameter);
+    program_.origins.resize(program_.pool.size());
+    find_levels();
+  }
+
+  /// Level of every node: kOnce, kNoLoop, or the last loop whose tears it depends on.
+  void find_levels() {
+    const ExprPool& pool = program_.pool;
+    std::vector<std::int32_t> of_symbol(program_.symbol_names.size(), kNoLoop);
+    for (const SymbolId parameter : system_.parameters) of_symbol[parameter.index()] = kOnce;
+    for (std::uint32_t i = 0; i < tears_.size(); ++i)
+      of_symbol[tears_[i].index()] = static_cast<std::int32_t>(block_of_tear_[i]);
+    level_.assign(pool.size(), kOnce);
+    for (std::size_t i = 0; i < pool.size(); ++i) {
+      const ExprNode& node = pool[ExprId(i)];
+      if (node.op == Op::constant) continue;
+      if (node.op == Op::symbol) {
+        level_[i] = of_symbol[node.a];
+        continue;
+      }
+      const std::uint32_t children[] = {node.a, node.b, node.c};
+      for (int k = 0; k < arity(node.op); ++k) level_[i] = std::max(level_[i], level_[children[k]]);
+    }
+  }
+
+  std::uint32_t slot(ExprId expression) {
+    std::uint32_t& result = slot_of_[expression.index()];
+    if (result == kNoSlot) {
+      result = static_cast<std::uint32_t>(program_.slot_expression.size());
+      program_.slot_expression.push_back(expression);
+    }
+    return result;
+  }
+
+  // --- routines
+  // --------------------------------------------------------------------------------------------------------
+
+  /// Appends the instructions that @p roots need of levels in [lowest, highest] and that this routine does not have
+  /// yet. What lies below is taken as done; constants and the parameters' part go to `once`.
+  void emit(const Roots& roots, std::int32_t lowest, std::int32_t highest, std::vector<Instruction>& code) {
+    ++stamp_;
+    Roots stack, found, fixed;
+    const auto visit = [&](ExprId e) {
+      const std::int32_t level = level_[e.index()];
+      if (is_leaf(e) || seen_[e.index()] == stamp_) return;
+      const bool above = level > highest;
+      if (level != kOnce && (level < lowest || (!above && done_[e.index()] == routine_))) return;
+      seen_[e.index()] = stamp_;
+      if (level == kOnce)
+        fixed.push_back(e);
+      else
+        stack.push_back(e);
+    };
+    for (const ExprId root : roots)
+      if (root.valid()) visit(root);
+    while (!stack.empty()) {
+      const ExprId e = stack.back();
+      stack.pop_back();
+      if (level_[e.index()] <= highest) found.push_back(e);
+      const ExprNode& node = program_.pool[e];
+      const std::uint32_t children[] = {node.a, node.b, node.c};
+      for (int k = 0; k < arity(node.op); ++k) visit(ExprId(children[k]));
+    }
+    emit_once(std::move(fixed));
+    std::sort(found.begin(), found.end());
+    for (const ExprId e : found) {
+      done_[e.index()] = routine_;
+      code.push_back(instruction(e));
+    }
+  }
+
+  void emit_once(Roots stack) {
+    Roots found;
+    while (!stack.empty()) {
+      const ExprId e = stack.back();
+      stack.pop_back();
+      if (is_leaf(e) || once_done_[e.index()] != 0) continue;
+      once_done_[e.index()] = 1;
+      found.push_back(e);
+      const ExprNode& node = program_.pool[e];
+      const std::uint32_t children[] = {node.a, node.b, node.c};
+      for (int k = 0; k < arity(node.op); ++k) stack.emplace_back(children[k]);
+    }
+    std::sort(found.begin(), found.end());
+    for (const ExprId e : found) program_.once.code[0].push_back(instruction(e));
+  }
+
+  [[nodiscard]] static bool is_leaf(const ExprPool& pool, ExprId e) {
+    return pool[e].op == Op::constant || pool[e].op == Op::symbol;
+  }
+  [[nodiscard]] bool is_leaf(ExprId e) const { return is_leaf(program_.pool, e); }
+
+  Instruction instruction(ExprId e) {
+    const ExprNode node = program_.pool[e];
+    Instruction result{node.op, 0, 0, 0, 0};
+    result.a = slot(ExprId(node.a));
+    if (is_table(node.op)) {
+      result.b = node.b;
+      const std::uint32_t relation = freeze_.cell_relation(ExprId(node.a), TableId(node.b));
+      result.c = relation == kNoSlot ? kNoSlot : program_.first_mode + relation;
+    } else {
+      if (arity(node.op) > 1) result.b = slot(ExprId(node.b));
+      if (arity(node.op) > 2) result.c = slot(ExprId(node.c));
+    }
+    result.out = slot(e);
+    return result;
+  }
+
+  /// The loops that @p roots depend on, and those that these depend on, increasing.
+  std::vector<std::uint32_t> loops_below(const Roots& roots) {
+    std::vector<bool> needed(program_.blocks.size(), false);
+    ++stamp_;
+    Roots stack;
+    const auto push = [&](ExprId e) {
+      if (!e.valid() || level_[e.index()] < 0 || seen_[e.index()] == stamp_) return;
+      seen_[e.index()] = stamp_;
+      stack.push_back(e);
+    };
+    for (const ExprId root : roots) push(root);
+    while (!stack.empty()) {
+      const ExprId e = stack.back();
+      stack.pop_back();
+      const ExprNode& node = program_.pool[e];
+      if (node.op == Op::symbol) {
+        const auto block = static_cast<std::size_t>(level_[e.index()]);
+        if (needed[block]) continue;
+        needed[block] = true;
+        for (const ExprId residual : residuals_[block]) push(residual);
+        continue;
+      }
+      if (node.op == Op::constant) continue;
+      const std::uint32_t children[] = {node.a, node.b, node.c};
+      for (int k = 0; k < arity(node.op); ++k) push(ExprId(children[k]));
+    }
+    std::vector<std::uint32_t> result;
+    for (std::uint32_t b = 0; b < needed.size(); ++b)
+      if (needed[b]) result.push_back(b);
+    return result;
+  }
+
+  Roots block_roots(std::uint32_t b) const {
+    Roots roots = residuals_[b];
+    for (const Partial& partial : block_partials_[b].by_own_tears) roots.push_back(partial.value);
+    return roots;
+  }
+
+  Routine routine(const Roots& roots, bool solve_loops = true) {
+    Routine result;
+    ++routine_;
+    const auto all_levels = static_cast<std::int32_t>(program_.blocks.size());
+    if (solve_loops)
+      for (const std::uint32_t b : loops_below(roots)) {
+        emit(block_roots(b), kNoLoop, static_cast<std::int32_t>(b) - 1, result.code.emplace_back());
+        result.solves.push_back(b);
+      }
+    emit(roots, kNoLoop, all_levels, result.code.emplace_back());
+    for (const ExprId root : roots) result.results.push_back(root.valid() ? slot(root) : kNoSlot);
+    return result;
+  }
+
+  void write_routines() {
+    once_done_.assign(program_.pool.size(), 0);
+    done_.assign(program_.pool.size(), 0);
+    seen_.assign(program_.pool.size(), 0);
+    program_.once.code.emplace_back();
+    for (std::uint32_t b = 0; b < program_.blocks.size(); ++b) write_block(b);
+    program_.rates = routine(rates_);
+    program_.outputs = routine(outputs_);
+    program_.guards = routine(guards_);
+    program_.dependents = routine(dependents_);
+    if (options_.energies) {
+      program_.powers = routine(powers_);
+      program_.stored = routine(stored_);
+      program_.displacements = routine(displacements_);
+    }
+    Roots implicit = rates_;
+    for (const Roots& residuals : residuals_) implicit.insert(implicit.end(), residuals.begin(), residuals.end());
+    if (!program_.blocks.empty())
+      program_.implicit_residual = routine(implicit, false);
+    else
+      program_.implicit_residual = program_.rates;
+    write_plan();
+    finish_slots();
+  }
+
+  void write_block(std::uint32_t b) {
+    ProgramBlock& block = program_.blocks[b];
+    const auto level = static_cast<std::int32_t>(b);
+    ++routine_;
+    emit(residuals_[b], level, level, block.residual.code.emplace_back());
+    for (const ExprId e : residuals_[b]) block.residual.results.push_back(slot(e));
+    Roots partials;
+    for (const Partial& partial : block_partials_[b].by_own_tears) {
+      partials.push_back(partial.value);
+      block.entries.emplace_back(partial.row, partial.column);
+    }
+    emit(partials, level, level, block.jacobian.code.emplace_back());
+    for (const ExprId e : partials) block.jacobian.results.push_back(slot(e));
+  }
+
+  void write_plan() {
+    JacobianPlan& plan = program_.plan;
+    Roots roots;
+    const auto entries = [&](const std::vector<Partial>& partials) {
+      std::vector<JacobianPlan::Entry> result;
+      for (const Partial& partial : partials) {
+        roots.push_back(partial.value);
+        result.push_back({partial.row, partial.column, slot(partial.value)});
+      }
+      return result;
+    };
+    plan.rates_by_states = entries(rates_by_states_);
+    plan.rates_by_tears = entries(rates_by_tears_);
+    plan.block_of_tear = block_of_tear_;
+    for (const BlockPartials& partials : block_partials_)
+      plan.blocks.push_back(
+          {entries(partials.by_states), entries(partials.by_earlier_tears), entries(partials.by_own_tears), {}});
+    for (const Roots& residuals : residuals_) roots.insert(roots.end(), residuals.begin(), residuals.end());
+    plan.routine = routine(roots);
+    plan.implicit_routine = program_.blocks.empty() ? plan.routine : routine(roots, false);
+    find_supports();
+  }
+
+  /// On which states each loop's tears depend, earlier loops included.
+  void find_supports() {
+    JacobianPlan& plan = program_.plan;
+    std::size_t total = 0;
+    plan.explicit_form = order_.system_class != SystemClass::implicit_dae;
+    for (std::size_t b = 0; b < plan.blocks.size() && plan.explicit_form; ++b) {
+      JacobianPlan::BlockPart& part = plan.blocks[b];
+      for (const auto& entry : part.by_states) part.columns.push_back(entry.column);
+      for (const auto& entry : part.by_earlier_tears) {
+        const auto& earlier = plan.blocks[plan.block_of_tear[entry.column]].columns;
+        part.columns.insert(part.columns.end(), earlier.begin(), earlier.end());
+      }
+      std::sort(part.columns.begin(), part.columns.end());
+      part.columns.erase(std::unique(part.columns.begin(), part.columns.end()), part.columns.end());
+      total += part.columns.size() * program_.blocks[b].size;
+      plan.explicit_form = total <= kMostEliminated;
+    }
+    if (!plan.explicit_form) program_.system_class = SystemClass::implicit_dae;
+  }
+
+  void finish_slots() {
+    program_.slots = program_.slot_expression.size();
+    program_.initial_slots.assign(program_.slots, 0.0);
+    for (std::size_t i = 0; i < program_.slots; ++i) {
+      const ExprNode& node = program_.pool[program_.slot_expression[i]];
+      if (node.op == Op::constant) program_.initial_slots[i] = node.constant;
+    }
+  }
+
+  // --- sparsity
+  // --------------------------------------------------------------------------------------------------------
+
+  static Sparsity pattern(std::size_t size, std::vector<std::pair<std::uint32_t, std::uint32_t>> column_row) {
+    for (std::uint32_t i = 0; i < size; ++i) column_row.emplace_back(i, i);
+    std::sort(column_row.begin(), column_row.end());
+    column_row.erase(std::unique(column_row.begin(), column_row.end()), column_row.end());
+    Sparsity result;
+    result.size = size;
+    result.column_start.assign(size + 1, 0);
+    for (const auto& [column, row] : column_row) {
+      ++result.column_start[column + 1];
+      result.row.push_back(row);
+    }
+    std::partial_sum(result.column_start.begin(), result.column_start.end(), result.column_start.begin());
+    return result;
+  }
+
+  void make_patterns() {
+    const JacobianPlan& plan = program_.plan;
+    const auto n = static_cast<std::uint32_t>(system_.states.size());
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> explicit_form, implicit_form;
+    for (const auto& e : plan.rates_by_states) explicit_form.emplace_back(e.column, e.row);
+    implicit_form = explicit_form;
+    for (const auto& e : plan.rates_by_tears) {
+      implicit_form.emplace_back(n + e.column, e.row);
+      if (plan.explicit_form)
+        for (const std::uint32_t column : plan.blocks[plan.block_of_tear[e.column]].columns)
+          explicit_form.emplace_back(column, e.row);
+    }
+    for (std::size_t b = 0; b < plan.blocks.size(); ++b) {
+      const std::uint32_t first = n + program_.blocks[b].first_tear;
+      for (const auto& e : plan.blocks[b].by_states) implicit_form.emplace_back(e.column, first + e.row);
+      for (const auto& e : plan.blocks[b].by_earlier_tears) implicit_form.emplace_back(n + e.column, first + e.row);
+      for (const auto& e : plan.blocks[b].by_own_tears) implicit_form.emplace_back(first + e.column, first + e.row);
+    }
+    if (plan.explicit_form) program_.jacobian_pattern = pattern(n, std::move(explicit_form));
+    program_.implicit_pattern = pattern(n + tears_.size(), std::move(implicit_form));
+  }
+
+  const EquationSystem& system_;
+  const BlockOrder& order_;
+  const CompileOptions& options_;
+  Program program_;
+  Freezer freeze_;
+  std::vector<SymbolId> tears_;
+  std::vector<std::uint32_t> block_of_tear_;
+  Roots rates_, outputs_, guards_, dependents_, powers_, stored_, displacements_;
+  std::vector<Roots> residuals_;  ///< by block
+  std::vector<Partial> rates_by_states_, rates_by_tears_;
+  std::vector<BlockPartials> block_partials_;
+  std::vector<std::uint32_t> column_of_;  ///< by SymbolId: state, or states + tear
+  std::vector<std::int32_t> level_;       ///< by ExprId
+  std::vector<std::uint32_t> slot_of_;    ///< by ExprId
+  std::vector<std::uint32_t> seen_, once_done_, done_;
+  std::uint32_t stamp_ = 0, routine_ = 0;  ///< marks in seen_ and done_
+};
+
+}  // namespace
+
+Program compile(std::shared_ptr<const Model> model, const EquationSystem& system, const BlockOrder& order,
+                const CompileOptions& options) {
+  return Compiler(std::move(model), system, order, options).run();
+}
+
+}  // namespace bgsim

@@ -1,0 +1,298 @@
+#include "bgsim/evaluator.hpp"
+
+#include <algorithm>
+#include <boost/math/quadrature/gauss_kronrod.hpp>
+#include <cmath>
+#include <unordered_map>
+
+#include "expression/table_cell.hpp"
+#include "program/evaluator_impl.hpp"
+
+namespace bgsim {
+
+Evaluator::Impl::Impl(const Program& p, std::span<const double> parameters)
+    : program(p), slots(p.initial_slots), symbol_values(p.symbol_names.size(), 0.0) {
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    slots[program.first_parameter + i] = parameters[i];
+    symbol_values[program.parameters[i].index()] = parameters[i];
+  }
+  for (const ProgramBlock& block : program.blocks) loops.emplace_back(block.size);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  next_change.assign(program.relations.size(), nan);
+  looked_from.assign(program.relations.size(), nan);
+  looked_until.assign(program.relations.size(), nan);
+  guard_values.assign(program.guarded.size(), 0.0);
+  for (const auto& code : program.once.code) run(code);
+  prepare_positions();
+}
+
+void Evaluator::Impl::run(const std::vector<Instruction>& code) {
+  double* const s = slots.data();
+  for (const Instruction& i : code) {
+    switch (i.op) {
+      case Op::add:
+        s[i.out] = s[i.a] + s[i.b];
+        break;
+      case Op::sub:
+        s[i.out] = s[i.a] - s[i.b];
+        break;
+      case Op::mul:
+        s[i.out] = s[i.a] * s[i.b];
+        break;
+      case Op::div:
+        s[i.out] = s[i.a] / s[i.b];
+        break;
+      case Op::neg:
+        s[i.out] = -s[i.a];
+        break;
+      case Op::table:
+      case Op::table_slope: {
+        const Table& table = program.pool.tables()[i.b];
+        const double cell = i.c == kNoSlot ? -1.0 : s[i.c];
+        s[i.out] = i.op == Op::table ? value_in_cell(table, s[i.a], cell) : slope_in_cell(table, s[i.a], cell);
+        break;
+      }
+      case Op::table_curvature:
+        s[i.out] = table_curvature(program.pool.tables()[i.b], s[i.a]);
+        break;
+      default:
+        s[i.out] = apply(i.op, s[i.a], arity(i.op) > 1 ? s[i.b] : 0.0, arity(i.op) > 2 ? s[i.c] : 0.0);
+    }
+  }
+}
+
+void Evaluator::Impl::set_point(double t, const double* x) {
+  slots[program.time_slot] = t;
+  std::copy_n(x, program.state_names.size(), slots.data() + program.first_state);
+}
+
+bool Evaluator::Impl::ask() {
+  until_look = look ? look() : std::numeric_limits<std::uint64_t>::max();
+  if (until_look != 0) return true;
+  until_look = 1;  // asked again, with the same answer
+  return false;
+}
+
+bool Evaluator::Impl::run(const Routine& routine, double t, const double* x, bool solve_loops) {
+  if (!goes_on()) return false;
+  set_point(t, x);
+  for (std::size_t i = 0; i < routine.code.size(); ++i) {
+    run(routine.code[i]);
+    if (i == routine.solves.size() || !solve_loops) continue;
+    const LoopOutcome outcome = solve(routine.solves[i]);
+    if (outcome == LoopOutcome::solved) continue;
+    fail_loop(routine.solves[i], outcome);
+    return false;
+  }
+  return true;
+}
+
+bool Evaluator::Impl::take(const Routine& routine, double* values, const char* what,
+                           const std::vector<std::string>& names) {
+  for (std::size_t i = 0; i < routine.results.size(); ++i) {
+    values[i] = slots[routine.results[i]];
+    if (std::isfinite(values[i])) continue;
+    fail_at(routine.results[i], i < names.size() ? std::string(what) + " \"" + names[i] + "\"" : std::string(what));
+    return false;
+  }
+  return true;
+}
+
+// --- faults
+// --------------------------------------------------------------------------------------------------------------
+
+std::string Evaluator::Impl::text(ExprId expression) const {
+  constexpr std::size_t kLongest = 160;
+  try {
+    std::string result =
+        to_text(program.pool, expression, [this](SymbolId symbol) { return program.symbol_names[symbol.index()]; });
+    if (result.size() > kLongest) result = result.substr(0, kLongest) + " ...";
+    return result;
+  } catch (const std::length_error&) {
+    return "(an expression too long to print)";
+  }
+}
+
+std::uint32_t Evaluator::Impl::slot_of(ExprId expression) const {
+  const auto found = std::find(program.slot_expression.begin(), program.slot_expression.end(), expression);
+  return found == program.slot_expression.end() ? kNoSlot
+                                                : static_cast<std::uint32_t>(found - program.slot_expression.begin());
+}
+
+void Evaluator::Impl::describe_origin(ExprId expression) {
+  const Origin origin = program.origins[expression.index()];
+  if (origin.element.valid()) {
+    fault.elements.push_back(program.model->elements[origin.element.index()].name);
+    fault.place = program.model->elements[origin.element.index()].place;
+  } else if (origin.signal.valid()) {
+    fault.elements.push_back(program.model->signals[origin.signal.index()].name);
+    fault.place = program.model->signals[origin.signal.index()].place;
+  }
+}
+
+/// Follows the first argument that is not finite down to the operator that made it so out of finite arguments.
+void Evaluator::Impl::fail_at(std::uint32_t slot, const std::string& target) {
+  fault = {Fault::Kind::not_finite, slots[program.time_slot], {}, target, {}, {}};
+  ExprId at = program.slot_expression[slot];
+  for (bool deeper = true; deeper;) {
+    deeper = false;
+    const ExprNode& node = program.pool[at];
+    if (node.op == Op::constant || node.op == Op::symbol) break;
+    const std::uint32_t children[] = {node.a, node.b, node.c};
+    for (int k = 0; k < arity(node.op) && !deeper; ++k) {
+      const ExprId child(children[k]);
+      const std::uint32_t s = slot_of(child);
+      if (s == kNoSlot || std::isfinite(slots[s])) continue;
+      const bool branch_not_taken =
+          node.op == Op::select && k > 0 && (slots[slot_of(ExprId(node.a))] != 0.0) != (k == 1);
+      if (branch_not_taken) continue;
+      at = child;
+      deeper = true;
+    }
+  }
+  const ExprNode& node = program.pool[at];
+  fault.what = text(at);
+  if (node.op != Op::constant && node.op != Op::symbol) {
+    const std::uint32_t children[] = {node.a, node.b, node.c};
+    const char* joint = " with ";
+    for (int k = 0; k < arity(node.op); ++k) {
+      const ExprId child(children[k]);
+      if (program.pool.is_constant(child)) continue;
+      const std::uint32_t s = slot_of(child);
+      if (s == kNoSlot) continue;
+      char number[40];
+      std::snprintf(number, sizeof number, "%.6g", slots[s]);
+      fault.what += joint + text(child) + " = " + number;
+      joint = ", ";
+    }
+    if (is_table(node.op)) fault.kind = Fault::Kind::outside_table;
+  }
+  describe_origin(at);
+}
+
+void Evaluator::Impl::fail_loop(std::size_t block, LoopOutcome outcome) {
+  const ProgramBlock& b = program.blocks[block];
+  std::string names;
+  constexpr std::size_t kMostNames = 8;
+  for (std::size_t i = 0; i < b.elements.size() && i < kMostNames; ++i) names += (i == 0 ? "" : ", ") + b.elements[i];
+  if (b.elements.size() > kMostNames) names += " and " + std::to_string(b.elements.size() - kMostNames) + " more";
+  const std::string target = "the loop through " + names;
+  if (outcome == LoopOutcome::not_finite) {
+    for (const std::uint32_t slot : b.residual.results)
+      if (!std::isfinite(slots[slot])) return fail_at(slot, target);
+  }
+  fault = {outcome == LoopOutcome::singular ? Fault::Kind::loop_singular : Fault::Kind::loop_no_convergence,
+           slots[program.time_slot],
+           {},
+           target,
+           b.elements,
+           b.place};
+  for (std::size_t i = 0; i < b.tears.size() && i < kMostNames; ++i) {
+    char number[40];
+    std::snprintf(number, sizeof number, "%.6g", tears_of(block)[i]);
+    fault.what += (i == 0 ? "" : ", ") + b.tears[i] + " = " + number;
+  }
+}
+
+// --- the public face
+// -------------------------------------------------------------------------------------------------------
+
+Evaluator::Evaluator(const Program& program, std::span<const double> parameters)
+    : impl_(std::make_unique<Impl>(program, parameters)) {}
+Evaluator::~Evaluator() = default;
+Evaluator::Evaluator(Evaluator&&) noexcept = default;
+
+const Program& Evaluator::program() const { return impl_->program; }
+std::size_t Evaluator::states() const { return impl_->program.state_names.size(); }
+std::size_t Evaluator::tears() const { return impl_->program.tear_names.size(); }
+const Fault& Evaluator::fault() const { return impl_->fault; }
+const Evaluator::Counts& Evaluator::counts() const { return impl_->counts; }
+
+bool Evaluator::rates(double t, const double* x, double* dxdt) {
+  ++impl_->counts.rates;
+  return impl_->run(impl_->program.rates, t, x) &&
+         impl_->take(impl_->program.rates, dxdt, "the rate of", impl_->program.state_names);
+}
+
+bool Evaluator::outputs(double t, const double* x, double* values) {
+  return impl_->run(impl_->program.outputs, t, x, !impl_->given_tears) &&
+         impl_->take(impl_->program.outputs, values, "the output", impl_->program.output_names);
+}
+
+bool Evaluator::powers(double t, const double* x, double* values) {
+  return impl_->run(impl_->program.powers, t, x, !impl_->given_tears) &&
+         impl_->take(impl_->program.powers, values, "the power of", impl_->program.energy_names);
+}
+
+bool Evaluator::dependents(double t, const double* x, double* values) {
+  return impl_->run(impl_->program.dependents, t, x) &&
+         impl_->take(impl_->program.dependents, values, "a dependent store", {});
+}
+
+bool Evaluator::displacements(double t, const double* x, double* values) {
+  return impl_->run(impl_->program.displacements, t, x, !impl_->given_tears) &&
+         impl_->take(impl_->program.displacements, values, "what is stored", {});
+}
+
+bool Evaluator::stored(double t, const double* x, double* energy) {
+  const Routine& routine = impl_->program.stored;
+  if (!impl_->run(routine, t, x, !impl_->given_tears)) return false;
+  for (std::size_t i = 0; i < routine.results.size(); ++i) {
+    const std::uint32_t slot = routine.results[i];
+    energy[i] = slot == kNoSlot ? std::numeric_limits<double>::quiet_NaN() : impl_->slots[slot];
+    if (slot == kNoSlot || std::isfinite(energy[i])) continue;
+    impl_->fail_at(slot, "the energy of \"" + impl_->program.energy_names[i] + "\"");
+    return false;
+  }
+  return true;
+}
+
+std::size_t Evaluator::energy_parts() const { return impl_->program.energy_names.size(); }
+
+double Evaluator::energy_by_laws(std::size_t part, std::span<const double> from, std::span<const double> to) const {
+  const Program& program = impl_->program;
+  const LawsOfStore& laws = program.store_laws[part];
+  if (laws.conjugates.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const std::vector<ExprId> nodes = reachable(program.pool, laws.conjugates);
+  std::unordered_map<ExprId, double> value;
+  const auto power_along = [&](double s) {
+    for (const ExprId e : nodes) {
+      const ExprNode& node = program.pool[e];
+      if (node.op == Op::constant) {
+        value[e] = node.constant;
+      } else if (node.op == Op::symbol) {
+        value[e] = impl_->symbol_values[node.a];
+        for (std::size_t k = 0; k < laws.displacements.size(); ++k)
+          if (laws.displacements[k] == SymbolId(node.a)) value[e] = from[k] + s * (to[k] - from[k]);
+      } else if (is_table(node.op)) {
+        const Table& table = program.pool.tables()[node.b];
+        const double x = value[ExprId(node.a)];
+        value[e] = apply_table(node.op, table, x);
+      } else {
+        value[e] = apply(node.op, value[ExprId(node.a)], arity(node.op) > 1 ? value[ExprId(node.b)] : 0.0,
+                         arity(node.op) > 2 ? value[ExprId(node.c)] : 0.0);
+      }
+    }
+    double sum = 0.0;
+    for (std::size_t k = 0; k < laws.conjugates.size(); ++k) sum += value[laws.conjugates[k]] * (to[k] - from[k]);
+    return sum;
+  };
+  constexpr unsigned kDeepest = 12;
+  constexpr double kTolerance = 1e-13;
+  return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(power_along, 0.0, 1.0, kDeepest, kTolerance);
+}
+
+std::span<const double> Evaluator::tear_values() const {
+  return {impl_->slots.data() + impl_->program.first_tear, tears()};
+}
+void Evaluator::set_tears(std::span<const double> z) {
+  std::copy(z.begin(), z.end(), impl_->slots.begin() + impl_->program.first_tear);
+}
+void Evaluator::use_given_tears(bool given) { impl_->given_tears = given; }
+
+void Evaluator::watch(std::function<std::uint64_t()> look) {
+  impl_->until_look = look ? 1 : std::numeric_limits<std::uint64_t>::max();
+  impl_->look = std::move(look);
+}
+
+}  // namespace bgsim

@@ -1,0 +1,173 @@
+#include "program/freeze.hpp"
+
+#include <algorithm>
+
+namespace bgsim {
+namespace {
+
+bool is_comparison(Op op) { return op == Op::lt || op == Op::le || op == Op::gt || op == Op::ge; }
+
+ExprId rebuild(ExprPool& pool, const ExprNode& node, const std::vector<ExprId>& of,
+               const std::vector<TableId>& tables) {
+  if (is_table(node.op)) return pool.table(node.op, of[node.a], tables[node.b]);
+  switch (arity(node.op)) {
+    case 1:
+      return pool.make(node.op, of[node.a]);
+    case 2:
+      return pool.make(node.op, of[node.a], of[node.b]);
+    default:
+      return pool.select(of[node.a], of[node.b], of[node.c]);
+  }
+}
+
+Relation relation_of(Relation::Kind kind, ExprId guard, Op comparison = Op::lt, TableId table = {}) {
+  Relation relation;
+  relation.kind = kind;
+  relation.guard = guard;
+  relation.comparison = comparison;
+  relation.table = table;
+  return relation;
+}
+
+}  // namespace
+
+Freezer::Freezer(const EquationSystem& system, const BlockOrder& order, Program& program)
+    : system_(system),
+      order_(order),
+      program_(program),
+      frozen_(order.pool.size()),
+      plain_(order.pool.size()),
+      variation_(order.pool.size(), unknown) {
+  for (const SystemSymbol& symbol : system.symbols) program.symbol_names.push_back(symbol.name);
+  for (const Table& table : order.pool.tables()) tables_.push_back(program.pool.add_table(table));
+}
+
+ExprId Freezer::operator()(ExprId expression) {
+  if (frozen_[expression.index()].valid()) return frozen_[expression.index()];
+  // Depth first with a stack of its own, entering only what is new.
+  std::vector<ExprId> stack{expression};
+  while (!stack.empty()) {
+    const ExprId top = stack.back();
+    if (frozen_[top.index()].valid()) {
+      stack.pop_back();
+      continue;
+    }
+    const ExprNode& node = order_.pool[top];
+    const int arguments = node.op == Op::constant || node.op == Op::symbol ? 0 : arity(node.op);
+    const std::uint32_t children[] = {node.a, node.b, node.c};
+    const std::size_t before = stack.size();
+    for (int i = 0; i < arguments; ++i)
+      if (!frozen_[children[i]].valid()) stack.emplace_back(children[i]);
+    if (stack.size() > before) continue;
+    Variation most = node.op == Op::symbol ? Variation::state : Variation::fixed;
+    if (node.op == Op::symbol) {
+      const SystemSymbol::Kind kind = system_.symbols[SymbolId(node.a).index()].kind;
+      if (kind == SystemSymbol::Kind::parameter) most = Variation::fixed;
+      if (kind == SystemSymbol::Kind::time) most = Variation::time_only;
+    }
+    for (int i = 0; i < arguments; ++i) most = std::max(most, variation_[children[i]]);
+    variation_[top.index()] = most;
+    plain_[top.index()] = copy_plain(top);
+    frozen_[top.index()] = copy(top);
+    program_.origins.resize(program_.pool.size(), order_.origins[top.index()]);
+    stack.pop_back();
+  }
+  return frozen_[expression.index()];
+}
+
+ExprId Freezer::plain(ExprId expression) {
+  (*this)(expression);
+  return plain_[expression.index()];
+}
+
+ExprId Freezer::copy_plain(ExprId expression) {
+  const ExprNode& node = order_.pool[expression];
+  if (node.op == Op::constant) return program_.pool.constant(node.constant);
+  if (node.op == Op::symbol) return program_.pool.symbol(SymbolId(node.a));
+  return rebuild(program_.pool, node, plain_, tables_);
+}
+
+ExprId Freezer::copy(ExprId expression) {
+  const ExprNode& node = order_.pool[expression];
+  if (node.op == Op::constant || node.op == Op::symbol) return plain_[expression.index()];
+  if (variation(expression) == Variation::fixed) return rebuild(program_.pool, node, frozen_, tables_);
+  if (is_comparison(node.op)) return freeze_comparison(expression);
+  const ExprId argument = frozen_[node.a];
+  if (node.op == Op::sign) return freeze(expression, relation_of(Relation::Kind::sign, argument));
+  if (node.op == Op::step) return freeze(expression, relation_of(Relation::Kind::step, argument));
+  if (node.op == Op::floor) return freeze(expression, relation_of(Relation::Kind::floor, argument));
+  if (node.op == Op::round) return freeze(expression, relation_of(Relation::Kind::round, argument));
+  if (node.op == Op::ceil) return freeze_ceil(expression);
+  if (node.op == Op::mod) return freeze_mod(expression);
+  if (is_table(node.op)) {
+    const TableId table = tables_[node.b];
+    const auto key = cell_key(argument, table);
+    if (program_.pool.tables()[table.index()].interpolation == Interpolation::linear && !cells_.contains(key)) {
+      cells_[key] = static_cast<std::uint32_t>(program_.relations.size());
+      freeze(expression, relation_of(Relation::Kind::cell, argument, Op::lt, table));
+    }
+  }
+  return rebuild(program_.pool, node, frozen_, tables_);
+}
+
+/// ceil(a) = -floor(-a), exactly.
+ExprId Freezer::freeze_ceil(ExprId expression) {
+  const ExprNode& node = order_.pool[expression];
+  ExprPool& pool = program_.pool;
+  Relation relation = relation_of(Relation::Kind::floor, pool.neg(frozen_[node.a]));
+  relation.origin = pool.make(Op::floor, pool.neg(plain_[node.a]));
+  program_.origins.resize(pool.size(), order_.origins[expression.index()]);
+  return pool.neg(freeze(expression, std::move(relation)));
+}
+
+/// mod(a, b) = a - b*floor(a/b), of which the floor is frozen.
+ExprId Freezer::freeze_mod(ExprId expression) {
+  const ExprNode& node = order_.pool[expression];
+  ExprPool& pool = program_.pool;
+  const ExprId a = frozen_[node.a], b = frozen_[node.b];
+  Relation relation = relation_of(Relation::Kind::floor, pool.div(a, b));
+  relation.origin = pool.make(Op::floor, pool.div(plain_[node.a], plain_[node.b]));
+  program_.origins.resize(pool.size(), order_.origins[expression.index()]);
+  return pool.sub(a, pool.mul(b, freeze(expression, std::move(relation))));
+}
+
+ExprId Freezer::freeze_comparison(ExprId expression) {
+  const ExprNode& node = order_.pool[expression];
+  const ExprId guard = program_.pool.sub(frozen_[node.a], frozen_[node.b]);
+  return freeze(expression, relation_of(Relation::Kind::condition, guard, node.op));
+}
+
+ExprId Freezer::freeze(ExprId expression, Relation relation) {
+  if (!relation.origin.valid()) relation.origin = plain_[expression.index()];
+  relation.time_only = variation(expression) == Variation::time_only;
+  if (relation.kind != Relation::Kind::pole) relation.where = order_.origins[expression.index()];
+  const auto name = [this](SymbolId symbol) { return program_.symbol_names[symbol.index()]; };
+  try {
+    relation.text = to_text(program_.pool, plain_[expression.index()], name);
+  } catch (const std::length_error&) {
+    relation.text = "a condition too long to print";
+  }
+  const SymbolId mode(program_.symbol_names.size());
+  program_.symbol_names.push_back("mode of " + relation.text);
+  modes_.push_back(mode);
+  program_.relations.push_back(std::move(relation));
+  return program_.pool.symbol(mode);
+}
+
+void Freezer::watch(const PoleFactor& pole) {
+  const ExprId factor = (*this)(pole.factor);
+  Relation relation = relation_of(Relation::Kind::pole, factor);
+  relation.origin = program_.pool.make(Op::sign, plain_[pole.factor.index()]);
+  program_.origins.resize(program_.pool.size(), pole.where);
+  relation.structural = pole.structural;
+  relation.where = pole.where;
+  freeze(pole.factor, std::move(relation));
+  program_.origins.resize(program_.pool.size(), pole.where);
+}
+
+std::uint32_t Freezer::cell_relation(ExprId argument, TableId table) const {
+  const auto found = cells_.find(cell_key(argument, table));
+  return found == cells_.end() ? kNoSlot : found->second;
+}
+
+}  // namespace bgsim

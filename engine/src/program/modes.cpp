@@ -1,0 +1,166 @@
+#include <algorithm>
+#include <cmath>
+
+#include "bgsim/time_event.hpp"
+#include "expression/table_cell.hpp"
+#include "program/evaluator_impl.hpp"
+
+namespace bgsim {
+
+double Evaluator::Impl::mode_for(const Relation& relation, double guard) const {
+  switch (relation.kind) {
+    case Relation::Kind::condition:
+      return apply(relation.comparison, guard, 0.0);
+    case Relation::Kind::sign:
+    case Relation::Kind::pole:
+      return apply(Op::sign, guard);
+    case Relation::Kind::step:
+      return apply(Op::step, guard);
+    case Relation::Kind::floor:
+      return std::floor(guard);
+    case Relation::Kind::round:
+      return std::round(guard);
+    case Relation::Kind::cell:
+      return static_cast<double>(cell_of(program.pool.tables()[relation.table.index()], guard));
+  }
+  return 0.0;
+}
+
+namespace {
+
+/// Borders of the present cell of a floor, round or table.
+std::pair<double, double> borders(const Program& program, const Relation& relation, double mode) {
+  if (relation.kind == Relation::Kind::floor) return {mode, mode + 1.0};
+  if (relation.kind == Relation::Kind::round) return {mode - 0.5, mode + 0.5};
+  const auto& x = program.pool.tables()[relation.table.index()].x;
+  const auto k = static_cast<std::size_t>(mode);
+  return {x[k], x[k + 1]};
+}
+
+}  // namespace
+
+std::size_t Evaluator::guard_count() const {
+  std::size_t count = 0;
+  for (const std::uint32_t relation : impl_->program.guarded)
+    count += impl_->program.relations[relation].has_borders() ? 2U : 1U;
+  return count;
+}
+
+std::size_t Evaluator::guard_relation(std::size_t guard) const {
+  for (const std::uint32_t relation : impl_->program.guarded) {
+    const std::size_t functions = impl_->program.relations[relation].has_borders() ? 2U : 1U;
+    if (guard < functions) return relation;
+    guard -= functions;
+  }
+  return impl_->program.relations.size();
+}
+
+bool Evaluator::guards(double t, const double* x, double* values) {
+  Impl& impl = *impl_;
+  const Program& program = impl.program;
+  if (!impl.run(program.guards, t, x, !impl.given_tears)) return false;
+  if (!impl.take(program.guards, impl.guard_values.data(), "a condition", {})) return false;
+  for (std::size_t i = 0; i < program.guarded.size(); ++i) {
+    const Relation& relation = program.relations[program.guarded[i]];
+    const double guard = impl.guard_values[i];
+    if (relation.has_borders()) {
+      const auto [lower, upper] = borders(program, relation, mode(program.guarded[i]));
+      *values++ = guard - lower;
+      *values++ = upper - guard;
+    } else {
+      *values++ = guard;
+    }
+  }
+  return true;
+}
+
+bool Evaluator::initialize_modes(double t, const double* x) {
+  Impl& impl = *impl_;
+  const Program& program = impl.program;
+  set_time_modes(t);
+  // Conditions may contain conditions, and loops may depend on modes: repeat until nothing changes. A chain of n nested
+  // conditions needs n rounds; more than all of them means that they contradict each other.
+  for (std::size_t round = 0; round < program.guarded.size() + 2; ++round) {
+    if (!impl.run(program.guards, t, x)) return false;
+    if (!impl.take(program.guards, impl.guard_values.data(), "a condition", {})) return false;
+    bool changed = false;
+    for (std::size_t i = 0; i < program.guarded.size(); ++i) {
+      const double value = impl.mode_for(program.relations[program.guarded[i]], impl.guard_values[i]);
+      changed = changed || value != mode(program.guarded[i]);
+      set_mode(program.guarded[i], value);
+    }
+    if (!changed) return true;
+  }
+  impl.fault = {Fault::Kind::loop_no_convergence,
+                t,
+                "the conditions contradict each other whichever way they stand",
+                program.relations[program.guarded.front()].text,
+                {},
+                {}};
+  impl.describe_origin(program.relations[program.guarded.front()].origin);
+  return false;
+}
+
+void Evaluator::cross(std::span<const int> direction) {
+  const Program& program = impl_->program;
+  std::size_t guard = 0;
+  for (const std::uint32_t index : program.guarded) {
+    const Relation& relation = program.relations[index];
+    if (relation.has_borders()) {
+      if (direction[guard] < 0) set_mode(index, mode(index) - 1.0);
+      if (direction[guard + 1] < 0) set_mode(index, mode(index) + 1.0);
+      if (relation.kind == Relation::Kind::cell) {
+        const auto last = static_cast<double>(program.pool.tables()[relation.table.index()].x.size() - 2);
+        set_mode(index, std::clamp(mode(index), 0.0, last));
+      }
+      guard += 2;
+    } else {
+      if (direction[guard] != 0) set_mode(index, impl_->mode_for(relation, direction[guard]));
+      guard += 1;
+    }
+  }
+}
+
+bool Evaluator::set_time_modes(double t) {
+  Impl& impl = *impl_;
+  const Program& program = impl.program;
+  impl.symbol_values[program.time.index()] = t;
+  bool changed = false;
+  for (std::size_t i = 0; i < program.relations.size(); ++i) {
+    const Relation& relation = program.relations[i];
+    if (!relation.time_only) continue;
+    const double value = value_just_after(program.pool, relation.origin, program.time, impl.symbol_values, t);
+    changed = changed || value != mode(i);
+    set_mode(i, value);
+  }
+  return changed;
+}
+
+double Evaluator::mode(std::size_t relation) const { return impl_->slots[impl_->program.first_mode + relation]; }
+void Evaluator::set_mode(std::size_t relation, double value) {
+  impl_->slots[impl_->program.first_mode + relation] = value;
+}
+
+std::optional<double> Evaluator::next_time_event(double after, double until) {
+  Impl& impl = *impl_;
+  const Program& program = impl.program;
+  std::optional<double> first;
+  for (std::size_t i = 0; i < program.relations.size(); ++i) {
+    if (!program.relations[i].time_only) continue;
+    // A change found earlier stays the next one until it has passed.
+    const bool known = impl.looked_from[i] <= after &&
+                       (after < impl.next_change[i] || std::isinf(impl.next_change[i])) &&
+                       until <= impl.looked_until[i];
+    if (!known) {
+      const auto change =
+          bgsim::next_change(program.pool, program.relations[i].origin, program.time, impl.symbol_values, after, until);
+      impl.looked_from[i] = after;
+      impl.looked_until[i] = until;
+      impl.next_change[i] = change.value_or(std::numeric_limits<double>::infinity());
+    }
+    if (impl.next_change[i] <= until && (!first || impl.next_change[i] < *first)) first = impl.next_change[i];
+  }
+  return first;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,143 @@
+// What rounding can have made of a value: bounds of errors carried along with the values, instruction by instruction
+// (running error analysis: N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed. 2002, section 3.3).
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "expression/table_cell.hpp"
+#include "program/evaluator_impl.hpp"
+
+namespace bgsim {
+
+namespace {
+
+constexpr double kUnit = std::numeric_limits<double>::epsilon() / 2;  // of one rounded operation
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// The largest change of @p f where its arguments move by their errors, and the rounding of the function itself, which
+/// a mathematical library keeps to an ulp.
+template <class Function>
+double shaken(double value, const Function& f, const double (&errors)[3]) {
+  double most = 0.0;
+  for (int signs = 0; signs < 8; ++signs) {
+    double shift[3];
+    bool known = false;
+    for (int k = 0; k < 3; ++k) {
+      shift[k] = (signs >> k & 1) != 0 ? errors[k] : -errors[k];
+      known = known || (errors[k] == 0.0 && (signs >> k & 1) != 0);  // the same as with the other sign
+    }
+    if (known) continue;
+    const double moved = std::abs(f(shift[0], shift[1], shift[2]) - value);
+    if (std::isfinite(moved)) most = std::max(most, moved);  // outside the function's domain nothing is known
+  }
+  return most + 2.0 * kUnit * std::abs(value);
+}
+
+}  // namespace
+
+void Evaluator::Impl::begin_errors() {
+  errors.assign(slots.size(), 0.0);
+  for (const auto& code : program.once.code) carry_errors(code);
+}
+
+void Evaluator::Impl::carry_errors(const std::vector<Instruction>& code) {
+  const double* const s = slots.data();
+  for (const Instruction& i : code) {
+    const double value = s[i.out], a = s[i.a], of_a = errors[i.a];
+    double error = 0.0;
+    switch (i.op) {
+      case Op::add:
+      case Op::sub:
+        error = of_a + errors[i.b] + kUnit * std::abs(value);
+        break;
+      case Op::mul:
+        error = std::abs(a) * errors[i.b] + std::abs(s[i.b]) * of_a + of_a * errors[i.b] + kUnit * std::abs(value);
+        break;
+      case Op::div: {
+        const double least = std::abs(s[i.b]) - errors[i.b];
+        error = least > 0.0 ? (of_a + std::abs(value) * errors[i.b]) / least + kUnit * std::abs(value) : kInfinite;
+        break;
+      }
+      case Op::neg:
+        error = of_a;
+        break;
+      case Op::table:
+      case Op::table_slope: {
+        const Table& table = program.pool.tables()[i.b];
+        const double cell = i.c == kNoSlot ? -1.0 : s[i.c];
+        error =
+            shaken(value,
+                   [&](double da, double, double) {
+                     return i.op == Op::table ? value_in_cell(table, a + da, cell) : slope_in_cell(table, a + da, cell);
+                   },
+                   {of_a, 0.0, 0.0});
+        break;
+      }
+      case Op::table_curvature:
+        error = kUnit * std::abs(value);
+        break;
+      default: {
+        const bool two = arity(i.op) > 1, three = arity(i.op) > 2;
+        const double b = two ? s[i.b] : 0.0, c = three ? s[i.c] : 0.0;
+        error = shaken(value, [&](double da, double db, double dc) { return apply(i.op, a + da, b + db, c + dc); },
+                       {of_a, two ? errors[i.b] : 0.0, three ? errors[i.c] : 0.0});
+      }
+    }
+    errors[i.out] = std::isnan(error) ? kInfinite : error;
+  }
+}
+
+void Evaluator::Impl::carry_errors_through(std::size_t block) {
+  const ProgramBlock& b = program.blocks[block];
+  LoopScratch& scratch = loops[block];
+  const std::span<double> of_tears = std::span(errors).subspan(program.first_tear + b.first_tear, b.size);
+  std::fill(of_tears.begin(), of_tears.end(), 0.0);
+  const bool solvable = load_residual(block) && factorize(block) == LoopOutcome::solved;
+  if (!solvable) {
+    std::fill(of_tears.begin(), of_tears.end(), kInfinite);
+    return;
+  }
+  for (const auto& code : b.residual.code) carry_errors(code);
+  // At a zero of order m, Newton's step is an m-th of the distance that is left.
+  constexpr double kOrder = 8.0;
+  Eigen::VectorXd known(b.size);
+  for (std::size_t r = 0; r < b.size; ++r) {
+    const auto k = static_cast<Eigen::Index>(r);
+    known[k] = (errors[b.residual.results[r]] + std::abs(scratch.residual[k])) / scratch.row_scale[k];
+  }
+  // |inverse| known, column by column; of large loops with the signs of some columns, for time linear in the columns.
+  constexpr Eigen::Index kMostColumns = 64;
+  const Eigen::Index size = known.size(), columns = std::min(size, kMostColumns);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
+  for (Eigen::Index c = 0; c < columns; ++c) {
+    Eigen::VectorXd part = Eigen::VectorXd::Zero(size);
+    for (Eigen::Index r = c; r < size; r += columns) part[r] = ((r / columns) % 2 == 0 ? 1.0 : -1.0) * known[r];
+    sum += scratch.factors.solve(part).cwiseAbs();
+  }
+  for (std::size_t i = 0; i < b.size; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    of_tears[i] = kOrder * sum[k] / scratch.column_scale[k];
+  }
+}
+
+void Evaluator::power_rounding(double t, const double* x, double* bounds) {
+  Impl& impl = *impl_;
+  const Routine& routine = impl.program.powers;
+  const Counts before = impl.counts;  // this is no part of the run
+  impl.begin_errors();
+  impl.set_point(t, x);
+  bool solved = true;
+  for (std::size_t i = 0; solved && i < routine.code.size(); ++i) {
+    impl.run(routine.code[i]);
+    impl.carry_errors(routine.code[i]);
+    if (i == routine.solves.size()) continue;
+    const std::uint32_t block = routine.solves[i];
+    solved = impl.given_tears || impl.solve(block) == LoopOutcome::solved;
+    if (solved) impl.carry_errors_through(block);
+  }
+  impl.counts = before;
+  for (std::size_t i = 0; i < routine.results.size(); ++i)
+    bounds[i] = solved ? impl.errors[routine.results[i]] : kInfinite;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,274 @@
+#include <algorithm>
+#include <array>
+
+#include "read/reader.hpp"
+
+namespace bgsim {
+
+void Reader::parse_quantities() {
+  for (std::size_t i = 0; i < model_.parameters.size(); ++i)
+    if (const auto [names, value] = parameter_text_[i]; value.valid())
+      model_.parameters[i].value = expression({names, nullptr, "a parameter"}, value, "a parameter");
+  for (std::size_t i = 0; i < model_.signals.size(); ++i) parse_signal(i);
+}
+
+void Reader::parse_signal(std::size_t index) {
+  Signal& signal = model_.signals[index];
+  const auto& [value, initial] = signal_text_[index];
+  if (value.value.valid()) signal.value = expression({value.names, nullptr, nullptr}, value.value, "a signal");
+  if (initial.value.valid())
+    signal.initial = expression({initial.names, nullptr, "an initial value"}, initial.value, "an initial value");
+}
+
+void Reader::parse_element(std::size_t index) {
+  const auto [scope, node] = element_text_[index];
+  const Document& file = document(scopes_[scope]);
+  if (const auto way = chosen_way(index)) {
+    Element& element = model_.elements[index];
+    const std::string_view key = file[*way].key;
+    element.coefficient_place = file.place(*way);
+    if (key == "energy") {
+      parse_energy(index, *way);
+    } else if (key == "law") {
+      if (expect(file, *way, JsonKind::string, "\"law\"")) parse_law(index, *way);
+    } else if (key == "laws") {
+      if (expect(file, *way, JsonKind::array, "\"laws\"")) parse_laws(index, *way);
+    } else {
+      element.coefficient = expression({scope, nullptr, nullptr}, *way, in_quotes(key));
+    }
+  }
+  if (!is_store(model_.elements[index].kind)) return;
+  if (const NodeId initial = file.find(node, "initial"); initial.valid()) parse_initial(index, initial);
+  if (const NodeId priority = file.find(node, "priority"); priority.valid()) parse_priority(index, priority);
+}
+
+/// The one key that says what the element does.
+std::optional<NodeId> Reader::chosen_way(std::size_t index) {
+  const auto [scope, node] = element_text_[index];
+  const Document& file = document(scopes_[scope]);
+  const KindRow& row = kind_row(model_.elements[index]);
+  if (row.ways.empty()) return std::nullopt;
+  std::optional<NodeId> chosen;
+  const auto wanted = [&] { return list_of({row.ways.begin(), row.ways.end()}); };
+  for (const std::string_view way : row.ways) {
+    const NodeId value = file.find(node, way);
+    if (!value.valid()) continue;
+    if (chosen) {
+      problem("BG112", "the element " + in_quotes(file[node].key) + " says twice what it does", file.key_place(value),
+              "keep one of " + wanted(), "an element has one law",
+              {{file.key_place(*chosen), "it is said here first"}});
+      return std::nullopt;
+    }
+    chosen = value;
+  }
+  if (!chosen)
+    missing(file, node, "the element " + in_quotes(file[node].key) + " has no " + wanted(), file.key_place(node),
+            "say what this " + std::string(row.text) + " does", "physical values have no defaults");
+  return chosen;
+}
+
+void Reader::parse_energy(std::size_t index, NodeId value) {
+  const std::size_t scope = element_text_[index].names;
+  const ElementKind kind = model_.elements[index].kind;
+  const ExprId energy = expression({scope, &model_.elements[index], nullptr}, value, "\"energy\"");
+  if (!energy.valid()) return;
+  for (const ExprId e : reachable(model_.pool, std::array{energy}))
+    if (model_.pool[e].op == Op::der)
+      return problem("BG117", "the energy contains a time derivative", document(scopes_[scope]).place(value),
+                     "what follows a rate dissipates and belongs into an R or RR of its own; a rate that comes from "
+                     "elsewhere is a signal",
+                     "the energy of a field is a function of what its ports hold, of parameters, t and signals");
+  model_.elements[index].energy = energy;
+  for (const SymbolId id : symbols_in(model_.pool, std::vector{energy})) {
+    const ModelSymbol& symbol = model_.symbols[id.index()];
+    const bool own = symbol.kind == ModelSymbol::Kind::port_variable && symbol.element == ElementId(index);
+    if (!own || symbol.variable == stored_variable(kind)) continue;
+    const char* stored = stores_displacement(kind) ? "displacements q" : "momenta p";
+    return problem("BG117", "the energy depends on the field's own " + symbol_name(model_, id),
+                   document(scopes_[scope]).place(value), std::string("write it over the ports' ") + stored,
+                   std::string("the energy of a field is a function of its ports' ") + stored);
+  }
+}
+
+/// One law for each port of a field.
+void Reader::parse_laws(std::size_t index, NodeId value) {
+  const std::size_t scope = element_text_[index].names;
+  const Document& file = document(scopes_[scope]);
+  bool complete = true;  // each law is understood and for a port of its own
+  for (NodeId law = file[value].first_child; law.valid(); law = file[law].next_sibling) {
+    const std::size_t before = model_.elements[index].laws.size();
+    if (expect(file, law, JsonKind::string, "a law")) parse_law(index, law);
+    complete = complete && model_.elements[index].laws.size() > before;
+  }
+  const Element& element = model_.elements[index];
+  std::vector<const Law*> law_of_port(element.ports.size(), nullptr);
+  for (const Law& law : element.laws) {
+    if (law_of_port[law.port] != nullptr) {
+      complete = false;
+      problem("BG117", "the port " + in_quotes(element.ports[law.port]) + " has two laws", law.place,
+              "leave one out, or write it for another port", "a field has one law for each port",
+              {{law_of_port[law.port]->place, "this is the first"}});
+    }
+    law_of_port[law.port] = &law;
+  }
+  for (std::size_t port = 0; complete && port < law_of_port.size(); ++port)
+    if (law_of_port[port] == nullptr)
+      problem("BG117", "the port " + in_quotes(element.ports[port]) + " has no law", file.key_place(value),
+              "add a law " + in_quotes(element.ports[port] + "." + law_letters(element.kind)[0] + " = ..."),
+              "a field has one law for each port");
+}
+
+void Reader::parse_law(std::size_t index, NodeId value) {
+  const std::size_t scope = element_text_[index].names;
+  const Document& file = document(scopes_[scope]);
+  LawText parts;
+  try {
+    parts = split_law(file[value].text);
+  } catch (const ExpressionError& error) {
+    const bool none = std::string_view(error.what()).ends_with("none");
+    return problem(error.code.c_str(), error.what(), file.place_in_string(value, error.begin, error.end),
+                   none ? law_without_equals(model_.elements[index], file[value].text) : error.help);
+  }
+  const Context context{scope, &model_.elements[index], nullptr};
+  const ExprId left = parse(context, value, parts.left, parts.left_begin);
+  const ExprId right = parse(context, value, parts.right, parts.right_begin);
+  if (!left.valid() || !right.valid()) return;
+  const Element& element = model_.elements[index];
+  const auto own = [&](SymbolId id) -> const ModelSymbol* {
+    const ModelSymbol& symbol = model_.symbols[id.index()];
+    return symbol.kind == ModelSymbol::Kind::port_variable && symbol.element == ElementId(index) ? &symbol : nullptr;
+  };
+  const ModelSymbol* variable = model_.pool.is_symbol(left) ? own(model_.pool.symbol_of(left)) : nullptr;
+  const std::string port = is_field(element.kind) ? element.ports[0] + "." : "";
+  if (variable == nullptr || !law_relates(element.kind, variable->variable))
+    return problem("BG117", "the left side of this law is not " + std::string(law_letters(element.kind)) + " alone",
+                   file.place_in_string(value, parts.left_begin, parts.left_begin + parts.left.size()),
+                   "solve it for one of them: " + in_quotes(port + law_letters(element.kind)[0] + " = ..."),
+                   "a law has one variable of its element alone on the left");
+  const Place right_place = file.place_in_string(value, parts.right_begin, parts.right_begin + parts.right.size());
+  for (const SymbolId id : symbols_in(model_.pool, std::vector{right})) {
+    const ModelSymbol* other = own(id);
+    if (other == nullptr) continue;
+    if (id == model_.pool.symbol_of(left))
+      return problem("BG117", symbol_name(model_, id) + " stands on both sides of this law", right_place,
+                     "solve the law for it", "a law has one variable of its element alone on the left");
+    if (!law_relates(element.kind, other->variable))
+      return problem("BG117", "this law contains the element's own " + symbol_name(model_, id), right_place,
+                     "put what dissipates into an R of its own",
+                     "the law of " + kind_text(element.kind, element.modulated) + " relates " +
+                         law_letters(element.kind)[0] + " and " + law_letters(element.kind)[5]);
+  }
+  if (!is_store(element.kind))
+    for (const ExprId e : reachable(model_.pool, std::array{right})) {
+      if (model_.pool[e].op != Op::der) continue;
+      for (const SymbolId id : symbols_in(model_.pool, std::array{e}))
+        if (own(id) != nullptr)
+          return problem("BG117", "this law contains the rate of the element's own " + symbol_name(model_, id),
+                         right_place, "what follows the rate of a flow is an I, of an effort a C",
+                         "the law of a resistor relates effort and flow of one instant; what it takes in is lost");
+    }
+  warn_of_euler(index, right, right_place);
+  model_.elements[index].laws.push_back({variable->port, variable->variable, right, file.place(value)});
+}
+
+/// e^(-t/T) in a law is a power of the effort e, and is unlikely to be meant so.
+void Reader::warn_of_euler(std::size_t index, ExprId right, const Place& place) {
+  const Element& element = model_.elements[index];
+  if (is_field(element.kind)) return;
+  const ExprId effort = model_.pool.symbol(port_variable(element, 0, Variable::effort));
+  for (const ExprId e : reachable(model_.pool, std::array{right})) {
+    const ExprNode& node = model_.pool[e];
+    if (node.op != Op::pow || ExprId(node.a) != effort) continue;
+    const auto symbols = symbols_in(model_.pool, std::array{ExprId(node.b)});
+    if (std::all_of(symbols.begin(), symbols.end(),
+                    [this](SymbolId s) { return model_.symbols[s.index()].kind == ModelSymbol::Kind::parameter; }))
+      continue;
+    model_.warnings.push_back({Severity::warning,
+                               "BG182",
+                               "in this law e^(...) is a power of the effort e of " + in_quotes(element.name),
+                               place,
+                               {},
+                               "in a law e is the element's own effort; Euler's number is exp(1)",
+                               "write exp(x) for e^x"});
+    return;
+  }
+}
+
+void Reader::parse_initial(std::size_t index, NodeId value) {
+  const std::size_t scope = element_text_[index].names;
+  const Document& file = document(scopes_[scope]);
+  if (!expect(file, value, JsonKind::object, "\"initial\"")) return;
+  const ElementKind kind = model_.elements[index].kind;
+  const std::vector<std::string>& ports = model_.elements[index].ports;
+  const char stored = letter(stored_variable(kind)), other = stores_displacement(kind) ? 'e' : 'f';
+  std::unordered_map<std::uint32_t, Place> given;  // by port
+  for (NodeId node = file[value].first_child; node.valid(); node = file[node].next_sibling) {
+    const std::string_view key = file[node].key;
+    const auto named = [&](char letter) {
+      return std::find_if(ports.begin(), ports.end(),
+                          [&](const std::string& port) { return key == (port.empty() ? "" : port + ".") + letter; });
+    };
+    const bool conjugate = named(stored) == ports.end();
+    const auto at = named(conjugate ? other : stored);
+    if (at == ports.end()) {
+      problem("BG135", in_quotes(key) + " is no initial value of this element", file.key_place(node),
+              initial_advice(model_.elements[index], key, {}),
+              "an initial value says what is stored, q of C and CC, p of I and II; or e or f, from which it follows");
+      continue;
+    }
+    const auto port = static_cast<std::uint32_t>(at - ports.begin());
+    if (const auto [first, is_new] = given.emplace(port, file.key_place(node)); !is_new) {
+      problem("BG184", "two initial values are given for one store", file.key_place(node), "keep one of them",
+              std::string("the ") + stored + " of a store and its " + other + " follow from each other by its law",
+              {{first->second, "this is the other one"}});
+      continue;
+    }
+    const ExprId start = expression({scope, nullptr, "an initial value"}, node, "an initial value");
+    if (start.valid()) model_.elements[index].initial.push_back({port, start, file.place(node), conjugate});
+  }
+}
+
+void Reader::parse_priority(std::size_t index, NodeId value) {
+  const Document& file = document(scopes_[element_text_[index].names]);
+  if (expect(file, value, JsonKind::number, "\"priority\"")) model_.elements[index].priority = file[value].number;
+}
+
+/// Outputs of submodels are not taken over: they are for running the submodel by itself.
+void Reader::parse_outputs(std::size_t scope) {
+  static constexpr std::array<std::string_view, 3> kKeys{"value", "unit", "about"};
+  const NodeId object = section(scopes_[scope], "outputs", JsonKind::object);
+  if (!object.valid()) return;
+  const Document& file = document(scopes_[scope]);
+  for (NodeId node = file[object].first_child; node.valid(); node = file[node].next_sibling) {
+    Output output;
+    output.name = file[node].key;
+    output.place = file.key_place(node);
+    if (output.name.empty() || output.name == "t") {
+      problem("BG115", in_quotes(output.name) + " cannot be the name of an output", output.place, "choose another name",
+              "the columns of a trace have names, and the first one is t");
+      continue;
+    }
+    if (const auto there = outputs_.find(output.name); there != outputs_.end()) {
+      problem("BG116", "there is an output " + in_quotes(output.name) + " already", output.place,
+              "choose another name for the column", "the columns of a trace have different names",
+              {{model_.outputs[there->second].place, "it is declared here"}});
+      continue;
+    }
+    NodeId value = node;
+    if (file[node].kind == JsonKind::object) {
+      check_keys(file, node, kKeys, "an output");
+      output.unit = text_of(file, node, "unit");
+      if (!output.unit.empty()) output.unit_place = file.place(file.find(node, "unit"));
+      text_of(file, node, "about");
+      value = file.find(node, "value");
+      if (!value.valid())
+        missing(file, node, "the output " + in_quotes(output.name) + " has no \"value\"", output.place,
+                "add \"value\": an expression");
+    }
+    if (value.valid()) output.value = expression({scope, nullptr, nullptr}, value, "an output");
+    outputs_.emplace(output.name, model_.outputs.size());
+    model_.outputs.push_back(std::move(output));
+  }
+}
+
+}  // namespace bgsim

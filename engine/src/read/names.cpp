@@ -1,0 +1,233 @@
+#include <algorithm>
+#include <array>
+
+#include "read/reader.hpp"
+
+namespace bgsim {
+
+/// Declares the model and, where its elements stand, the submodels; with a stack of its own, outermost scope first.
+void Reader::declare_all() {
+  std::vector<NodeId> next;  // the element to be declared next, by scope in unfolding_
+  const auto enter = [&](std::size_t scope) {
+    unfolding_.push_back(scope);
+    begin_scope(scope);
+    const NodeId elements = section(scopes_[scope], "elements", JsonKind::object);
+    const Document& file = document(scopes_[scope]);
+    next.push_back(elements.valid() ? file[elements].first_child : NodeId{});
+    if (elements.valid() && !next.back().valid())
+      problem("BG112", "the model has no elements", file.place(elements), "add at least one element");
+  };
+  enter(0);
+  while (!unfolding_.empty()) {
+    const std::size_t scope = unfolding_.back();
+    const NodeId node = next.back();
+    if (node.valid()) {
+      next.back() = document(scopes_[scope])[node].next_sibling;
+      const std::size_t before = scopes_.size();
+      declare_element(scope, node);
+      const std::string full = scopes_[scope].prefix + std::string(document(scopes_[scope])[node].key);
+      if (!names_.contains(full)) broken_.insert(full);
+      if (scopes_.size() > before) enter(before);
+      continue;
+    }
+    end_scope(scope);
+    unfolding_.pop_back();
+    next.pop_back();
+  }
+}
+
+void Reader::begin_scope(std::size_t scope) {
+  check_root(scopes_[scope]);
+  declare_quantities(scope, false);
+  declare_quantities(scope, true);
+  if (scopes_[scope].instance.valid()) apply_overrides(scope);
+}
+
+void Reader::end_scope(std::size_t scope) {
+  declare_bonds(scope);
+  declare_exports(scope);
+}
+
+bool Reader::claim(const std::string& full_name, const Entity& entity) {
+  const auto [there, is_new] = names_.try_emplace(full_name, entity);
+  if (is_new) return true;
+  broken_.insert(full_name);
+  const std::string name = full_name.substr(scopes_[unfolding_.back()].prefix.size());
+  problem("BG116", "the name " + in_quotes(name) + " is used twice", entity.place, "rename one of the two",
+          "parameters, signals, elements and bonds of a model share one space of names",
+          {{there->second.place, "it is used here first"}});
+  return false;
+}
+
+SymbolId Reader::add_symbol(ModelSymbol symbol) {
+  model_.symbols.push_back(symbol);
+  return SymbolId(model_.symbols.size() - 1);
+}
+
+/// What an object among the parameters or signals says: { value } or, among signals, { integral, initial }.
+Reader::QuantityKeys Reader::quantity_keys(const Document& file, NodeId node, bool signal) {
+  static constexpr std::array<std::string_view, 6> kKeys{"value", "unit", "about", "source", "integral", "initial"};
+  const std::string what = signal ? "a signal" : "a parameter", name = in_quotes(file[node].key);
+  check_keys(file, node, std::span(kKeys).first(signal ? 6 : 4), what);
+  QuantityKeys keys{file.find(node, "value"), {}, Signal::Kind::value};
+  if (!signal) return keys;
+  const NodeId integral = file.find(node, "integral");
+  keys.initial = file.find(node, "initial");
+  if (keys.value.valid() && integral.valid())
+    problem("BG112", "the signal " + name + " has both \"value\" and \"integral\"", file.key_place(integral),
+            "keep one of them", "a signal is given by its value or by its rate");
+  if (keys.value.valid() && keys.initial.valid())
+    problem("BG111", "a signal with a \"value\" has no key \"initial\"", file.key_place(keys.initial),
+            "leave it out, or write \"integral\" if the expression is the signal's rate");
+  if (integral.valid()) keys = {integral, keys.initial, Signal::Kind::integral};
+  return keys;
+}
+
+/// "parameters" or "signals": name -> value, or name -> { value, unit, about, source }.
+void Reader::declare_quantities(std::size_t scope, bool signals) {
+  const NodeId object = section(scopes_[scope], signals ? "signals" : "parameters", JsonKind::object);
+  if (!object.valid()) return;
+  const Document& file = document(scopes_[scope]);
+  const std::string what = signals ? "a signal" : "a parameter";
+  for (NodeId node = file[object].first_child; node.valid(); node = file[node].next_sibling) {
+    const std::string name(file[node].key);
+    if (!valid_name(name, file.key_place(node), what)) {
+      broken_.insert(scopes_[scope].prefix + name);
+      continue;
+    }
+    QuantityKeys keys{node, {}, Signal::Kind::value};
+    std::string unit, about;
+    Place unit_place;
+    if (file[node].kind == JsonKind::object) {
+      keys = quantity_keys(file, node, signals);
+      unit = text_of(file, node, "unit");
+      if (!unit.empty()) unit_place = file.place(file.find(node, "unit"));
+      about = text_of(file, node, "about");
+      text_of(file, node, "source");
+      if (!keys.value.valid())
+        missing(
+            file, node, what.substr(2) + " " + in_quotes(name) + " has no \"value\"", file.key_place(node),
+            std::string("add \"value\": a number or an expression") + (signals ? ", or \"integral\": its rate" : ""));
+    }
+    const NodeId value = keys.value;
+    const std::size_t index = signals ? model_.signals.size() : model_.parameters.size();
+    const auto kind = signals ? Entity::Kind::signal : Entity::Kind::parameter;
+    if (!claim(scopes_[scope].prefix + name, {kind, static_cast<std::uint32_t>(index), file.key_place(node)})) continue;
+    ModelSymbol symbol;
+    symbol.kind = signals ? ModelSymbol::Kind::signal : ModelSymbol::Kind::parameter;
+    const Written written{static_cast<std::uint32_t>(scope), value};
+    const Place place = value.valid() ? file.place(value) : file.key_place(node);
+    if (signals) {
+      symbol.signal = SignalId(index);
+      signal_text_.push_back({written, {written.names, keys.initial}});
+      model_.signals.push_back({scopes_[scope].prefix + name,
+                                {},
+                                add_symbol(symbol),
+                                unit,
+                                about,
+                                place,
+                                unit_place,
+                                keys.kind,
+                                {},
+                                keys.initial.valid() ? file.place(keys.initial) : Place{}});
+    } else {
+      parameter_text_.push_back(written);
+      symbol.parameter = ParameterId(index);
+      model_.parameters.push_back({scopes_[scope].prefix + name,
+                                   {},
+                                   add_symbol(symbol),
+                                   unit,
+                                   about,
+                                   place,
+                                   scopes_[scope].prefix,
+                                   unit_place});
+    }
+  }
+}
+
+void Reader::declare_element(std::size_t scope, NodeId node) {
+  const Document& file = document(scopes_[scope]);
+  const std::string_view name = file[node].key;
+  if (!valid_name(name, file.key_place(node), "an element")) return;
+  if (!expect(file, node, JsonKind::object, "an element")) return;
+  const NodeId kind = file.find(node, "kind");
+  if (!kind.valid())
+    return missing(file, node, "the element " + in_quotes(name) + " has no \"kind\"", file.key_place(node),
+                   "add \"kind\": \"R\", say");
+  if (!expect(file, kind, JsonKind::string, "\"kind\"")) return;
+  const KindRow* row = kind_row(file[kind].text);
+  if (row == nullptr) return declare_instance(scope, node, file[kind].text);
+
+  check_keys(file, node, row->keys, "an element of kind " + std::string(row->text), row->kind);
+  Element element;
+  element.name = scopes_[scope].prefix + std::string(name);
+  element.kind = row->kind;
+  element.modulated = row->modulated;
+  element.place = file.key_place(node);
+  element.about = text_of(file, node, "about");
+  if (is_field(element.kind)) {
+    if (!read_ports(scope, node, element)) return;
+  } else if (is_two_port(element.kind)) {
+    element.ports = {"1", "2"};
+  } else if (!is_junction(element.kind)) {
+    element.ports = {""};
+  }
+  add_element(scope, node, std::move(element));
+}
+
+/// The named ports of a field. A field whose ports are at fault is declared all the same as long as it has some, so
+/// that what refers to it is not reported, too.
+bool Reader::read_ports(std::size_t scope, NodeId node, Element& element) {
+  const Document& file = document(scopes_[scope]);
+  const std::string name = in_quotes(file[node].key);
+  const NodeId ports = file.find(node, "ports");
+  if (!ports.valid()) {
+    missing(file, node, "the field " + name + " has no \"ports\"", element.place,
+            "add \"ports\": [\"a\", \"b\"], two or more names of your choice");
+    return false;
+  }
+  if (!expect(file, ports, JsonKind::array, "\"ports\"")) return false;
+  std::unordered_set<std::string_view> seen;
+  for (NodeId port = file[ports].first_child; port.valid(); port = file[port].next_sibling) {
+    if (!expect(file, port, JsonKind::string, "a port's name")) continue;
+    if (!valid_name(file[port].text, file.place(port), "a port")) continue;
+    if (seen.insert(file[port].text).second)
+      element.ports.emplace_back(file[port].text);
+    else
+      problem("BG116", "the field " + name + " has two ports called " + in_quotes(file[port].text), file.place(port),
+              "rename one of the two");
+  }
+  if (file[ports].child_count < 2) {
+    const ElementKind kind = element.kind;
+    const char* one = kind == ElementKind::c_field ? "C" : kind == ElementKind::i_field ? "I" : "R";
+    problem("BG113", "the field " + name + " has fewer than two ports", file.place(ports),
+            std::string("an element with one port is of kind ") + one);
+  }
+  return element.ports.size() > 1;
+}
+
+/// Every variable of an element has its symbol from the start, one after the other.
+void Reader::add_element(std::size_t scope, NodeId node, Element element) {
+  const auto index = static_cast<std::uint32_t>(model_.elements.size());
+  if (!claim(element.name, {Entity::Kind::element, index, element.place})) return;
+  ModelSymbol symbol;
+  symbol.kind = ModelSymbol::Kind::port_variable;
+  symbol.element = ElementId(index);
+  element.first_symbol = SymbolId(model_.symbols.size());
+  if (is_junction(element.kind)) {
+    symbol.variable = element.kind == ElementKind::zero_junction ? Variable::effort : Variable::flow;
+    add_symbol(symbol);
+  }
+  for (std::uint32_t port = 0; port < element.ports.size(); ++port) {
+    symbol.port = port;
+    for (const Variable variable : {Variable::effort, Variable::flow, stored_variable(element.kind)}) {
+      if (!has_variable(element.kind, variable)) continue;
+      symbol.variable = variable;
+      add_symbol(symbol);
+    }
+  }
+  model_.elements.push_back(std::move(element));
+  element_text_.push_back({static_cast<std::uint32_t>(scope), node});
+}
+
+}  // namespace bgsim

@@ -1,0 +1,103 @@
+/// What the simulation loop needs of an integrator: one step at a time, and the solution between.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+#include "bgsim/simulate.hpp"
+#include "run/tolerances.hpp"
+
+namespace bgsim {
+
+class Integrator {
+ public:
+  struct Counts {  // in SUNDIALS' own type, which its functions write to
+    long steps = 0, rates = 0, jacobians = 0, factorizations = 0, iterations = 0, error_failures = 0,
+         convergence_failures = 0;
+    Counts& operator+=(const Counts& other);
+  };
+
+  virtual ~Integrator() = default;
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
+
+  /// Starts anew at (t, x) with the modes as they are, towards @p limit. False if the equations cannot be evaluated
+  /// there: the evaluator's fault tells.
+  virtual bool restart(double t, const double* x, double limit) = 0;
+  /// One step, not beyond the limit. False if there is none: failure() tells.
+  virtual bool advance() = 0;
+  /// From the next restart on, the rates are these instead of the evaluator's; empty: the evaluator's. CVODE only.
+  using Rates = std::function<bool(double t, const double* x, double* rates)>;
+  void use_rates(Rates rates) { special_rates_ = std::move(rates); }
+  /// From the next restart on, no higher order than this. CVODE only.
+  virtual void limit_order(int /*order*/) {}
+  /// Length of the first step after the next restart, instead of the integrator's own choice. CVODE and ARKODE.
+  void begin_with(double step) { first_step_ = step; }
+  /// No step is longer than this. Call before the first restart; of no effect on steps of one length.
+  void limit_step(double longest) { longest_ = longest; }
+  /// The solution at @p t within the last step: states, then tear variables if these are unknowns of the integrator.
+  virtual void interpolate(double t, double* y) = 0;
+  [[nodiscard]] virtual std::string method() const = 0;
+  [[nodiscard]] virtual Counts counts() const = 0;
+  /// Estimated local error of the failed step relative to the tolerance, by unknown.
+  virtual void weighted_errors(double* error) = 0;
+
+  [[nodiscard]] double time() const { return time_; }
+  [[nodiscard]] double previous() const { return previous_; }
+  [[nodiscard]] double step() const { return time_ - previous_; }
+  [[nodiscard]] int order() const { return order_; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+  struct Failure {
+    int flag = 0;
+    std::string words;
+    bool too_accurate = false;  ///< more than double precision gives
+    bool fault = false;         ///< the equations could not be evaluated: last_fault() tells
+  };
+  [[nodiscard]] const Failure& failure() const { return failure_; }
+  /// The latest point, tried or accepted, at which the equations could not be evaluated.
+  [[nodiscard]] const Fault& last_fault() const { return last_fault_; }
+
+ protected:
+  /// @param span  of the scene. Where its magnitude is out of the ordinary, the integrator's own time is counted in a
+  ///              unit that makes it ordinary: a power of two, so that nothing is rounded. (Squares of second
+  ///              derivatives overflow for time constants below 1e-75.)
+  explicit Integrator(double span);
+  double time_ = 0.0, previous_ = 0.0;
+  int order_ = 1;
+  std::size_t size_ = 0;
+  Rates special_rates_;
+  double unit_ = 1.0;        ///< of the integrator's own time
+  double longest_ = 0.0;     ///< step; 0: any
+  double first_step_ = 0.0;  ///< after the next restart; 0: the integrator's own choice
+  Failure failure_;
+  Fault last_fault_;
+};
+
+/// Where dense factorization gives way to sparse.
+inline constexpr std::size_t kDenseStates = 50;
+
+/// A first step may be far too long where all rates start at zero, and each failure divides it by four at most.
+inline constexpr int kMostErrorTestFailures = 60;
+
+/// CVODE: backward differentiation or, for method adams, Adams-Moulton; both with Newton's iteration and the exact
+/// Jacobian, so that a model that turns out to be stiff costs accuracy nowhere and time only.
+std::unique_ptr<Integrator> make_cvode_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
+                                                  const RunInputs& inputs);
+/// ARKODE: Runge-Kutta methods, explicit or diagonally implicit, with error-controlled steps or steps of one length.
+std::unique_ptr<Integrator> make_arkode_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
+                                                   const RunInputs& inputs);
+/// Störmer-Verlet with steps of one length; null if the system is not separable (separability.hpp).
+std::unique_ptr<Integrator> make_verlet_integrator(const Program& program, Evaluator& evaluator,
+                                                   const RunInputs& inputs);
+/// IDA: states and tear variables together.
+std::unique_ptr<Integrator> make_ida_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
+                                                const RunInputs& inputs);
+
+/// Steps of one length between two times: as long as @p longest at most, and a whole number of them.
+double even_step(double from, double to, double longest);
+
+}  // namespace bgsim

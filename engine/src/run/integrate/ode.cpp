@@ -1,0 +1,98 @@
+#include "run/integrate/ode.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace bgsim {
+
+OdeIntegrator::OdeIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, double span)
+    : Integrator(span),
+      program_(program),
+      evaluator_(evaluator),
+      tolerances_(tolerances),
+      context_(make_context()),
+      y_(make_vector(context_.get(), program.state_names.size())),
+      scratch_(make_vector(context_.get(), program.state_names.size())),
+      entries_(program.jacobian_pattern.row.size()),
+      algebra_(program.state_names.size() <= kDenseStates
+                   ? make_dense(context_.get(), y_.get())
+                   : make_sparse(context_.get(), y_.get(), program.jacobian_pattern)) {
+  size_ = program.state_names.size();
+}
+
+bool OdeIntegrator::fault(double t) {
+  failure_.fault = true;
+  last_fault_ = evaluator_.fault();
+  last_fault_.time = t;
+  failure_.words = "the state equations could not be evaluated";
+  return false;
+}
+
+int OdeIntegrator::recoverable(double t) {
+  faulted_ = true;
+  last_fault_ = evaluator_.fault();
+  last_fault_.time = t;
+  return 1;
+}
+
+int OdeIntegrator::scaled_rates(double s, N_Vector y, N_Vector rates) {
+  if (!this->rates(s * unit_, values(y), values(rates))) return recoverable(s * unit_);
+  if (unit_ != 1.0) N_VScale(unit_, rates, rates);
+  return 0;
+}
+
+int OdeIntegrator::scaled_jacobian(double s, N_Vector y, N_Vector rates, SUNMatrix matrix, N_Vector moved) {
+  const Sparsity& pattern = program_.jacobian_pattern;
+  const bool dense = algebra_.pattern == nullptr;
+  const double t = s * unit_;
+  if (special_rates_ && dense) return difference_jacobian(t, values(y), values(rates), matrix) ? 0 : recoverable(t);
+  double* entries = dense ? entries_.data() : sparse_values(matrix, pattern);
+  if (!evaluator_.jacobian(t, values(y), entries)) {
+    // A slope without bound at a point that the solution only passes (sqrt at 0): take it a little further on.
+    const double step = std::max(this->step(), 1e-9 * (limit_ - time_));
+    N_VLinearSum(1.0, y, step / unit_, rates, moved);
+    if (!evaluator_.jacobian(t, values(moved), entries)) return recoverable(t);
+  }
+  tolerances_.see_jacobian(pattern, entries);
+  tolerances_.see_noise([this](double at, const double* x, double* f) { return evaluator_.rates(at, x, f); }, t,
+                        values(y));
+  if (unit_ != 1.0)
+    for (std::size_t i = 0; i < pattern.row.size(); ++i) entries[i] *= unit_;
+  if (dense) scatter(matrix, pattern, entries);
+  return 0;
+}
+
+/// The Jacobian of special rates, by differences.
+bool OdeIntegrator::difference_jacobian(double t, const double* x, const double* at_x, SUNMatrix matrix) {
+  const double root = std::sqrt(std::numeric_limits<double>::epsilon());
+  std::vector<double> moved(x, x + size_);
+  for (std::size_t j = 0; j < size_; ++j) {
+    const double move = std::max(root * std::abs(x[j]), tolerances_.absolute(j));
+    double* column = dense_column(matrix, j);
+    std::fill(column, column + size_, 0.0);
+    if (move == 0.0) continue;
+    moved[j] = x[j] + move;
+    if (!rates(t, moved.data(), column)) return false;
+    for (std::size_t i = 0; i < size_; ++i) column[i] = (column[i] * unit_ - at_x[i]) / move;
+    moved[j] = x[j];
+  }
+  return true;
+}
+
+bool OdeIntegrator::limit_is_at_hand() const {
+  const double resolution = 4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(time_), std::abs(limit_));
+  return limit_ - time_ <= resolution && fresh();
+}
+
+bool OdeIntegrator::creep() {
+  if (!rates(time_, values(y_), values(scratch_.get()))) return fault(time_);
+  for (std::size_t i = 0; i < size_; ++i) values(y_.get())[i] += (limit_ - time_) * values(scratch_)[i];
+  previous_ = time_;
+  time_ = limit_;
+  order_ = 1;
+  crept_ = true;
+  return true;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,265 @@
+#include "run/measure/energy_audit.hpp"
+
+#include <algorithm>
+#include <boost/math/quadrature/gauss.hpp>
+#include <cmath>
+
+namespace bgsim {
+
+namespace {
+
+constexpr std::size_t kMostPoints = 7;
+constexpr std::size_t kFine =
+    16;  ///< parts of a piece on which a power that changes its sign is taken as a straight line
+
+/// Integral over a unit of |a straight line from a to b|.
+double magnitude_of_line(double a, double b) {
+  const double mean = (std::abs(a) + std::abs(b)) / 2;
+  const bool crosses = (a < 0.0) != (b < 0.0);
+  return crosses && mean > 0.0 ? (a * a + b * b) / (4 * mean) : mean;
+}
+
+}  // namespace
+
+/// Gauss-Legendre on [0, 1].
+template <unsigned kPoints>
+EnergyAuditor::Rule EnergyAuditor::gauss_rule() {
+  using Gauss = boost::math::quadrature::gauss<double, kPoints>;
+  static_assert(kPoints <= kMostPoints);
+  Rule rule;
+  const auto& abscissa = Gauss::abscissa();
+  const auto& weights = Gauss::weights();
+  for (std::size_t i = abscissa.size(); i-- > 0;)
+    if (abscissa[i] != 0.0) {
+      rule.position.push_back(0.5 - abscissa[i] / 2);
+      rule.weight.push_back(weights[i] / 2);
+    }
+  for (std::size_t i = 0; i < abscissa.size(); ++i) {
+    rule.position.push_back(0.5 + abscissa[i] / 2);
+    rule.weight.push_back(weights[i] / 2);
+  }
+  // Lagrange's polynomial through the points.
+  for (std::size_t k = 0; k <= kFine; ++k) {
+    const double at = static_cast<double>(k) / kFine;
+    std::vector<double> row(kPoints, 1.0);
+    for (std::size_t i = 0; i < kPoints; ++i)
+      for (std::size_t j = 0; j < kPoints; ++j)
+        if (j != i) row[i] *= (at - rule.position[j]) / (rule.position[i] - rule.position[j]);
+    rule.fine.push_back(std::move(row));
+  }
+  return rule;
+}
+
+void CompensatedSum::add(double value) {
+  const double next = sum + value;
+  lost += std::abs(sum) >= std::abs(value) ? (sum - next) + value : (value - next) + sum;
+  sum = next;
+}
+
+EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, bool wanted)
+    : program_(program),
+      evaluator_(evaluator),
+      measuring_(wanted && !program.energy_roles.empty()),
+      rules_{gauss_rule<1>(), gauss_rule<2>(), gauss_rule<3>(), gauss_rule<4>(),
+             gauss_rule<5>(), gauss_rule<6>(), gauss_rule<7>()},
+      y_(evaluator.states() + evaluator.tears()),
+      power_(program.energy_roles.size()),
+      stretch_(program.energy_roles.size()),
+      activity_(program.energy_roles.size()),
+      samples_(program.energy_roles.size() * kMostPoints),
+      total_(program.energy_roles.size()),
+      energy_before_(program.energy_roles.size()),
+      energy_after_(program.energy_roles.size()) {
+  if (!wanted) why_not_ = "switched off";
+  if (wanted && program.energy_roles.empty()) why_not_ = "no element of what is run turns over energy";
+  const std::size_t ports = program.first_displacement.empty() ? 0 : program.first_displacement.back();
+  displaced_before_.resize(ports);
+  displaced_after_.resize(ports);
+}
+
+/// n points have an error of the order h^(2n + 1) per step, the solution one of the order h^(order + 1). Half the order
+/// and one point more keep the quadrature's below: its order is higher by one at least.
+std::size_t EnergyAuditor::rule_for(int order) const {
+  const int points = std::clamp(order / 2 + 1, 1, 7);
+  return static_cast<std::size_t>(points - 1);
+}
+
+void EnergyAuditor::begin(double t, const double* x, double stop) {
+  constexpr double kPieces = 64.0;
+  longest_ = (stop - t) / kPieces;
+  if (!measuring_) return;
+  if (!evaluator_.stored(t, x, energy_before_.data()) ||
+      (!displaced_before_.empty() && !evaluator_.displacements(t, x, displaced_before_.data())))
+    give_up("the stored energy at the start could not be evaluated: " + evaluator_.fault().what);
+  if (record_times_.empty() || !measuring_) return;
+  for (auto* const term :
+       {&course_.times, &course_.supplied, &course_.stored, &course_.dissipated, &course_.exchanged, &course_.residual})
+    term->assign(1, term == &course_.times ? t : 0.0);
+}
+
+void EnergyAuditor::start_stretch() { std::fill(stretch_.begin(), stretch_.end(), 0.0); }
+
+void EnergyAuditor::add_point(std::size_t point, double t, double weight) {
+  if (!evaluator_.powers(t, y_.data(), power_.data())) {
+    const Fault& fault = evaluator_.fault();
+    give_up("a power could not be evaluated: " + fault.what + " (" + fault.target + ")");
+    return;
+  }
+  for (std::size_t i = 0; i < power_.size(); ++i) {
+    stretch_[i] += weight * power_[i];
+    samples_[i * kMostPoints + point] = power_[i];
+    if (program_.energy_roles[i] == EnergyPart::Role::source) {
+      gross_source_ += weight * std::abs(power_[i]);
+    } else if (program_.energy_roles[i] == EnergyPart::Role::dissipator) {
+      gross_dissipation_ += weight * std::abs(power_[i]);
+      take_least(i, t);
+    }
+  }
+}
+
+/// Remembers the smallest power of a dissipator. A negative one counts as far as rounding cannot have made it: a
+/// resistor at rest between large efforts is not active.
+void EnergyAuditor::take_least(std::size_t part, double t) {
+  double power = power_[part];
+  if (least_part_ && power >= least_power_) return;
+  if (power < 0.0) {
+    if (rounding_at_ != t) {
+      rounding_.resize(power_.size());
+      evaluator_.power_rounding(t, y_.data(), rounding_.data());
+      rounding_at_ = t;
+    }
+    if (power >= -rounding_[part]) power = 0.0;
+  }
+  if (least_part_ && power >= least_power_) return;
+  least_part_ = part;
+  least_power_ = power;
+}
+
+/// Integrals of |power|. Gauss' rule is exact enough while a power keeps its sign; where it changes it, a rule that
+/// knows nothing of the kink would be wrong by the square of the step.
+void EnergyAuditor::add_activities(const Rule& rule, double length) {
+  const std::size_t points = rule.position.size();
+  for (std::size_t i = 0; i < activity_.size(); ++i) {
+    const double* const sample = samples_.data() + i * kMostPoints;
+    const auto value = [&](std::size_t k) {
+      double sum = 0.0;
+      for (std::size_t p = 0; p < points; ++p) sum += rule.fine[k][p] * sample[p];
+      return sum;
+    };
+    double integral = 0.0;
+    double least = std::min(value(0), value(kFine)), most = std::max(value(0), value(kFine));
+    for (std::size_t p = 0; p < points; ++p) {
+      integral += rule.weight[p] * sample[p];
+      least = std::min(least, sample[p]);
+      most = std::max(most, sample[p]);
+    }
+    if (least < 0.0 && most > 0.0) {
+      integral = 0.0;
+      for (std::size_t k = 0; k < kFine; ++k) integral += magnitude_of_line(value(k), value(k + 1)) / kFine;
+    }
+    activity_[i] += length * std::abs(integral);
+  }
+}
+
+void EnergyAuditor::finish_stretch() {
+  double gained = 0.0, lost = 0.0;
+  for (std::size_t i = 0; i < stretch_.size(); ++i) {
+    total_[i].add(stretch_[i]);
+    if (program_.energy_roles[i] != EnergyPart::Role::store) continue;
+    const double change = total_[i].value();
+    (change > 0.0 ? gained : lost) += std::abs(change);
+  }
+  swing_ = std::max({swing_, gained, lost});
+}
+
+void EnergyAuditor::give_up(const std::string& why) {
+  measuring_ = false;
+  why_not_ = why;
+}
+
+/// What the store says it took in; none if its energy is no function of its state alone.
+std::optional<double> EnergyAuditor::change_of_store(std::size_t part) const {
+  if (program_.energy_modulated[part]) return std::nullopt;
+  if (!std::isnan(energy_before_[part])) return energy_after_[part] - energy_before_[part];
+  const std::size_t first = program_.first_displacement[part];
+  const std::size_t count = program_.first_displacement[part + 1] - first;
+  const double change = evaluator_.energy_by_laws(part, std::span(displaced_before_).subspan(first, count),
+                                                  std::span(displaced_after_).subspan(first, count));
+  return std::isnan(change) ? std::nullopt : std::optional(change);
+}
+
+/// What the stores say they hold now. False, and the audit is given up, if that has no value.
+bool EnergyAuditor::look_at_stores(double t, const double* x, const char* when) {
+  if (evaluator_.stored(t, x, energy_after_.data()) &&
+      (displaced_after_.empty() || evaluator_.displacements(t, x, displaced_after_.data())))
+    return true;
+  give_up(std::string("the stored energy ") + when + " could not be evaluated: " + evaluator_.fault().what);
+  return false;
+}
+
+/// The balance from the start to where look_at_stores() last looked.
+EnergyAuditor::Terms EnergyAuditor::terms() const {
+  Terms terms;
+  for (std::size_t i = 0; i < total_.size(); ++i) {
+    const double taken = total_[i].value();
+    if (program_.energy_roles[i] == EnergyPart::Role::source) {
+      terms.supplied.add(taken);
+      terms.residual.add(taken);
+      continue;
+    }
+    const bool store = program_.energy_roles[i] == EnergyPart::Role::store;
+    const std::optional<double> change = store ? change_of_store(i) : std::nullopt;
+    (change ? terms.stored : store ? terms.exchanged : terms.dissipated).add(change.value_or(taken));
+    terms.residual.add(-change.value_or(taken));
+  }
+  return terms;
+}
+
+void EnergyAuditor::record_course(const OutputTimes& output_times, std::size_t points) {
+  if (!measuring_ || points == 0 || output_times.empty()) return;
+  const std::size_t stride = (output_times.size() + points - 1) / points;
+  for (std::size_t i = stride; i < output_times.size(); i += stride) record_times_.push_back(output_times[i]);
+  if (output_times.size() > 1 && (record_times_.empty() || record_times_.back() != output_times.back()))
+    record_times_.push_back(output_times.back());
+}
+
+/// The terms at @p t, with the solution there in y_.
+void EnergyAuditor::record(double t) {
+  if (look_at_stores(t, y_.data(), "during the run")) append(t, terms());
+}
+
+void EnergyAuditor::append(double t, const Terms& now) {
+  course_.times.push_back(t);
+  course_.supplied.push_back(now.supplied.value());
+  course_.stored.push_back(now.stored.value());
+  course_.dissipated.push_back(now.dissipated.value());
+  course_.exchanged.push_back(now.exchanged.value());
+  course_.residual.push_back(now.residual.value());
+}
+
+EnergyAudit EnergyAuditor::finish(double t, const double* x) {
+  EnergyAudit audit;
+  if (measuring_) look_at_stores(t, x, "at the end");
+  audit.why_not = why_not_;
+  if (!measuring_) return audit;
+
+  const Terms end = terms();
+  audit.done = true;
+  audit.activity = activity_;
+  audit.supplied = end.supplied.value();
+  audit.stored = end.stored.value();
+  audit.dissipated = end.dissipated.value();
+  audit.exchanged = end.exchanged.value();
+  audit.residual = end.residual.value();
+  if (!course_.times.empty() && course_.times.back() < t) append(t, end);
+  audit.course = std::move(course_);
+  const double largest = std::max({gross_source_, gross_dissipation_, swing_, std::abs(audit.stored)});
+  audit.relative = largest > 0.0 ? std::abs(audit.residual) / largest : 0.0;
+  if (least_part_) {
+    audit.least_dissipation = least_power_;
+    audit.least_dissipation_element = program_.energy_names[*least_part_];
+  }
+  return audit;
+}
+
+}  // namespace bgsim

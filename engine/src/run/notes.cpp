@@ -1,0 +1,78 @@
+#include "run/notes.hpp"
+
+#include <algorithm>
+
+#include "run/failures.hpp"
+#include "run/watch/source_pace.hpp"
+
+namespace bgsim {
+
+std::optional<std::string> quiet_states_note(const Tolerances& tolerances, const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 5;
+  std::size_t quiet = 0;
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!tolerances.given(i) || tolerances.largest(i) > tolerances.absolute(i)) continue;
+    if (quiet < kMost) text += (quiet == 0 ? "\"" : ", \"") + names[i] + "\"";
+    ++quiet;
+  }
+  if (quiet == 0) return std::nullopt;
+  if (quiet > kMost) text += " and " + std::to_string(quiet - kMost) + " more";
+  return "never above the absolute tolerance given, hence not controlled: " + text;
+}
+
+std::optional<std::string> fast_sources_note(double frequency, double span, std::uint64_t steps) {
+  const double step = span / static_cast<double>(steps);
+  if (steps == 0 || !(frequency * step > kFollowedPeriods)) return std::nullopt;
+  return "a source goes up and down about " + number_text(frequency, 1) +
+         " times per unit of time, of which the steps (" + number_text(step, 1) +
+         " on average) saw samples only: tighten the tolerance, or put its mean in its place";
+}
+
+std::optional<std::string> unseen_error_note(const Program& program) {
+  const JacobianPlan& plan = program.plan;
+  std::vector<bool> fed(program.state_names.size(), false);
+  for (const auto& entry : plan.rates_by_states) fed[entry.row] = true;
+  for (const auto& entry : plan.rates_by_tears)
+    if (!plan.explicit_form || !plan.blocks[plan.block_of_tear[entry.column]].columns.empty()) fed[entry.row] = true;
+  constexpr std::size_t kMost = 5;
+  std::size_t count = 0;
+  std::string text;
+  for (std::size_t i = 0; i < fed.size(); ++i) {
+    if (fed[i]) continue;
+    if (count < kMost) text += (count == 0 ? "\"" : ", \"") + program.state_names[i] + "\"";
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  if (count > kMost) text += " and " + std::to_string(count - kMost) + " more";
+  return "erk8 does not see its error where a rate depends on time alone, and so in " + text +
+         " and what depends on it: take erk6 or another method";
+}
+
+std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative) {
+  constexpr double kOpen = 1e-3, kTimesTolerance = 3.0;
+  if (!energy.done || !(energy.relative > std::max(kOpen, kTimesTolerance * relative))) return std::nullopt;
+  return "the energy balance is open by " + number_text(100.0 * energy.relative, 2) +
+         " %: the run is less accurate than its tolerance, or a law makes or swallows energy; a smaller relative "
+         "tolerance tells which";
+}
+
+std::optional<std::string> negative_start_note(const Program& program, const std::vector<double>& x) {
+  for (const Relation& relation : program.relations) {
+    if (relation.kind != Relation::Kind::pole) continue;
+    const auto state = std::find(program.state_names.begin(), program.state_names.end(), relation.text);
+    if (state == program.state_names.end()) continue;
+    const double start = x[static_cast<std::size_t>(state - program.state_names.begin())];
+    if (start < 0.0)
+      return "a law divides by " + relation.text + ", which is negative at the start (" + number_text(start, 4) +
+             "): where that is a volume or a distance, the run is beyond the end of its law";
+  }
+  return std::nullopt;
+}
+
+std::string spent_mode_words(const SpentMode& mode) {
+  return "higher orders would be unstable for a mode of " + number_text(mode.frequency, 2) +
+         " rad per unit of time, which dies out in " + number_text(1.0 / mode.damping, 1);
+}
+
+}  // namespace bgsim

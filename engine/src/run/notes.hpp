@@ -1,0 +1,35 @@
+/// What a run has to say beyond its numbers, for RunReport::notes.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bgsim/simulate.hpp"
+#include "run/integrate/spectrum.hpp"
+#include "run/tolerances.hpp"
+
+namespace bgsim {
+
+/// States that never rose above the absolute tolerance given for them.
+std::optional<std::string> quiet_states_note(const Tolerances& tolerances, const std::vector<std::string>& names);
+
+/// A source that goes up and down within a step was sampled here and there, not followed.
+/// @param frequency  of the fastest source; @param span  of the scene, in which @p steps were made.
+std::optional<std::string> fast_sources_note(double frequency, double span, std::uint64_t steps);
+
+/// The energy balance is open by more than the tolerance explains.
+std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative);
+
+/// A law that divides by a state which is negative at the start: a volume or a distance had better not be.
+std::optional<std::string> negative_start_note(const Program& program, const std::vector<double>& x);
+
+/// States whose rate depends on time alone: the error estimate of Fehlberg's 8(7) pair is zero for them, since its
+/// stages at either end of a step cancel (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations
+/// I, section II.5, from memory; measured by tests/physics/integral_test.cpp).
+std::optional<std::string> unseen_error_note(const Program& program);
+
+/// Why BDF was limited to low orders.
+std::string spent_mode_words(const SpentMode& mode);
+
+}  // namespace bgsim

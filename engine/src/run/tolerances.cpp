@@ -1,0 +1,301 @@
+#include "run/tolerances.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace bgsim {
+
+namespace {
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+
+/// Lengths of the Euler steps as fractions of the scene. Odd numbers on purpose: 1/h should not meet the eigenvalues
+/// that models have.
+constexpr std::array<double, 7> kStages = {1.07e-9, 3.3e-8, 1.13e-6, 3.1e-5, 1.19e-3, 2.9e-2, 0.93};
+/// A state may grow to what the Euler step promises; errors far below that do no harm while it is on its way.
+constexpr double kPromise = 1e-5;
+/// A state that has decayed is forgotten to have been large, down to this part of it: Robertson's intermediate falls to
+/// 1e-9 of its peak and errors of the size of 1e-6 of the peak would make it negative, which explodes.
+constexpr double kRemembered = 1e-4;
+/// Lately is the last quarter of the elapsed time at least, and the last fifteen sixteenths at most.
+constexpr double kWindow = 4.0;
+/// How far ahead of the elapsed time a promise counts, and at the start, as part of the scene.
+constexpr double kAhead = 10.0, kAheadAtStart = 1e-4;
+/// Euler steps longer than so many times what drives them are not asked for.
+constexpr double kBrief = 3.0;
+constexpr std::size_t kDenseUpTo = 50;
+
+}  // namespace
+
+/// Solves (I - h J) d = h f at one point for several h, with or without the loops as unknowns of their own.
+struct Tolerances::Probe {
+  ContextHandle context = make_context();
+  VectorHandle right, change;
+  LinearAlgebra algebra;
+  const Program& program;
+  const Sparsity& pattern;
+  bool implicit;
+  std::vector<double> jacobian, entries;
+
+  Probe(const Program& the_program, bool is_implicit)
+      : program(the_program),
+        pattern(is_implicit ? the_program.implicit_pattern : the_program.jacobian_pattern),
+        implicit(is_implicit),
+        jacobian(pattern.row.size()),
+        entries(pattern.row.size()) {
+    right = make_vector(context.get(), pattern.size);
+    change = make_vector(context.get(), pattern.size);
+    algebra = pattern.size <= kDenseUpTo ? make_dense(context.get(), right.get())
+                                         : make_sparse(context.get(), right.get(), pattern);
+    SUNLinSolInitialize(algebra.solver.get());
+  }
+
+  /// The Jacobian at the point; false where it does not exist.
+  bool see(Evaluator& evaluator, double t, const double* y) {
+    return implicit || evaluator.jacobian(t, y, jacobian.data());
+  }
+
+  bool factor(Evaluator& evaluator, double h, double t, const double* y) {
+    if (implicit) {
+      if (!evaluator.residual_jacobian(t, 1.0 / h, y, entries.data())) return false;
+    } else {
+      for (std::size_t column = 0; column < pattern.size; ++column)
+        for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
+             k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
+          entries[k] = (static_cast<std::size_t>(pattern.row[k]) == column ? 1.0 : 0.0) - h * jacobian[k];
+    }
+    if (algebra.pattern == nullptr)
+      scatter(algebra.matrix.get(), pattern, entries.data());
+    else
+      std::copy(entries.begin(), entries.end(), sparse_values(algebra.matrix.get(), pattern));
+    return SUNLinSolSetup(algebra.solver.get(), algebra.matrix.get()) == 0;
+  }
+
+  const double* solve(double h, const std::vector<double>& rates) const {
+    double* b = values(right.get());
+    std::fill(b, b + pattern.size, 0.0);
+    for (std::size_t i = 0; i < rates.size(); ++i) b[i] = implicit ? rates[i] : h * rates[i];
+    if (SUNLinSolSolve(algebra.solver.get(), algebra.matrix.get(), change.get(), right.get(), 0.0) != 0) return nullptr;
+    return values(change.get());
+  }
+};
+
+Tolerances::Tolerances(const Program& program, const RunInputs& inputs, bool implicit)
+    : program_(program),
+      implicit_(implicit),
+      states_(program.state_names.size()),
+      size_(states_ + (implicit ? program.tear_names.size() : 0)),
+      relative_(inputs.relative),
+      start_(inputs.start),
+      span_(inputs.stop - inputs.start),
+      given_(size_, -1.0),
+      largest_(size_, 0.0),
+      recent_(size_, 0.0),
+      earlier_(size_, 0.0),
+      floor_(size_, 0.0),
+      noise_(size_, 0.0),
+      time_noise_(size_, 0.0),
+      shift_(size_, 0.0),
+      damping_(size_, 0.0),
+      doubt_(size_, 0.0),
+      next_doubt_(size_, 0.0),
+      stages_(kStages.size(), std::vector<double>(size_, 0.0)) {
+  for (std::size_t i = 0; i < states_; ++i) {
+    if (inputs.absolute) given_[i] = *inputs.absolute;
+    const auto own = inputs.absolute_by_state.find(program.state_names[i]);
+    if (own != inputs.absolute_by_state.end()) given_[i] = own->second;
+  }
+}
+
+void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const std::vector<double>& times) {
+  for (std::size_t i = 0; i < states_; ++i) recent_[i] = std::max(recent_[i], std::abs(x[i]));
+  const bool all_given = std::all_of(given_.begin(), given_.end(), [](double g) { return g >= 0.0; });
+  if (states_ == 0 || all_given || !(span_ > 0.0)) return;
+
+  // What acts only until the next known event promises nothing for later.
+  struct Push {
+    std::vector<double> rates;
+    double lasts;
+  };
+  const double stop = start_ + span_;
+  std::vector<Push> pushes;
+  std::vector<double> now(states_);
+  const auto lasts = [&](double from) {
+    const double event = evaluator.next_time_event(from, stop).value_or(stop);
+    const auto edge = std::upper_bound(edges_.begin(), edges_.end(), from);
+    return std::min(event, edge == edges_.end() ? stop : *edge) - from;
+  };
+  if (!evaluator.rates(t, x, now.data())) return;
+  const std::vector<double> tears(evaluator.tear_values().begin(), evaluator.tear_values().end());
+  pushes.push_back({now, lasts(t)});
+  for (const double other : times) {
+    evaluator.set_time_modes(other);
+    if (evaluator.rates(other, x, now.data())) pushes.push_back({now, lasts(other)});
+    evaluator.set_tears(tears);
+  }
+  evaluator.set_time_modes(t);
+
+  std::vector<double> y(x, x + states_);
+  if (implicit_) y.insert(y.end(), tears.begin(), tears.end());
+  for (std::size_t i = states_; i < size_; ++i) recent_[i] = std::max(recent_[i], std::abs(y[i]));
+
+  // Earlier promises are forgotten slowly: a state that has been at rest may be called upon again.
+  for (std::vector<double>& stage : stages_)
+    for (double& magnitude : stage) magnitude /= 30.0;
+  Probe probe(program_, implicit_);
+  if (!probe.see(evaluator, t, y.data())) return;
+  std::vector<double> magnitude(size_), moved(x, x + states_), second(states_);
+  for (std::size_t stage = 0; stage < kStages.size(); ++stage) {
+    const double h = kStages[stage] * span_;
+    if (!probe.factor(evaluator, h, t, y.data())) continue;
+    std::fill(magnitude.begin(), magnitude.end(), 0.0);
+    const auto take = [&](const std::vector<double>& rates, double length, bool only_unmoved) {
+      const double* change = probe.solve(length, rates);
+      for (std::size_t i = 0; change != nullptr && i < size_; ++i) {
+        const double size = std::abs(change[i]);
+        if (std::isfinite(size) && !(only_unmoved && magnitude[i] > 0.0)) magnitude[i] = std::max(magnitude[i], size);
+      }
+      return change;
+    };
+    for (const Push& push : pushes) {
+      if (kBrief * push.lasts < h) {
+        // Over before the shortest stage: what it moves is its rate times its length, which is no mere promise.
+        constexpr double kCertain = 1e3;
+        for (std::size_t i = 0; stage == 0 && i < states_; ++i)
+          magnitude[i] = std::max(magnitude[i], kCertain * std::abs(push.rates[i]) * push.lasts);
+        continue;
+      }
+      const double* change = take(push.rates, h, false);
+      if (&push != &pushes.front() || change == nullptr) continue;
+      for (std::size_t i = 0; i < states_; ++i) moved[i] = x[i] + change[i];
+    }
+    // States that only products of others set in motion are seen from the point that these have moved to.
+    bool unmoved = false;
+    for (std::size_t i = 0; i < states_; ++i) unmoved = unmoved || (magnitude[i] == 0.0 && recent_[i] == 0.0);
+    if (unmoved && evaluator.rates(t, moved.data(), second.data())) take(second, h, true);
+    evaluator.set_tears(tears);
+    add_estimate(stage, magnitude);
+  }
+  reach_ = 0.0;
+  std::fill(floor_.begin(), floor_.end(), 0.0);
+  reach(t - start_);
+}
+
+void Tolerances::add_estimate(std::size_t stage, const std::vector<double>& magnitude) {
+  for (std::size_t i = 0; i < size_; ++i) stages_[stage][i] = std::max(stages_[stage][i], magnitude[i]);
+}
+
+/// Raises the floor to what the stages within reach promise. (Where h meets an unstable eigenvalue the Euler step is
+/// singular, and its promise too large: by 1e5 if they agree to five digits, which kPromise takes back.)
+void Tolerances::reach(double elapsed) {
+  const double ahead = std::max(kAhead * elapsed, kAheadAtStart * span_);
+  if (reach_ > 0.0 && ahead < 2.0 * reach_ && reach_ < span_) return;
+  if (reach_ >= span_) return;
+  reach_ = ahead;
+  std::size_t last = 0;
+  while (last + 1 < kStages.size() && kStages[last] * span_ < ahead) ++last;
+  for (std::size_t i = 0; i < size_; ++i) {
+    double promise = 0.0;
+    for (std::size_t stage = 0; stage <= last; ++stage) promise = std::max(promise, stages_[stage][i]);
+    floor_[i] = kPromise * promise;
+  }
+}
+
+double Tolerances::absolute(std::size_t unknown) const {
+  if (given_[unknown] >= 0.0) return given_[unknown];
+  const double scale =
+      std::max({recent_[unknown], earlier_[unknown], kRemembered * largest_[unknown], floor_[unknown]});
+  return std::max(relative_ * scale, unknowable(unknown));
+}
+
+/// What rounding leaves open of an unknown over one step.
+double Tolerances::unknowable(std::size_t unknown) const {
+  // A source that is late by a rounding of time changes a step's result by its rate times that, however steep it is.
+  const double late = std::min(step_ * time_noise_[unknown], shift_[unknown]);
+  return (step_ * (noise_[unknown] + doubt_[unknown]) + late) / (1.0 + step_ * damping_[unknown]);
+}
+
+void Tolerances::weights(double t, double step, const double* y, double* weight) {
+  constexpr double kLargest = 1e300;
+  step_ = std::abs(step);
+  reach(t - start_);
+  if (t - start_ > kWindow * window_start_) {
+    window_start_ = t - start_;
+    std::swap(earlier_, recent_);
+    std::fill(recent_.begin(), recent_.end(), 0.0);
+  }
+  for (std::size_t i = 0; i < size_; ++i) {
+    const double size = std::abs(y[i]);
+    recent_[i] = std::max(recent_[i], size);
+    largest_[i] = std::max(largest_[i], size);
+    const double tolerance = relative_ * size + absolute(i);
+    // A state that is 0 and that nothing is known to move is not watched until it moves.
+    weight[i] = tolerance > 0.0 ? std::min(1.0 / tolerance, kLargest) : 0.0;
+  }
+}
+
+void Tolerances::see_jacobian(const Sparsity& pattern, const double* entries) {
+  const auto each = [&](auto&& visit) {
+    for (std::size_t column = 0; column < size_; ++column)
+      for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
+           k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
+        visit(static_cast<std::size_t>(pattern.row[k]), column, std::abs(entries[k]));
+  };
+  each([&](std::size_t row, std::size_t column, double size) {
+    if (row == column) damping_[row] = size;
+  });
+  // Always from the noise itself, over a few links: what went round a loop and came back larger (where stiff parts
+  // face each other) would grow from Jacobian to Jacobian, and in the end the run would be free to go anywhere.
+  constexpr double kPassedOn = 0.1;
+  constexpr int kLinks = 2;
+  std::fill(doubt_.begin(), doubt_.end(), 0.0);
+  for (int link = 0; link < kLinks; ++link) {
+    std::fill(next_doubt_.begin(), next_doubt_.end(), 0.0);
+    each([&](std::size_t row, std::size_t column, double size) {
+      if (row != column && row < states_) next_doubt_[row] += kPassedOn * size * unknowable(column);
+    });
+    std::swap(doubt_, next_doubt_);
+  }
+}
+
+void Tolerances::forget_noise() {
+  std::fill(noise_.begin(), noise_.end(), 0.0);
+  std::fill(time_noise_.begin(), time_noise_.end(), 0.0);
+  std::fill(doubt_.begin(), doubt_.end(), 0.0);
+}
+
+void Tolerances::see_noise(const std::function<bool(double t, const double* y, double* rates)>& evaluate, double t,
+                           const double* y, const double* slopes) {
+  // What a few roundings of time and states do to a rate; the factor covers roundings that these do not provoke.
+  constexpr double kRoundings = 20.0;
+  constexpr int kSamples = 3;
+  shaken_.resize(size_);
+  rates_.resize(size_);
+  shaken_rates_.resize(size_);
+  if (!evaluate(t, y, rates_.data())) return;
+  for (std::size_t i = 0; i < states_; ++i) noise_[i] /= 2.0;  // a sample may meet no rounding by chance
+  std::fill(time_noise_.begin(), time_noise_.end(), 0.0);
+  for (int sample = 1; sample <= kSamples; ++sample) {
+    const double shake = sample * kEps;
+    for (std::size_t i = 0; i < size_; ++i) shaken_[i] = y[i] * (i % 2 == 0 ? 1.0 + shake : 1.0 - shake);
+    if (evaluate(t, shaken_.data(), shaken_rates_.data()))
+      for (std::size_t i = 0; i < states_; ++i)
+        noise_[i] = std::max(noise_[i], kRoundings / sample * std::abs(shaken_rates_[i] - rates_[i]));
+    if (evaluate(t * (1.0 + shake), y, shaken_rates_.data()))
+      for (std::size_t i = 0; i < states_; ++i)
+        time_noise_[i] = std::max(time_noise_[i], kRoundings / sample * std::abs(shaken_rates_[i] - rates_[i]));
+  }
+  // A change that grows with the shake is no rounding but the slope of a source, a pulse's flank perhaps.
+  constexpr double kFarther = 64.0, kGrows = 8.0;
+  for (std::size_t i = 0; i < states_; ++i) shift_[i] = std::numeric_limits<double>::infinity();
+  for (const double side : {-1.0, 1.0}) {
+    if (!evaluate(t * (1.0 + side * kFarther * kEps), y, shaken_rates_.data())) continue;
+    for (std::size_t i = 0; i < states_; ++i)
+      if (kRoundings * std::abs(shaken_rates_[i] - rates_[i]) > kGrows * time_noise_[i])
+        shift_[i] = kRoundings * kEps * std::abs(t * (slopes != nullptr ? slopes[i] : rates_[i]));
+  }
+}
+
+}  // namespace bgsim

@@ -1,0 +1,73 @@
+/// How small an error must be, state by state, when the model does not say.
+#pragma once
+
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+#include "run/integrate/sundials.hpp"
+
+namespace bgsim {
+
+/// Error weights that know no unit: the absolute tolerance of a state is the relative one times the state's own scale,
+/// which is the largest magnitude it had lately, and before it had any, what implicit Euler steps from here promise
+/// (docs/theory.md). Values given by the scene are used as they are.
+class Tolerances {
+ public:
+  /// @param implicit  the unknowns are states and tear variables (IDA), else states only.
+  Tolerances(const Program& program, const RunInputs& inputs, bool implicit);
+
+  /// Estimates the scales that are not known yet, from the point (t, x); @p times are further times at which sources
+  /// may act, up to inputs.stop. Leaves the evaluator's loops and time modes as they were.
+  void estimate(Evaluator& evaluator, double t, const double* x, const std::vector<double>& times);
+  /// Times, in order, at which sources set in or end without a jump: what acts before them promises nothing for later.
+  void know_edges(std::vector<double> edges) { edges_ = std::move(edges); }
+  /// At such a time: what rounding did to the rates before says nothing about them behind.
+  void forget_noise();
+
+  /// Weights for the error test at an accepted point @p y, reached with steps of about @p step.
+  void weights(double t, double step, const double* y, double* weight);
+  /// How fast each unknown forgets, by the Jacobian's diagonal; and by the rest, what rounding in others makes of its
+  /// rate: a store fed by rounding need not be followed as if it were signal.
+  void see_jacobian(const Sparsity& pattern, const double* entries);
+  /// Rounding in the rates themselves, measured by shaking time and unknowns by their last bits: a rate that is the
+  /// difference of large terms is no better known than these, and no step size makes it so.
+  /// @param slopes  rates of the unknowns where what is evaluated are residuals.
+  void see_noise(const std::function<bool(double t, const double* y, double* rates)>& evaluate, double t,
+                 const double* y, const double* slopes = nullptr);
+
+  [[nodiscard]] double relative() const { return relative_; }
+  [[nodiscard]] double absolute(std::size_t unknown) const;
+  [[nodiscard]] double largest(std::size_t unknown) const { return largest_[unknown]; }
+  [[nodiscard]] bool given(std::size_t state) const { return given_[state] >= 0.0; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+ private:
+  struct Probe;
+  void add_estimate(std::size_t stage, const std::vector<double>& magnitude);
+  void reach(double elapsed);
+  [[nodiscard]] double unknowable(std::size_t unknown) const;
+
+  const Program& program_;
+  bool implicit_;
+  std::size_t states_, size_;
+  double relative_, start_, span_;
+  double reach_ = 0.0;  ///< the floor holds for this distance from the start
+  double step_ = 0.0;   ///< latest step
+  std::vector<double> edges_;
+  std::vector<double> given_;                          ///< by unknown; negative: not given
+  std::vector<double> largest_;                        ///< magnitudes so far
+  std::vector<double> recent_, earlier_;               ///< magnitudes since window_start_, and in the window before it
+  double window_start_ = 0.0;                          ///< elapsed time
+  std::vector<double> floor_;                          ///< scale for unknowns that were smaller so far
+  std::vector<double> shaken_, rates_, shaken_rates_;  ///< scratch
+  std::vector<double> noise_;                          ///< rounding errors of the rates per unit of time
+  std::vector<double> time_noise_;                     ///< the same by rounding of time
+  std::vector<double> shift_;                          ///< what a rounding of time does to the unknown at most
+  std::vector<double> damping_;                        ///< rate at which the unknown forgets
+  std::vector<double> doubt_, next_doubt_;             ///< rounding of others, passed on, per unit of time
+  std::vector<std::vector<double>> stages_;            ///< promised magnitudes by length of the Euler step
+};
+
+}  // namespace bgsim

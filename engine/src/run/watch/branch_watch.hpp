@@ -1,0 +1,48 @@
+/// Whether nonlinear loops stay on the solution that they started from.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+#include "run/integrate/integrator.hpp"
+
+namespace bgsim {
+
+/// Where a law folds back, the solution of its loop ends, and the iteration finds another one, far away: a jump that no
+/// law of the model speaks of. Only the change over an accepted step shows it.
+class BranchWatch {
+ public:
+  BranchWatch(const Program& program, Evaluator& evaluator, double start, double stop);
+
+  /// From here on: the loops' present solution, which a change of modes or a new start may have set anywhere.
+  void begin();
+  /// The integrator's last step, for which the evaluator's loops are those of its end or nearly so.
+  ///
+  /// @return  the jump in it, if there is one: to a solution on the other side of a fold, where the determinant of the
+  ///          loop's equations has the other sign, or a change that stays however short the time in which it happens.
+  /// @note  Cost: a comparison for each loop variable; some ten solutions of the loops where one changes by a tenth or
+  ///        more within a step.
+  std::optional<Diagnostic> check(Integrator& integrator);
+  /// After a step that is to be made again: the loops' solution at its start.
+  void go_back() { evaluator_.set_tears(last_); }
+
+ private:
+  struct Change {
+    double size = 0.0;  ///< as a part of the loop variable's largest magnitude
+    std::size_t tear = 0;
+  };
+  [[nodiscard]] Change change(const std::vector<double>& from, const std::vector<double>& to) const;
+  bool solve(Integrator& integrator, double t, const std::vector<double>& start, std::vector<double>& solution);
+  [[nodiscard]] const ProgramBlock& block_of(std::size_t tear) const;
+
+  const Program& program_;
+  Evaluator& evaluator_;
+  bool any_ = false;
+  double ripe_;                   ///< time from which it is known what is large
+  std::vector<bool> watched_;     ///< by tear: of a nonlinear loop
+  std::vector<int> orientation_;  ///< by block
+  std::vector<double> last_, now_, low_, high_, middle_, largest_, y_;
+};
+
+}  // namespace bgsim

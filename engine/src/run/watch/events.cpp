@@ -1,0 +1,362 @@
+#include "run/watch/events.hpp"
+
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <limits>
+
+#include "run/failures.hpp"
+
+namespace bgsim {
+
+namespace {
+
+/// So many events in a row, on average nearer to each other than this part of the scene, are one that never ends.
+constexpr std::size_t kEventsInARow = 100;
+constexpr double kNear = 1e-9;
+constexpr int kMostRounds = 100;
+
+int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
+
+}  // namespace
+
+EventWatch::EventWatch(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double span,
+                       bool hold)
+    : program_(program),
+      evaluator_(evaluator),
+      span_(span),
+      may_hold_(hold),
+      stiction_(program, evaluator, tolerances, span) {
+  // guards come in the order of program.guarded, two for each floor, round and table
+  for (const std::uint32_t relation : program.guarded) {
+    const bool border = program.relations[relation].has_borders();
+    for (int i = 0; i < (border ? 2 : 1); ++i) {
+      relation_.push_back(relation);
+      border_.push_back(border);
+    }
+  }
+  const std::size_t count = relation_.size();
+  side_.assign(count, 0);
+  idle_.assign(count, false);
+  just_crossed_.assign(count, false);
+  hold_.assign(count, 0.0);
+  direction_.assign(count, 0);
+  largest_.assign(count, 0.0);
+  values_.assign(count, 0.0);
+  middle_ = end_ = probe_ = values_;
+}
+
+bool EventWatch::start(double t, const double* x) {
+  if (!evaluator_.initialize_modes(t, x)) return fail_with_fault();
+  if (!any()) return true;
+  if (!evaluator_.guards(t, x, values_.data())) return fail_with_fault();
+  for (std::size_t i = 0; i < side_.size(); ++i) side_[i] = border_[i] ? 1 : sign_of(values_[i]);
+  for (std::size_t i = 0; i < side_.size(); ++i) just_crossed_[i] = side_[i] == 0;
+  hold_what_rests(t, x);
+  return settle(t, x);
+}
+
+bool EventWatch::settle(double t, const double* x) {
+  if (!any()) return true;
+  std::size_t most = kMostRounds;
+  for (std::size_t i = 0; i < border_.size(); ++i)
+    if (border_[i] && program_.relations[relation_[i]].kind == Relation::Kind::cell)
+      most += program_.pool.tables()[program_.relations[relation_[i]].table.index()].x.size();
+  for (std::size_t round = 0; round < most; ++round) {
+    if (!guards(t, x, values_)) return fail_with_fault();
+    for (std::size_t i = 0; i < hold_.size(); ++i)
+      if (std::isinf(hold_[i])) hold_[i] = 4.0 * std::abs(values_[i]);
+    if (!any_crossed(values_)) return true;
+    if (!change(values_)) return true;
+    hold_what_rests(t, x);
+  }
+  failure_ = contradiction_failure(program_, recent_relations(), t);
+  return false;
+}
+
+bool EventWatch::crossed(std::size_t guard, double value) const {
+  if (idle_[guard]) return false;
+  if (side_[guard] != 0) return value * side_[guard] < 0.0 && std::abs(value) > hold_[guard];
+  return value != 0.0 && changes_mode(guard, sign_of(value));
+}
+
+bool EventWatch::any_crossed(const std::vector<double>& values) const {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (crossed(i, values[i])) return true;
+  return false;
+}
+
+/// Whether the mode of an undecided guard is another one on this side of zero.
+bool EventWatch::changes_mode(std::size_t guard, int side) const {
+  const Relation& relation = program_.relations[relation_[guard]];
+  const double mode = evaluator_.mode(relation_[guard]);
+  if (relation.kind == Relation::Kind::condition) return apply(relation.comparison, side, 0.0) != mode;
+  if (relation.kind == Relation::Kind::step) return apply(Op::step, side) != mode;
+  return side != mode;  // sign
+}
+
+/// Undecided guards that moved the way their mode stands anyway.
+void EventWatch::decide(const std::vector<double>& values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (side_[i] == 0 && values[i] != 0.0) side_[i] = sign_of(values[i]);
+    const bool pole = program_.relations[relation_[i]].kind == Relation::Kind::pole;
+    if (idle_[i] && (values[i] > 0.0 || pole)) idle_[i] = false;
+    if (pole) side_[i] = sign_of(values[i]);
+    if (values[i] * side_[i] > 0.0) hold_[i] = 0.0;
+    largest_[i] = std::max(largest_[i], std::abs(values[i]));
+  }
+}
+
+/// Changes the modes of all guards that have crossed. False if that changed nothing.
+bool EventWatch::change(const std::vector<double>& values) {
+  bool changed = false;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    direction_[i] = 0;
+    if (!crossed(i, values[i])) continue;
+    const std::size_t relation = relation_[i];
+    const double before = evaluator_.mode(relation);
+    relations_.push_back(relation);
+    if (relations_.size() > 2 * kEventsInARow) relations_.pop_front();
+    if (stiction_.held(i)) {
+      stiction_.release(i);
+      side_[i] = sign_of(before);
+      hold_[i] = std::numeric_limits<double>::infinity();  // as far as it has drifted: settle() tells
+      evaluator_.set_mode(relation, side_[i]);
+      changed = true;
+      continue;
+    }
+    just_crossed_[i] = true;
+    direction_[i] = sign_of(values[i]);
+    const Relation::Kind kind = program_.relations[relation].kind;
+    if (kind == Relation::Kind::floor || kind == Relation::Kind::round) {
+      // distance to the lower border is the first guard of the pair, to the upper the second
+      const bool lower = i == 0 || relation_[i - 1] != relation;
+      evaluator_.set_mode(relation, before + (lower ? std::floor(values[i]) : std::floor(-values[i]) + 1.0));
+      direction_[i] = 0;
+      changed = true;
+    } else {
+      std::vector<int>& direction = direction_;
+      evaluator_.cross(direction);
+      direction_[i] = 0;
+      if (!border_[i]) side_[i] = sign_of(values[i]);
+      const bool moved = evaluator_.mode(relation) != before;
+      idle_[i] = border_[i] && !moved;
+      changed = changed || moved;
+    }
+  }
+  return changed;
+}
+
+/// The guards; of those that are held, what they have left.
+bool EventWatch::guards(double t, const double* x, std::vector<double>& values) {
+  if (!prepare(t, x) || !evaluator_.guards(t, x, values.data())) return false;
+  if (!stiction_.any()) return true;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (stiction_.held(i)) values[i] = stiction_.margin(i);
+  return true;
+}
+
+/// Signs of resistors that have just reached their border and that both sides push back to it stay there.
+void EventWatch::hold_what_rests(double t, const double* x) {
+  for (std::size_t i = 0; may_hold_ && i < side_.size(); ++i) {
+    if (!just_crossed_[i]) continue;
+    just_crossed_[i] = false;
+    if (!stiction_.possible(i) || stiction_.held(i) || !stiction_.try_hold(i, t, x)) continue;
+    side_[i] = 1;  // the side of what it has left
+    hold_[i] = 0.0;
+  }
+}
+
+bool EventWatch::evaluate(Integrator& integrator, double t, std::vector<double>& values) {
+  y_.resize(integrator.size());
+  integrator.interpolate(t, y_.data());
+  return guards(t, y_.data(), values);
+}
+
+/// Where a guard that is on its side at both ends and in the middle may have been on the other one in between: at the
+/// lowest point of the parabola through the three, if that is near zero.
+std::optional<double> EventWatch::dip(double from, double to, const std::vector<double>& middle,
+                                      const std::vector<double>& end) const {
+  constexpr double kLow = 0.1;
+  for (std::size_t i = 0; i < side_.size(); ++i) {
+    if (side_[i] == 0 || idle_[i]) continue;
+    const double a = side_[i] * values_[i], m = side_[i] * middle[i], b = side_[i] * end[i];
+    const double bend = 2.0 * (a - m - m + b), slope = 4.0 * m - 3.0 * a - b;
+    if (!(bend > 0.0) || !(slope < 0.0) || !(-slope < 2.0 * bend)) continue;
+    if (a - slope * slope / (4.0 * bend) < kLow * std::max(a, b)) return from - slope / (2.0 * bend) * (to - from);
+  }
+  return std::nullopt;
+}
+
+EventWatch::Search EventWatch::search(Integrator& integrator) {
+  if (!any()) return Search::none;
+  const double from = integrator.previous(), to = integrator.time();
+  // Where a denominator passes zero without consequence, the step is searched again without it.
+  for (std::size_t round = 0; round <= side_.size(); ++round) {
+    const auto begin_and_end = bracket(integrator, from, to);
+    if (failure_) return Search::failed;
+    if (!begin_and_end) break;
+    if (!locate(integrator, begin_and_end->first, begin_and_end->second)) return Search::failed;
+    const Search outcome = judge_poles(integrator);
+    if (outcome != Search::none) return outcome;
+  }
+  decide(end_);
+  values_ = end_;
+  return Search::none;
+}
+
+/// A stretch of the step at whose end a guard has crossed; none if there is none, or failure().
+std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integrator, double from, double to) {
+  const double middle = from + (to - from) / 2;
+  const auto failed = [this] {
+    fail_with_fault();
+    return std::nullopt;
+  };
+  if (!evaluate(integrator, middle, middle_)) return failed();
+  if (any_crossed(middle_)) return std::pair(from, middle);
+  if (!evaluate(integrator, to, end_)) return failed();
+  if (any_crossed(end_)) return std::pair(middle, to);
+  const auto low = dip(from, to, middle_, end_);
+  if (!low) return std::nullopt;
+  if (!evaluate(integrator, *low, probe_)) return failed();
+  if (any_crossed(probe_)) return std::pair(from, *low);
+  return std::nullopt;
+}
+
+/// Closes in on the first crossing until the two ends are neighbours among the doubles; the event is the later one.
+bool EventWatch::locate(Integrator& integrator, double from, double to) {
+  using boost::math::tools::toms748_solve;
+  constexpr std::uintmax_t kMostEvaluations = 200;
+  bool fault = false;
+  // near t = 0 the doubles never end: there the scene's own length gives the measure
+  const double least = 1e-3 * span_;
+  const auto neighbours = [least](double a, double b) {
+    return b - a <= 2.0 * std::numeric_limits<double>::epsilon() * std::max({std::abs(a), std::abs(b), least});
+  };
+  event_time_ = to;
+  if (!evaluate(integrator, to, end_)) return fail_with_fault();
+  for (std::size_t i = 0; i < side_.size() && !neighbours(from, event_time_); ++i) {
+    if (!crossed(i, end_[i])) continue;
+    // A guard of side 0 crosses as soon as it is not zero.
+    const auto distance = [&](double t) {
+      if (!evaluate(integrator, t, probe_)) {
+        fault = true;
+        return -1.0;
+      }
+      const double value = side_[i] != 0 ? side_[i] * probe_[i] : -std::abs(probe_[i]);
+      return crossed(i, probe_[i]) ? value : std::max(value, std::numeric_limits<double>::min());
+    };
+    const double at_from = std::max(distance(from), std::numeric_limits<double>::min());
+    const double at_to = distance(event_time_);
+    if (fault) return fail_with_fault();
+    std::uintmax_t evaluations = kMostEvaluations;
+    const auto bracket = toms748_solve(distance, from, event_time_, at_from, at_to, neighbours, evaluations);
+    if (fault) return fail_with_fault();
+    event_time_ = bracket.second;
+    if (!evaluate(integrator, event_time_, end_)) return fail_with_fault();
+  }
+  return true;
+}
+
+/// Of the denominators that have come to zero: a pole, or a quotient that stays finite (sin(x)/x) and is left alone.
+EventWatch::Search EventWatch::judge_poles(Integrator& integrator) {
+  constexpr double kUnbounded = 1e4, kBeside = 1e-8;
+  const std::size_t states = program_.state_names.size();
+  const auto rates = [&](double t, std::vector<double>& out) {
+    out.resize(states);
+    integrator.interpolate(t, y_.data());
+    return prepare(t, y_.data()) && evaluator_.rates(t, y_.data(), out.data());
+  };
+  Search outcome = Search::found;
+  for (std::size_t i = 0; i < side_.size(); ++i) {
+    const Relation& relation = program_.relations[relation_[i]];
+    if (relation.kind != Relation::Kind::pole || !crossed(i, end_[i])) continue;
+    std::vector<double> before, beside;
+    bool pole = relation.structural || !rates(event_time_ - kBeside * integrator.step(), beside);
+    if (!pole && rates(integrator.previous(), before))
+      for (std::size_t k = 0; k < states; ++k)
+        pole = pole || (std::abs(beside[k]) > kUnbounded * std::abs(before[k]) && before[k] != 0.0);
+    if (pole) {
+      failure_ = pole_failure(program_, relation_[i], event_time_);
+      return Search::failed;
+    }
+    idle_[i] = true;  // until decide() has seen it on its other side
+    outcome = Search::none;
+  }
+  return outcome;
+}
+
+std::optional<std::size_t> EventWatch::pole_ahead(double t, const double* x) {
+  constexpr double kNothing = 1e-3;
+  if (!any() || !prepare(t, x) || !evaluator_.guards(t, x, probe_.data())) return std::nullopt;
+  for (std::size_t i = 0; i < side_.size(); ++i)
+    if (program_.relations[relation_[i]].kind == Relation::Kind::pole && std::abs(probe_[i]) < kNothing * largest_[i])
+      return relation_[i];
+  return std::nullopt;
+}
+
+bool EventWatch::cross(const double* y) {
+  if (!guards(event_time_, y, end_)) return fail_with_fault();
+  change(end_);
+  hold_what_rests(event_time_, y);
+  ++count_;
+  return settle(event_time_, y) && judge_rhythm(event_time_);
+}
+
+bool EventWatch::take_across(double t, const double* x, std::span<const double> tolerance) {
+  constexpr double kClearly = 4.0;
+  if (!any() || !evaluator_.guards(t, x, values_.data())) return false;
+  std::vector<double> doubt(side_.size(), 0.0), moved(x, x + tolerance.size());
+  for (std::size_t j = 0; j < tolerance.size(); ++j) {
+    for (const double step : {tolerance[j], -tolerance[j]}) {
+      moved[j] = x[j] + step;
+      if (!evaluator_.guards(t, moved.data(), probe_.data())) continue;
+      for (std::size_t i = 0; i < doubt.size(); ++i) doubt[i] = std::max(doubt[i], std::abs(probe_[i] - values_[i]));
+    }
+    moved[j] = x[j];
+  }
+  bool taken = false;
+  for (std::size_t i = 0; i < doubt.size(); ++i) {
+    direction_[i] = 0;
+    if (border_[i] || side_[i] == 0 || hold_[i] > 0.0 || !(std::abs(values_[i]) < doubt[i])) continue;
+    direction_[i] = -side_[i];
+    side_[i] = -side_[i];
+    hold_[i] = kClearly * doubt[i];
+    relations_.push_back(relation_[i]);
+    taken = true;
+  }
+  if (!taken) return false;
+  evaluator_.cross(direction_);
+  std::fill(direction_.begin(), direction_.end(), 0);
+  ++count_;
+  event_time_ = t;
+  return settle(t, x) && judge_rhythm(t);
+}
+
+bool EventWatch::judge_rhythm(double t) {
+  times_.push_back(t);
+  if (times_.size() <= kEventsInARow) return true;
+  const double stretch = t - times_.front();
+  const double second_half = t - times_[times_.size() / 2];
+  times_.pop_front();
+  const double gap = stretch / static_cast<double>(kEventsInARow);
+  if (gap >= kNear * span_) return true;
+  failure_ = chattering_failure(program_, recent_relations(), t, kEventsInARow, gap, second_half < stretch / 10);
+  return false;
+}
+
+std::vector<std::size_t> EventWatch::recent_relations() const {
+  constexpr std::size_t kMost = 4;
+  std::vector<std::size_t> result;
+  for (auto r = relations_.rbegin(); r != relations_.rend() && result.size() < kMost; ++r)
+    if (std::find(result.begin(), result.end(), *r) == result.end()) result.push_back(*r);
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+bool EventWatch::fail_with_fault() {
+  failure_ = fault_failure(evaluator_.fault());
+  return false;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,96 @@
+/// Conditions on states: when they change within a step, and which way they stand afterwards.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+#include "run/integrate/integrator.hpp"
+#include "run/watch/stiction.hpp"
+
+namespace bgsim {
+
+/// Watches the guards of a run on the dense output. A guard has crossed when it is on the other side of zero than the
+/// mode stands for; a guard that is exactly zero at a start is undecided until it moves.
+class EventWatch {
+ public:
+  /// @param hold  whether signs of resistors may be held at their border (see Stiction).
+  EventWatch(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double span, bool hold);
+
+  /// Sets all modes at the start of a run. False: failure().
+  bool start(double t, const double* x);
+  /// Makes the modes agree with the guards at a point where something has jumped. False: failure().
+  bool settle(double t, const double* x);
+
+  enum class Search { none, found, failed };
+  /// Looks for the first crossing in the integrator's last step; event_time() is the first moment beyond it.
+  Search search(Integrator& integrator);
+  [[nodiscard]] double event_time() const { return event_time_; }
+  /// Changes the modes whose guards have crossed at the event (states @p y at event_time()). False: failure().
+  bool cross(const double* y);
+
+  /// Takes a guard across that the states' own tolerances cannot tell from zero, where the equations on its present
+  /// side have come to an end (a square root at an empty tank). It comes back when it has clearly moved away. False if
+  /// there is no such guard.
+  bool take_across(double t, const double* x, std::span<const double> tolerance);
+
+  /// The pole that a run which cannot go on at (t, x) has come to: the factor of a denominator that has fallen to next
+  /// to nothing of what it was. None if there is no such factor.
+  [[nodiscard]] std::optional<std::size_t> pole_ahead(double t, const double* x);
+
+  /// Whether modes are held that depend on the point: prepare() sets them before anything is evaluated there.
+  [[nodiscard]] bool holding() const { return stiction_.any(); }
+  bool prepare(double t, const double* x) { return !stiction_.any() || stiction_.balance(t, x); }
+
+  [[nodiscard]] bool any() const { return !side_.empty(); }
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  /// That changed last; none if none has.
+  [[nodiscard]] std::optional<std::size_t> latest_relation() const {
+    return relations_.empty() ? std::nullopt : std::optional(relations_.back());
+  }
+  [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
+
+ private:
+  [[nodiscard]] bool crossed(std::size_t guard, double value) const;
+  [[nodiscard]] bool any_crossed(const std::vector<double>& values) const;
+  [[nodiscard]] bool changes_mode(std::size_t guard, int side) const;
+  void decide(const std::vector<double>& values);
+  bool change(const std::vector<double>& values);
+  bool guards(double t, const double* x, std::vector<double>& values);
+  bool evaluate(Integrator& integrator, double t, std::vector<double>& values);
+  void hold_what_rests(double t, const double* x);
+  std::optional<double> dip(double from, double to, const std::vector<double>& middle,
+                            const std::vector<double>& end) const;
+  bool locate(Integrator& integrator, double from, double to);
+  bool fail_with_fault();
+  Search judge_poles(Integrator& integrator);
+  std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
+  bool judge_rhythm(double t);
+  [[nodiscard]] std::vector<std::size_t> recent_relations() const;
+
+  const Program& program_;
+  Evaluator& evaluator_;
+  double span_;
+  bool may_hold_;
+  Stiction stiction_;
+  std::vector<std::size_t> relation_;  ///< by guard
+  std::vector<bool> border_;           ///< by guard: of a floor or table cell
+  std::vector<int> side_;              ///< by guard: where the mode stands; 0 undecided
+  std::vector<double> hold_;           ///< by guard: not seen as crossed up to this size; see take_across
+  std::vector<bool> idle_;             ///< by guard: beyond the last border, nothing left to change
+  std::vector<bool> just_crossed_;     ///< by guard
+  std::vector<double> largest_;        ///< by guard of a pole: its largest magnitude so far
+  std::vector<double> values_, middle_, end_, probe_;
+  std::vector<int> direction_;
+  std::vector<double> y_;
+  double event_time_ = 0.0;
+  std::uint64_t count_ = 0;
+  std::deque<double> times_;           ///< of the latest events
+  std::deque<std::size_t> relations_;  ///< that changed in them
+  std::optional<Diagnostic> failure_;
+};
+
+}  // namespace bgsim

@@ -1,0 +1,46 @@
+/// Set-valued signs: dry friction at rest takes whatever force keeps it at rest, up to its limit.
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+#include "run/tolerances.hpp"
+
+namespace bgsim {
+
+/// Holds `sign` relations of resistors at their border: while both sides push back to it, the mode takes the value in
+/// [-1, 1] that keeps the guard where it is (Filippov's sliding mode; for dry friction, sticking). Resistors only:
+/// there the law between the two signs is physics. A relay in a source that does this is a question that the model
+/// leaves open.
+class Stiction {
+ public:
+  Stiction(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double span);
+
+  /// Whether the relation behind a guard is of the kind that can be held.
+  [[nodiscard]] bool possible(std::size_t guard) const;
+  [[nodiscard]] bool any() const { return !held_.empty(); }
+  [[nodiscard]] bool held(std::size_t guard) const;
+  /// Holds the guard's relation if both of its sides push back here; otherwise leaves everything as it was.
+  bool try_hold(std::size_t guard, double t, const double* x);
+  void release(std::size_t guard);
+  /// Gives the held modes the values that keep their guards in place. False at a fault.
+  bool balance(double t, const double* x);
+  /// 1 - |mode|: negative when the limit is exceeded.
+  [[nodiscard]] double margin(std::size_t guard) const;
+  [[nodiscard]] double mode(std::size_t guard) const { return evaluator_.mode(evaluator_.guard_relation(guard)); }
+
+ private:
+  bool guard_rates(double t, const double* x, double step, Eigen::VectorXd& out);
+
+  const Program& program_;
+  Evaluator& evaluator_;
+  const Tolerances& tolerances_;
+  double span_;
+  std::vector<std::size_t> held_;  ///< guards
+  std::vector<double> rates_, moved_, guards_, moved_guards_;
+  Eigen::MatrixXd slopes_;
+  Eigen::VectorXd base_, other_, modes_;
+};
+
+}  // namespace bgsim

@@ -1,0 +1,64 @@
+#include "study/junction_measure.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bgsim {
+
+RunInputs record_bonds(EquationSystem& system, const RunInputs& inputs) {
+  RunInputs result = inputs;
+  for (std::size_t b = 0; b < system.efforts.size(); ++b)
+    for (const SymbolId symbol : {system.efforts[b], system.flows[b]}) {
+      result.outputs.push_back(system.outputs.size());
+      system.outputs.push_back({system.symbols[symbol.index()].name, system.pool.symbol(symbol), {}});
+    }
+  system.origins.resize(system.pool.size());
+  return result;
+}
+
+JunctionMeasure::JunctionMeasure(const BondGraph& graph, const Trace& trace, std::size_t outputs) : graph_(graph) {
+  const auto rms = [&](std::size_t column) {
+    double sum = 0.0;
+    for (std::size_t r = 0; r < trace.times.size(); ++r) {
+      const double value = trace.values[r * trace.names.size() + column];
+      sum += value * value;
+    }
+    return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, trace.times.size())));
+  };
+  for (std::size_t b = 0; b < graph.bonds.size(); ++b) {
+    efforts_.push_back(rms(outputs + 2 * b));
+    flows_.push_back(rms(outputs + 2 * b + 1));
+  }
+}
+
+double JunctionMeasure::largest_at(ElementId junction, const std::vector<double>& size) const {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < graph_.port_count(junction); ++k)
+    largest = std::max(largest, size[graph_[graph_.port(junction, k)].bond.index()]);
+  return largest;
+}
+
+CutKind JunctionMeasure::first_choice(ElementId element) const {
+  const PortId port = graph_.port(element, 0);
+  const ElementId junction = graph_[graph_.opposite(port)].element;
+  const ElementKind kind = graph_.kinds[junction.index()];
+  if (!is_junction(kind)) return CutKind::zero_effort;
+  const bool common_flow = kind == ElementKind::one_junction;
+  const std::vector<double>& own = common_flow ? efforts_ : flows_;
+  const std::vector<double>& common = common_flow ? flows_ : efforts_;
+  const std::size_t bond = graph_[port].bond.index();
+  const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
+
+  const double own_ratio = ratio(own[bond], largest_at(junction, own));
+  double beside = common[bond];
+  for (std::size_t k = 0; k < graph_.port_count(junction); ++k) {
+    const ElementId next = graph_[graph_.opposite(graph_.port(junction, k))].element;
+    const ElementKind next_kind = graph_.kinds[next.index()];
+    if (is_junction(next_kind) && next_kind != kind) beside = std::max(beside, largest_at(next, common));
+  }
+  const double common_ratio = ratio(common[bond], beside);
+  const bool cut_own = own_ratio <= common_ratio;
+  return cut_own == common_flow ? CutKind::zero_effort : CutKind::zero_flow;
+}
+
+}  // namespace bgsim
