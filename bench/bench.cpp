@@ -51,7 +51,7 @@ std::vector<Stage> time_stages(std::size_t elements) {
   SimulateOptions options;
   options.energy_audit = false;
   RunResult result;
-  timed("simulate", [&] { result = simulate(*model, *system, *program, inputs, options); });
+  timed("simulate", [&] { result = simulate(*program, inputs, options); });
   if (result.stop != StopReason::completed) {
     std::fprintf(stderr, "the run of %zu elements did not end: %s\n", elements, result.failure->situation.c_str());
     std::exit(1);

@@ -38,16 +38,13 @@ int main(int argc, char** argv) {
     return 2;
   }
   const double period = 2.0 * std::numbers::pi;
-  const auto model = std::make_shared<const Model>(
-      read_model_text("oscillator.json", R"({ "bgsim": 1, "name": "oscillator", "elements": { "loop": { "kind": "1" },
+  const Simulation compiled =
+      Study::from_text(R"({ "bgsim": 1, "name": "oscillator", "elements": { "loop": { "kind": "1" },
         "l": { "kind": "I", "inertance": 1 }, "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } } },
         "bonds": [ { "from": "loop", "to": "l" }, { "from": "loop", "to": "c" } ],
-        "outputs": { "q": "c.q", "p": "l.p" }, "scenes": { "run": { "stop": 1, "samples": 2 } } })"));
-  const BondGraph graph = build_bond_graph(*model);
-  const CausalGraph causal = assign_causality(*model, graph);
-  const EquationSystem system = derive_equations(*model, graph, causal);
-  RunInputs inputs = prepare_scene(*model, "");
-  const Program program = compile(model, system, order_equations(*model, system), {inputs.outputs, false});
+        "outputs": { "q": "c.q", "p": "l.p" }, "scenes": { "run": { "stop": 1, "samples": 2 } } })")
+          .scene("", {}, {.energy_audit = false});
+  RunInputs inputs = compiled.inputs();
   inputs.start = 0.0;
   inputs.stop = periods * period;
   inputs.output_times = {inputs.stop};
@@ -68,7 +65,7 @@ int main(int argc, char** argv) {
       std::snprintf(setting, sizeof setting, "%g steps in a period", row.steps_in_a_period);
     }
     const double begin = bench::cpu_seconds();
-    const RunResult result = simulate(*model, system, program, inputs, how);
+    const RunResult result = compiled.simulate(inputs, how);
     const double seconds = bench::cpu_seconds() - begin;
     if (result.stop != StopReason::completed) {
       std::printf("| `%s` | %s | | | %s | |\n", method_name(row.method).c_str(), setting,
@@ -76,7 +73,7 @@ int main(int argc, char** argv) {
       continue;
     }
     // the state turns clockwise from (1, 0): after whole periods it should be there again
-    const double q = result.trace.values[0], p = result.trace.values[1];
+    const double q = result.trace.columns[0].front(), p = result.trace.columns[1].front();
     std::printf("| `%s` | %s | %.0f | %.1e | %.1e | %.1f |\n", method_name(row.method).c_str(), setting,
                 static_cast<double>(result.report.steps) / periods, q * q + p * p - 1.0, std::abs(std::atan2(p, q)),
                 seconds);

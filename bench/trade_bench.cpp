@@ -114,22 +114,18 @@ void judge_picks(const Trade& trade, Result& result) {
 }
 
 Result measure(const std::string& file, const std::string& scene) {
-  const auto model = std::make_shared<const Model>(read_model(file));
-  const BondGraph graph = build_bond_graph(*model);
-  const CausalGraph causal = assign_causality(*model, graph);
-  const EquationSystem system = derive_equations(*model, graph, causal);
-  const BlockOrder order = order_equations(*model, system);
-  const RunInputs inputs = prepare_scene(*model, scene);
-  const Program program = compile(model, system, order, {inputs.outputs, true});
+  const Simulation compiled = Study(file).scene(scene, {}, {.keep_all = true});
+  const RunInputs& inputs = compiled.inputs();
+  const Program& program = compiled.program();
   Result result;
-  result.name = model->name + " " + inputs.scene;
+  result.name = compiled.model().name + " " + inputs.scene;
   TradeOptions options;
   options.budget = kBudget;
   for (const double accuracy : kAccuracies) {
     Pick pick;
     pick.accuracy = accuracy;
     try {
-      const TradePick found = find_setting(*model, system, program, inputs, accuracy, options);
+      const TradePick found = find_setting(program, inputs, accuracy, options);
       pick.setting = found.setting;
       pick.search_over_run = found.search_seconds / found.cpu_seconds;
       options.also.push_back(found.setting);
@@ -139,7 +135,7 @@ Result measure(const std::string& file, const std::string& scene) {
     result.picks.push_back(std::move(pick));
   }
   try {
-    const Trade trade = measure_trade(*model, system, program, inputs, options);
+    const Trade trade = measure_trade(program, inputs, options);
     judge_picks(trade, result);
     for (const TradeRow& row : trade.rows)
       if (row.verdict == TradeVerdict::stable && row.energy_residual && *row.energy_residual > 0.0 &&

@@ -70,26 +70,14 @@ std::vector<Variant> variants() {
 struct Candidate {
   explicit Candidate(const Variant& v)
       : model(std::make_shared<const Model>(read_model_text("two_states.json", model_json(v)))),
-        graph(build_bond_graph(*model)),
-        causal(assign_causality(*model, graph)),
-        system(derive_equations(*model, graph, causal)),
-        order(order_equations(*model, system)),
-        inputs(prepare_scene(*model, "")),
-        audit(v.audit) {
-    std::optional<Slice> cut;
-    if (!v.keep_all) cut = slice(*model, graph, system, order, inputs.outputs, v.audit);
-    if (cut) {
-      system = std::move(cut->system);
-      order = std::move(cut->order);
-    }
-    program = compile(model, system, order, {inputs.outputs, v.audit});
-  }
+        scene(Study(model).scene("", {}, {.energy_audit = v.audit, .keep_all = v.keep_all})),
+        audit(v.audit) {}
 
   void run() {
     SimulateOptions how;
     how.energy_audit = audit;
     const double begin = bench::cpu_seconds();
-    const RunResult result = simulate(*model, system, program, inputs, how);
+    const RunResult result = scene.simulate(how);
     seconds = std::min(seconds, bench::cpu_seconds() - begin);
     if (result.stop != StopReason::completed) {
       std::fprintf(stderr, "a run did not end: %s\n", result.failure->situation.c_str());
@@ -100,12 +88,7 @@ struct Candidate {
   }
 
   std::shared_ptr<const Model> model;
-  BondGraph graph;
-  CausalGraph causal;
-  EquationSystem system;
-  BlockOrder order;
-  RunInputs inputs;
-  Program program;
+  Simulation scene;
   bool audit;
   double seconds = std::numeric_limits<double>::infinity();
   std::uint64_t steps = 0, events = 0;

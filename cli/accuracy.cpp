@@ -8,8 +8,7 @@
 
 namespace bgsim::cli {
 
-RunInputs with_accuracy(const Model& model, const EquationSystem& system, const Program& program,
-                        const RunInputs& inputs, double accuracy, bool quiet) {
+RunInputs with_accuracy(const Simulation& scene, double accuracy, bool quiet) {
   TradePick pick;
   {
     SettingWatch watch(quiet);
@@ -17,7 +16,7 @@ RunInputs with_accuracy(const Model& model, const EquationSystem& system, const 
     how.tell = [&](const std::string& what) { watch.show(what); };
     how.goes_on = [] { return !was_interrupted(); };
     try {
-      pick = find_setting(model, system, program, inputs, accuracy, how);
+      pick = find_setting(scene.program(), scene.inputs(), accuracy, how);
     } catch (const TradeFailure&) {
       if (!was_interrupted()) throw;
     }
@@ -36,7 +35,7 @@ RunInputs with_accuracy(const Model& model, const EquationSystem& system, const 
                   pick.search_seconds);
     std::cerr << text.data();
   }
-  return with_setting(inputs, pick.setting);
+  return with_setting(scene.inputs(), pick.setting);
 }
 
 }  // namespace bgsim::cli

@@ -18,55 +18,29 @@ bool is_wrong_usage(const ModelError& error) {
   });
 }
 
-Stages run_stages(const std::string& path, const ReadOptions& reading, Stage last) {
-  Stages stages;
+Study read_study(const std::string& path, const ReadOptions& reading) {
   try {
-    stages.model =
-        timed(stages.seconds, "read", [&] { return std::make_shared<const Model>(read_model(path, reading)); });
+    Study study(path, reading);
+    print_warnings(study.model().warnings, study.model());
+    return study;
   } catch (const ModelError& error) {
     if (!is_wrong_usage(error)) throw;
     throw UsageError(render(error));
   }
-  print_warnings(stages.model->warnings, *stages.model);
-  advance(stages, last);
-  return stages;
 }
 
-void advance(Stages& stages, Stage last) {
-  const Model& model = *stages.model;
-  auto& seconds = stages.seconds;
-  if (last >= Stage::graph && !stages.graph) {
-    stages.graph = timed(seconds, "graph", [&] { return build_bond_graph(model); });
-  }
-  if (last >= Stage::causality && !stages.causal) {
-    stages.causal = timed(seconds, "causality", [&] { return assign_causality(model, *stages.graph); });
-    print_warnings(stages.causal->warnings, model);
-  }
-  if (last >= Stage::equations && !stages.system) {
-    stages.system = timed(seconds, "equations", [&] { return derive_equations(model, *stages.graph, *stages.causal); });
-    print_warnings(stages.system->warnings, model);
-  }
-  if (last >= Stage::order && !stages.order) {
-    stages.order = timed(seconds, "order", [&] { return order_equations(model, *stages.system); });
-  }
+void assign_causality(const Study& study) { print_warnings(study.causality().warnings, study.model()); }
+
+void derive_equations(const Study& study) {
+  print_warnings(study.equations().warnings, study.model());
+  static_cast<void>(study.order());  // for its faults
 }
 
-SceneProgram compile_scene(const Stages& stages, const RunInputs& inputs, bool audit, bool keep_all,
-                           StageSeconds& seconds) {
-  const Model& model = *stages.model;
-  SceneProgram scene;
-  scene.whole = &*stages.system;
-  if (!keep_all) {
-    scene.cut = timed(seconds, "slice", [&] {
-      return slice(model, *stages.graph, *stages.system, *stages.order, inputs.outputs, audit);
-    });
-    if (scene.cut) check_start(stages.model, *stages.system, *stages.order, *scene.cut, inputs);
-  }
-  const BlockOrder& order = scene.cut ? scene.cut->order : *stages.order;
-  scene.program = timed(seconds, "compile", [&] {
-    return compile(stages.model, scene.system(), order, {inputs.outputs, audit});
-  });
-  return scene;
+Study study_of(const std::string& path, const ReadOptions& reading) {
+  Study study = read_study(path, reading);
+  assign_causality(study);
+  derive_equations(study);
+  return study;
 }
 
 }  // namespace bgsim::cli

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iostream>
 
+#include "bgsim/describe.hpp"
+#include "bgsim/infer_units.hpp"
 #include "command.hpp"
 #include "model_options.hpp"
 #include "options.hpp"
@@ -24,16 +26,17 @@ Exit check_command(const Arguments& arguments) {
   app.footer("Example: bgsim check models/actuator.json");
   parse_arguments(app, arguments);
 
-  Stages stages = run_stages(file, reading, Stage::causality);
-  const Model& model = *stages.model;
+  const Study study = read_study(file, reading);
+  const Model& model = study.model();
+  assign_causality(study);
   // What is found out is told before the next stage may refuse the model: the strokes help to understand why.
-  std::cout << describe_causality(model, *stages.graph, *stages.causal) << std::endl;
-  advance(stages, Stage::order);
-  std::cout << describe_loops(model, *stages.system, *stages.order);
+  std::cout << describe_causality(model, study.graph(), study.causality()) << std::endl;
+  derive_equations(study);
+  std::cout << describe_loops(model, study.equations(), study.order());
   // A scene that cannot be prepared is as much a fault of the model as a stroke that cannot be placed.
   for (const Scene& scene : model.scenes) print_warnings(prepare(model, scene.name, overrides).warnings, model);
-  std::cout << describe_units(model, infer_units(model, *stages.graph));
-  const std::vector<Diagnostic> problems = unit_problems(model, *stages.graph);
+  std::cout << describe_units(model, infer_units(model, study.graph()));
+  const std::vector<Diagnostic> problems = unit_problems(model, study.graph());
   print_warnings(problems, model);
   const bool contradicts = std::any_of(problems.begin(), problems.end(),
                                        [](const Diagnostic& problem) { return problem.severity == Severity::error; });

@@ -52,8 +52,8 @@ DrawArguments parse(const Arguments& arguments) {
 
 Exit draw_command(const Arguments& arguments) {
   DrawArguments options = parse(arguments);
-  Stages stages = run_stages(options.file, options.reading, Stage::model);
-  const Model& model = *stages.model;
+  const Study study = read_study(options.file, options.reading);
+  const Model& model = study.model();
   if (options.output.empty()) options.output = file_name(model.name) + ".svg";
   const std::string ending =
       options.output == "-" ? ".svg" : std::filesystem::path(options.output).extension().string();
@@ -68,7 +68,7 @@ Exit draw_command(const Arguments& arguments) {
   file.stream() << picture;
   file.commit();
   if (causality.problems.empty()) {
-    advance(stages, Stage::causality);  // for its warnings
+    assign_causality(study);  // for its warnings
     return Exit::done;
   }
   std::cerr << render(ModelError(causality.problems, model.sources))

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "bgsim/describe.hpp"
 #include "command.hpp"
 #include "model_options.hpp"
 #include "options.hpp"
@@ -30,9 +31,9 @@ Exit equations_command(const Arguments& arguments) {
     if (column.find('=') == std::string::npos)
       throw UsageError("--output \"" + column + "\" is not of the form NAME=EXPR");
   take_columns({{}, columns}, reading);
-  const Stages stages = run_stages(file, reading, Stage::order);
+  const Study study = study_of(file, reading);
   const auto text = latex ? equations_latex : equations_text;
-  std::cout << text(*stages.model, *stages.system, *stages.order);
+  std::cout << text(study.model(), study.equations(), study.order());
   return Exit::done;
 }
 

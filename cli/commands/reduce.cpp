@@ -190,10 +190,10 @@ void tell(std::ostream& out, const Model& model, const std::string& scene, const
 
 Exit reduce_command(const Arguments& arguments) {
   const ReduceArguments options = parse(arguments);
-  const Stages stages = run_stages(options.file, options.reading, Stage::order);
-  const RunInputs inputs = prepare(*stages.model, options.scene, options.overrides);
+  const Study study = study_of(options.file, options.reading);
+  const RunInputs inputs = prepare(study.model(), options.scene, options.overrides);
   // What the command line sets becomes part of the scene, and so of the model that is written.
-  const auto changed = std::make_shared<const Model>(with_overrides(*stages.model, options.scene, options.overrides));
+  const auto changed = std::make_shared<const Model>(with_overrides(study.model(), options.scene, options.overrides));
   const Model& model = *changed;
   print_warnings(inputs.warnings, model);
   const std::string output =
@@ -218,7 +218,7 @@ Exit reduce_command(const Arguments& arguments) {
   const Reduction reduction = [&] {
     RunWatch watch(inputs.start, inputs.stop, false);
     how.progress = watch.progress();
-    return reduce(changed, how);
+    return reduce(Study(changed), how);
   }();
 
   write_trace_csv(trace_file.stream(), reduction.reference);

@@ -109,9 +109,8 @@ Exit report_command(const Arguments& arguments) {
         "this bgsim was built without uPlot, which draws the plots of the page: npm could not fetch it. Build it again "
         "where npm reaches its registry, or give cmake uPlot's unpacked package as -DBGSIM_UPLOT_DIR=FOLDER; bgsim run "
         "and bgsim plot do without");
-  ReportContent content;
-  content.stages = run_stages(options.file, options.reading, Stage::order);
-  const Model& model = *content.stages.model;
+  ReportContent content(study_of(options.file, options.reading));
+  const Model& model = content.study.model();
   const std::vector<std::string> scenes = chosen_scenes(model, options);
   const std::string output = page_name(model, options, scenes);
   for (const Scene& scene : model.scenes) {
@@ -136,7 +135,7 @@ Exit report_command(const Arguments& arguments) {
 
   Exit outcome = Exit::done;
   for (const std::string& name : scenes) {
-    content.scenes.push_back(run_for_report(content.stages, name, options.overrides, options.quiet));
+    content.scenes.push_back(run_for_report(content.study, name, options.overrides, options.quiet));
     const RunResult& result = content.scenes.back().result;
     if (result.failure) {
       std::cerr << render(*result.failure, *model.sources);

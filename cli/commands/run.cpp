@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "accuracy.hpp"
+#include "bgsim/infer_units.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "bgsim/visible_text.hpp"
 #include "command.hpp"
@@ -115,24 +116,23 @@ void add_units(RunResult& result, const UnitReport& units, const std::vector<std
 }
 
 /// Stores that have no state of their own, and why: they show as loops in the report.
-void note_dependent_stores(RunResult& result, const Stages& stages, const EquationSystem& system,
-                           const std::string& file) {
+void note_dependent_stores(RunResult& result, const Study& study, const Program& program, const std::string& file) {
   constexpr std::size_t kListed = 3;
   std::string text;
-  for (std::size_t i = 0; i < system.dependent.size() && i < kListed; ++i) {
-    const DependentStore& store = system.dependent[i];
-    const auto& ports = stages.causal->dependent;
+  for (std::size_t i = 0; i < program.dependent.size() && i < kListed; ++i) {
+    const auto& ports = study.causality().dependent;
     const auto port = std::find_if(ports.begin(), ports.end(), [&](const DependentPort& p) {
-      return p.element == store.element && p.port == store.port;
+      return p.element == program.dependent[i].element && p.port == program.dependent[i].port;
     });
     std::string because;
     for (std::size_t k = 0; port != ports.end() && k < port->because.size(); ++k)
       because +=
-          (k == 0 ? " is determined by \"" : ", \"") + stages.model->elements[port->because[k].index()].name + '"';
-    text += (text.empty() ? "" : "; ") + store.name + because;
+          (k == 0 ? " is determined by \"" : ", \"") + study.model().elements[port->because[k].index()].name + '"';
+    text += (text.empty() ? "" : "; ") + program.dependent_names[i] + because;
   }
   if (text.empty()) return;
-  if (system.dependent.size() > kListed) text += "; and " + std::to_string(system.dependent.size() - kListed) + " more";
+  if (program.dependent.size() > kListed)
+    text += "; and " + std::to_string(program.dependent.size() - kListed) + " more";
   result.report.notes.insert(result.report.notes.begin(),
                              "dependent stores (derivative causality), without states of their own: " + text +
                                  "; bgsim check " + file + " tells more");
@@ -197,11 +197,11 @@ void check_results(const Model& model, const std::vector<std::string>& scenes, c
 
 /// Runs the scene, its rows going to the trace's file.
 /// @throws UsageError if they cannot be written; the run has ended then.
-RunResult simulate_into(TraceFile& trace, const Stages& stages, const SceneProgram& compiled, const RunInputs& inputs,
+RunResult simulate_into(TraceFile& trace, const Simulation& compiled, const RunInputs& inputs,
                         const RunOptions& options) {
-  const Model& model = *stages.model;
+  const Model& model = compiled.model();
   RunWatch watch(inputs.start, inputs.stop, options.quiet);
-  trace.begin(compiled.program.output_names);
+  trace.begin(compiled.program().output_names);
   SimulateOptions how;
   how.energy_audit = !options.no_audit;
   options.limits.apply(how);
@@ -212,7 +212,7 @@ RunResult simulate_into(TraceFile& trace, const Stages& stages, const SceneProgr
     std::cerr << render(remark, *model.sources);
   };
   try {
-    return simulate(model, compiled.system(), compiled.program, inputs, how);
+    return compiled.simulate(inputs, how);
   } catch (const UsageError&) {
     throw;
   } catch (const ModelError&) {
@@ -224,32 +224,33 @@ RunResult simulate_into(TraceFile& trace, const Stages& stages, const SceneProgr
   }
 }
 
-Exit run_scene(const Stages& stages, const RunOptions& options, const std::string& scene) {
-  const Model& model = *stages.model;
+Exit run_scene(const Study& study, const RunOptions& options, const std::string& scene) {
+  const Model& model = study.model();
   RunInputs inputs = prepare(model, scene, options.overrides);
   print_warnings(inputs.warnings, model);
   const ResultFiles files(model, inputs.scene, options);
   check_results(model, {inputs.scene}, options);
   Results results(files);
 
-  auto seconds = stages.seconds;
-  const UnitReport units = timed(seconds, "units", [&] { return infer_units(model, *stages.graph, inputs.scene); });
+  StageSeconds seconds = study.seconds();
+  const UnitReport units = timed(seconds, "units", [&] { return infer_units(model, study.graph(), inputs.scene); });
   warn_of_units(model, units, options.file);
-  const SceneProgram compiled = compile_scene(stages, inputs, !options.no_audit, options.keep_all, seconds);
+  const Simulation compiled = study.scene(inputs, {.energy_audit = !options.no_audit, .keep_all = options.keep_all});
+  seconds.insert(seconds.end(), compiled.seconds().begin(), compiled.seconds().end());
   if (options.accuracy) {
     try {
-      inputs = with_accuracy(model, compiled.system(), compiled.program, inputs, *options.accuracy, options.quiet);
+      inputs = with_accuracy(compiled, *options.accuracy, options.quiet);
     } catch (const TradeFailure& failure) {
       std::cerr << render(failure.diagnostic, *model.sources);
       return Exit::numerics_failed;
     }
   }
   const InterruptionsNoted until_all_is_written;
-  RunResult result = simulate_into(results.trace(), stages, compiled, inputs, options);
+  RunResult result = simulate_into(results.trace(), compiled, inputs, options);
   result.report.stage_seconds.insert(result.report.stage_seconds.begin(), seconds.begin(), seconds.end());
 
   add_units(result, units, inputs.outputs);
-  note_dependent_stores(result, stages, compiled.system(), options.file);
+  note_dependent_stores(result, study, compiled.program(), options.file);
   results.finish(result);
   if (result.failure) std::cerr << render(*result.failure, *model.sources);
   if (!options.quiet) tell(result, files.trace);
@@ -260,14 +261,14 @@ Exit run_scene(const Stages& stages, const RunOptions& options, const std::strin
 
 Exit run_command(const Arguments& arguments) {
   const RunOptions options = parse(arguments);
-  const Stages stages = run_stages(options.file, options.reading, Stage::order);
-  if (!options.all_scenes) return run_scene(stages, options, options.scene);
+  const Study study = study_of(options.file, options.reading);
+  if (!options.all_scenes) return run_scene(study, options, options.scene);
   std::vector<std::string> scenes;
-  for (const Scene& scene : stages.model->scenes) scenes.push_back(scene.name);
-  check_results(*stages.model, scenes, options);
+  for (const Scene& scene : study.model().scenes) scenes.push_back(scene.name);
+  check_results(study.model(), scenes, options);
   Exit outcome = Exit::done;
   for (const std::string& scene : scenes) {
-    outcome = worse(outcome, run_scene(stages, options, scene));
+    outcome = worse(outcome, run_scene(study, options, scene));
     if (was_interrupted()) break;
   }
   return outcome;

@@ -3,6 +3,8 @@
 #include <iostream>
 #include <numeric>
 
+#include "bgsim/describe.hpp"
+#include "bgsim/infer_units.hpp"
 #include "command.hpp"
 #include "options.hpp"
 #include "stages.hpp"
@@ -14,33 +16,27 @@ namespace {
 const std::vector<std::string> kStages = {"model", "graph", "units", "causality", "equations", "order", "program"};
 
 /// A program that computes every output.
-Program whole_program(const Stages& stages) {
-  std::vector<std::size_t> outputs(stages.model->outputs.size());
+Program whole_program(const Study& study) {
+  std::vector<std::size_t> outputs(study.model().outputs.size());
   std::iota(outputs.begin(), outputs.end(), std::size_t{0});
-  return compile(stages.model, *stages.system, *stages.order, {outputs, true});
+  return compile(study.shared_model(), study.equations(), study.order(), {outputs, true});
 }
 
 std::string stage_text(const std::string& file, const ReadOptions& reading, const std::string& stage) {
-  if (stage == "model") return show_model(*run_stages(file, reading, Stage::model).model);
-  if (stage == "graph") {
-    const Stages stages = run_stages(file, reading, Stage::graph);
-    return show_graph(*stages.model, *stages.graph);
-  }
-  if (stage == "units") {
-    const Stages stages = run_stages(file, reading, Stage::graph);
-    return show_units(*stages.model, *stages.graph, infer_units(*stages.model, *stages.graph));
-  }
-  if (stage == "causality") {
-    const Stages stages = run_stages(file, reading, Stage::causality);
-    return show_causality(*stages.model, *stages.graph, *stages.causal);
-  }
+  const Study study = read_study(file, reading);
+  const Model& model = study.model();
+  if (stage == "model") return show_model(model);
+  if (stage == "graph") return show_graph(model, study.graph());
+  if (stage == "units") return show_units(model, study.graph(), infer_units(model, study.graph()));
+  assign_causality(study);
+  if (stage == "causality") return show_causality(model, study.graph(), study.causality());
   if (stage == "equations") {
-    const Stages stages = run_stages(file, reading, Stage::equations);
-    return show_equations(*stages.model, *stages.system);
+    print_warnings(study.equations().warnings, model);
+    return show_equations(model, study.equations());
   }
-  const Stages stages = run_stages(file, reading, Stage::order);
-  if (stage == "order") return show_order(*stages.model, *stages.system, *stages.order);
-  return show_program(whole_program(stages));
+  derive_equations(study);
+  if (stage == "order") return show_order(model, study.equations(), study.order());
+  return show_program(whole_program(study));
 }
 
 }  // namespace

@@ -118,8 +118,8 @@ std::optional<std::size_t> tell_pick(const Trade& trade, double accuracy) {
 Exit trade_command(const Arguments& arguments) {
   TradeArguments options = parse(arguments);
   if (!options.no_picture) require_program(kGnuplot, "--no-picture leaves it out");
-  const Stages stages = run_stages(options.file, options.reading, Stage::order);
-  const Model& model = *stages.model;
+  const Study study = study_of(options.file, options.reading);
+  const Model& model = study.model();
   const RunInputs inputs = prepare(model, options.scene, options.overrides);
   print_warnings(inputs.warnings, model);
   const std::string base = options.base.empty() ? run_name(model, options.file, inputs.scene) + ".trade" : options.base;
@@ -131,13 +131,12 @@ Exit trade_command(const Arguments& arguments) {
   std::optional<OutputFile> picture;
   if (!options.no_picture) picture.emplace(base + ".svg");
 
-  StageSeconds seconds;
-  const SceneProgram compiled = compile_scene(stages, inputs, true, false, seconds);
+  const Simulation scene = study.scene(inputs);
   SettingWatch watch(options.quiet);
   options.how.tell = [&](const std::string& what) { watch.show(what); };
   options.how.goes_on = [] { return !was_interrupted(); };
   try {
-    const Trade trade = measure_trade(model, compiled.system(), compiled.program, inputs, options.how);
+    const Trade trade = measure_trade(scene.program(), inputs, options.how);
     watch.clear();
     if (!options.quiet) {
       print_rows(trade);

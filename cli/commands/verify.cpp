@@ -69,21 +69,20 @@ void print_check(const std::string& model, const std::string& scene, const Refer
 }
 
 /// Runs one scene at its reference's times and compares.
-Exit verify_scene(const Stages& stages, const std::string& file, const ReadOptions& reading, const RunInputs& inputs) {
-  const Model& model = *stages.model;
+Exit verify_scene(const Study& study, const std::string& file, const ReadOptions& reading, const RunInputs& inputs) {
+  const Model& model = study.model();
   const std::string label = fs::path(file).stem().string();
   print_warnings(inputs.warnings, model);
   const Reference& reference = inputs.reference.value();
   check_reference(model, file, reference, reading);
   const CsvTable table = read_reference(model, reference);
   const RunInputs adapted = at_reference_times(model, inputs, table);
-  StageSeconds seconds;
-  const SceneProgram compiled = compile_scene(stages, adapted, false, false, seconds);
+  const Simulation scene = study.scene(adapted, {.energy_audit = false});
   RunWatch watch(adapted.start, adapted.stop, false);
   SimulateOptions how;
   how.energy_audit = false;
   how.progress = watch.progress();
-  const RunResult result = simulate(model, compiled.system(), compiled.program, adapted, how);
+  const RunResult result = scene.simulate(how);
   if (result.stop != StopReason::completed) {
     print_line(label, inputs.scene, "", "", number_text(result.report.reached, 6), "", "STOPPED");
     if (result.failure) std::cerr << render(*result.failure, *model.sources);
@@ -101,17 +100,18 @@ struct Tally {
 
 Exit verify_file(const std::string& file, const ReadOptions& reading, Tally& tally) {
   // A model without references is only read: it may be a submodel, which does not stand alone.
-  Stages stages = run_stages(file, reading, Stage::model);
-  const std::vector<Scene>& scenes = stages.model->scenes;
+  const Study study = read_study(file, reading);
+  const std::vector<Scene>& scenes = study.model().scenes;
   if (std::none_of(scenes.begin(), scenes.end(), [](const Scene& scene) { return scene.reference.has_value(); })) {
     tally.without_reference.push_back(file);
     return Exit::done;
   }
-  advance(stages, Stage::order);
+  assign_causality(study);
+  derive_equations(study);
   Exit outcome = Exit::done;
   for (const Scene& scene : scenes) {
     if (!scene.reference) continue;
-    const Exit one = verify_scene(stages, file, reading, prepare_scene(*stages.model, scene.name));
+    const Exit one = verify_scene(study, file, reading, prepare_scene(study.model(), scene.name));
     ++(one == Exit::done ? tally.held : tally.missed);
     outcome = worse(outcome, one);
     if (was_interrupted()) break;

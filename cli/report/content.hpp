@@ -23,7 +23,9 @@ struct ReportedScene {
 };
 
 struct ReportContent {
-  Stages stages;  ///< all of them
+  explicit ReportContent(Study own) : study(std::move(own)) {}
+
+  Study study;
   std::string file;
   std::vector<std::string> command;   ///< as it was called, with the program's name
   std::vector<std::string> settings;  ///< what was given beside the model and the scenes, as options
@@ -36,8 +38,7 @@ struct ReportContent {
 
 /// Runs a scene for a report.
 /// @throws ModelError as prepare_scene, and for its reference as read_reference and at_reference_times; UsageError.
-ReportedScene run_for_report(const Stages& stages, const std::string& scene, const SceneOverrides& overrides,
-                             bool quiet);
+ReportedScene run_for_report(const Study& study, const std::string& scene, const SceneOverrides& overrides, bool quiet);
 
 /// The page: one HTML file that needs nothing else.
 std::string report_page(const ReportContent& content);

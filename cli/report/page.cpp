@@ -25,12 +25,6 @@ constexpr Section kSections[] = {{"summary", "Summary"},     {"drawing", "Bond g
                                  {"equations", "Equations"}, {"activity", "Activity"},   {"statistics", "Statistics"},
                                  {"reproduce", "Reproduce"}};
 
-std::vector<double> column_of(const Trace& trace, std::size_t column) {
-  std::vector<double> values(trace.times.size());
-  for (std::size_t row = 0; row < values.size(); ++row) values[row] = trace.values[row * trace.names.size() + column];
-  return values;
-}
-
 /// The arrays of the page, each once.
 class Arrays {
  public:
@@ -60,7 +54,7 @@ std::size_t output_index(const Json& outputs, const std::string& name) {
 /// All outputs that any scene records, in the model's order.
 Json outputs_of(const ReportContent& content) {
   Json outputs = Json::array();
-  for (const Output& output : content.stages.model->outputs) {
+  for (const Output& output : content.study.model().outputs) {
     const std::string* unit = nullptr;  // given or inferred, by the first scene that records it
     for (const ReportedScene& scene : content.scenes) {
       const Trace& trace = scene.result.trace;
@@ -78,7 +72,7 @@ void add_curves(Json& data, Arrays& arrays, const ReportContent& content, std::s
   const Trace& trace = content.scenes[scene].result.trace;
   const std::size_t shared = arrays.add(trace.times.size() <= content.points ? trace.times : std::vector<double>());
   for (std::size_t i = 0; i < trace.names.size(); ++i) {
-    const std::vector<double> values = column_of(trace, i);
+    const std::vector<double>& values = trace.columns[i];
     const std::vector<std::size_t> kept = thinned(trace.times, values, content.points / 4);
     const bool whole = kept.size() == values.size();
     data["curves"].push_back({{"output", output_index(data["outputs"], trace.names[i])},
@@ -165,7 +159,7 @@ std::string energy_verdict(const EnergyAudit& audit) {
 }
 
 std::string summary_section(const ReportContent& content) {
-  const Model& model = *content.stages.model;
+  const Model& model = content.study.model();
   std::string text = "<section id=\"summary\"><h2>Summary</h2>\n";
   std::vector<Cells> rows;
   for (const ReportedScene& scene : content.scenes) {
@@ -183,7 +177,7 @@ std::string summary_section(const ReportContent& content) {
               short_number(scene.result.report.reached, 6) + ".</p><pre tabindex=\"0\">" +
               xml_text(render(*scene.result.failure, *model.sources)) + "</pre></div>\n";
   std::vector<Diagnostic> warnings = model.warnings;
-  for (const auto* const more : {&content.stages.causal->warnings, &content.stages.system->warnings})
+  for (const auto* const more : {&content.study.causality().warnings, &content.study.equations().warnings})
     warnings.insert(warnings.end(), more->begin(), more->end());
   for (const ReportedScene& scene : content.scenes)
     warnings.insert(warnings.end(), scene.inputs.warnings.begin(), scene.inputs.warnings.end());
@@ -206,7 +200,7 @@ std::string output_table(const ReportContent& content) {
   for (const ReportedScene& scene : content.scenes) {
     const Trace& trace = scene.result.trace;
     for (std::size_t i = 0; i < trace.names.size(); ++i) {
-      const std::vector<double> values = column_of(trace, i);
+      const std::vector<double>& values = trace.columns[i];
       if (values.empty()) continue;
       const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
       Cells row{xml_text(trace.names[i]),
@@ -286,7 +280,7 @@ std::string head(const ReportContent& content) {
       "style-src 'unsafe-inline'; img-src data:\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
-      xml_text(content.stages.model->name) + " - bgsim report</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>";
+      xml_text(content.study.model().name) + " - bgsim report</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>";
   text.append(raw_text(kUplotStyle, "style")).append("\n").append(raw_text(kPageStyle, "style"));
   // Before anything is drawn: light or dark, and canvases fine enough for paper (uPlot asks for the ratio).
   return text + "</style>\n<script>\n" +
@@ -297,7 +291,7 @@ std::string head(const ReportContent& content) {
 }
 
 std::string body_begin(const ReportContent& content) {
-  const Model& model = *content.stages.model;
+  const Model& model = content.study.model();
   std::string text =
       "<body>\n<a class=\"skip\" href=\"#main\">To the content</a>\n<header><h1>" + xml_text(model.name) + "</h1>\n";
   if (!model.about.empty()) text += "<p>" + xml_text(model.about) + "</p>\n";

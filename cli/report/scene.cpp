@@ -16,12 +16,11 @@ constexpr std::size_t kCoursePoints = 2000;
 /// The rows of @p trace at @p times, all of which it has.
 Trace rows_at(const Trace& trace, const std::vector<double>& times) {
   Trace rows{trace.names, trace.units, times, {}};
-  const std::size_t width = trace.names.size();
+  rows.columns.resize(trace.columns.size());
   std::size_t row = 0;
   for (const double t : times) {
     while (trace.times[row] < t) ++row;
-    const auto begin = trace.values.begin() + static_cast<std::ptrdiff_t>(row * width);
-    rows.values.insert(rows.values.end(), begin, begin + static_cast<std::ptrdiff_t>(width));
+    for (std::size_t i = 0; i < rows.columns.size(); ++i) rows.columns[i].push_back(trace.columns[i][row]);
   }
   return rows;
 }
@@ -39,9 +38,9 @@ void take_reference(const Model& model, ReportedScene& scene) {
 
 }  // namespace
 
-ReportedScene run_for_report(const Stages& stages, const std::string& scene, const SceneOverrides& overrides,
+ReportedScene run_for_report(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                              bool quiet) {
-  const Model& model = *stages.model;
+  const Model& model = study.model();
   ReportedScene done;
   done.inputs = prepare(model, scene, overrides);
   for (const Scene& written : model.scenes)
@@ -49,25 +48,24 @@ ReportedScene run_for_report(const Stages& stages, const std::string& scene, con
   print_warnings(done.inputs.warnings, model);
   if (done.inputs.reference) take_reference(model, done);
 
-  auto seconds = stages.seconds;
-  const Program program = timed(seconds, "compile", [&] {
-    return compile(stages.model, *stages.system, *stages.order, {done.inputs.outputs, true});
-  });
+  const Simulation compiled = study.scene(done.inputs, {.keep_all = true});
   {
     RunWatch watch(done.inputs.start, done.inputs.stop, quiet);
     SimulateOptions how;
     how.energy_course = kCoursePoints;
     how.progress = watch.progress();
-    done.result = simulate(model, *stages.system, program, done.inputs, how);
+    done.result = compiled.simulate(how);
   }
   auto& all_seconds = done.result.report.stage_seconds;
-  all_seconds.insert(all_seconds.begin(), seconds.begin(), seconds.end());
-  const UnitReport units = infer_units(model, *stages.graph, done.inputs.scene);
+  all_seconds.insert(all_seconds.begin(), compiled.seconds().begin(), compiled.seconds().end());
+  const StageSeconds before = study.seconds();
+  all_seconds.insert(all_seconds.begin(), before.begin(), before.end());
+  const UnitReport units = infer_units(model, study.graph(), done.inputs.scene);
   done.result.report.energy_unit = units.energy;
   for (std::size_t column = 0; column < done.inputs.outputs.size(); ++column)
     if (done.result.trace.units[column].empty())
       done.result.trace.units[column] = units.outputs[done.inputs.outputs[column]].text;
-  done.activity = activities(*stages.system, done.result);
+  done.activity = activities(compiled.program(), done.result);
   if (!done.reference) return done;
 
   const Reference& reference = *done.inputs.reference;

@@ -81,10 +81,10 @@ std::string short_number(double value, int digits) {
 }
 
 std::string causality_section(const ReportContent& content) {
-  const Stages& stages = content.stages;
-  const Model& model = *stages.model;
+  const Study& study = content.study;
+  const Model& model = study.model();
   std::string text = heading("causality", "Causality");
-  for (const Finding& finding : causal_findings(model, *stages.graph, *stages.causal)) {
+  for (const Finding& finding : causal_findings(model, study.graph(), study.causality())) {
     if (finding.rows.empty()) {
       text += "<p>" + xml_text(capital(finding.heading)) + "</p>\n";
       continue;
@@ -99,14 +99,14 @@ std::string causality_section(const ReportContent& content) {
     text += folded(capital(finding.heading) + " (" + std::to_string(finding.rows.size() + finding.more) + ")", table,
                    finding.heading.rfind("strokes", 0) != 0);
   }
-  const std::vector<std::string> loops = lines_of(describe_loops(model, *stages.system, *stages.order));
+  const std::vector<std::string> loops = lines_of(describe_loops(model, study.equations(), study.order()));
   text += "<p>" + xml_text(capital(loops.front())) + "</p>\n";
   for (std::size_t i = 1; i < loops.size(); ++i) text += "<p class=\"indented\">" + xml_text(loops[i]) + "</p>\n";
   return text + kEnd;
 }
 
 std::string parameters_section(const ReportContent& content) {
-  const Model& model = *content.stages.model;
+  const Model& model = content.study.model();
   if (model.parameters.empty()) return {};
   const auto name = [&](SymbolId symbol) { return symbol_name(model, symbol); };
   std::vector<Cells> rows;
@@ -137,14 +137,14 @@ std::string parameters_section(const ReportContent& content) {
 
 std::string equations_section(const ReportContent& content) {
   constexpr std::size_t kMostStates = 500;
-  const Stages& stages = content.stages;
+  const Study& study = content.study;
   std::string text = heading("equations", "State equations");
-  if (stages.system->states.size() > kMostStates)
-    return text + "<p>" + std::to_string(stages.system->states.size()) +
+  if (study.equations().states.size() > kMostStates)
+    return text + "<p>" + std::to_string(study.equations().states.size()) +
            " equations are too many to be read here: <code>bgsim equations " + xml_text(content.file) +
            "</code> prints them.</p>\n" + kEnd;
   const auto formula = [](const std::string& inside) { return "<math displaystyle=\"true\">" + inside + "</math>"; };
-  for (const EquationGroup& group : equations_mathml(*stages.model, *stages.system, *stages.order)) {
+  for (const EquationGroup& group : equations_mathml(study.model(), study.equations(), study.order())) {
     if (group.title != "state equations") text += element("h3", capital(group.title));
     text += "<div class=\"equations\">\n";
     for (const EquationLine& line : group.lines) {
@@ -171,7 +171,7 @@ std::string share_bar(double share) {
 
 std::string activity_section(const ReportContent& content) {
   constexpr std::size_t kMostRows = 60;
-  const Model& model = *content.stages.model;
+  const Model& model = content.study.model();
   std::string text = heading("activity", "Activity of the elements");
   text +=
       "<p>Activity is the integral of |power| over the scene: how much energy an element turned over, whichever "
@@ -302,7 +302,7 @@ std::string settings_of(const ReportContent& content, const ReportedScene& scene
                      method_name(inputs.method) + ", relative tolerance " + short_number(inputs.relative, 6);
   if (inputs.reference) text += ", reference " + inputs.reference->file;
   for (const RunInputs::Initial& initial : inputs.initial) {
-    text += "; " + state_name(*content.stages.model, initial) + " begins at " + short_number(initial.value, 10);
+    text += "; " + state_name(content.study.model(), initial) + " begins at " + short_number(initial.value, 10);
   }
   return text;
 }
@@ -324,7 +324,7 @@ std::string reproduction_section(const ReportContent& content) {
   for (const ReportedScene& scene : content.scenes)
     text += element("dt", scene.inputs.scene) + element("dd", settings_of(content, scene)) + "\n";
   text += "</dl>\n<p>The model as it was read:</p>\n";
-  for (const Document& document : *content.stages.model->sources) {
+  for (const Document& document : *content.study.model().sources) {
     const bool whole = document.text().size() <= kLongestSource;
     text += folded(document.path(),
                    whole ? "<pre tabindex=\"0\">" + xml_text(document.text()) + "</pre>\n"

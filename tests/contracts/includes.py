@@ -17,7 +17,7 @@ PUBLIC = {
     "equations": "equations ordering slice",
     "program": "evaluator program",
     "run": "activity output_errors simulate trace_csv verify",
-    "study": "flat_model reduce trade",
+    "study": "flat_model reduce study trade",
     "draw": "drawing",
     "describe": "describe",
 }

@@ -113,22 +113,19 @@ std::string messages(const std::string& path) {
   options.reading.allow_outside = false;  // as the command does
   std::string text;
   try {
-    const auto model = std::make_shared<const Model>(read_model(path, options.reading));
+    const Study study(path, options.reading);
+    const Model* const model = &study.model();
     const auto warn = [&](const std::vector<Diagnostic>& warnings) { text += rendered(warnings, *model->sources); };
     warn(model->warnings);
-    if (path.substr(0, 4) == "BG71") reduce(model, options.reduction);
-    const BondGraph graph = build_bond_graph(*model);
-    if (path.substr(0, 4) == "BG16") warn(unit_problems(*model, graph));
-    const CausalGraph causal = assign_causality(*model, graph);
-    warn(causal.warnings);
-    const EquationSystem system = derive_equations(*model, graph, causal);
-    warn(system.warnings);
-    const BlockOrder order = order_equations(*model, system);
+    if (path.substr(0, 4) == "BG71") reduce(study, options.reduction);
+    if (path.substr(0, 4) == "BG16") warn(unit_problems(*model, study.graph()));
+    warn(study.causality().warnings);
+    warn(study.equations().warnings);
+    static_cast<void>(study.order());  // for its faults
     const RunInputs inputs = prepare_scene(*model, options.scene, options.overrides);
     warn(inputs.warnings);
     options.run.remark = [&](const Diagnostic& remark) { warn({remark}); };
-    const Program program = compile(model, system, order, {inputs.outputs, true});
-    const RunResult result = simulate(*model, system, program, inputs, options.run);
+    const RunResult result = study.scene(inputs, {.keep_all = true}).simulate(options.run);
     if (result.failure) text += render(*result.failure, *model->sources);
     if (path.substr(0, 4) == "BG15") hold_against_reference(*model, inputs, result);
   } catch (const ModelError& error) {

@@ -127,8 +127,8 @@ Ran ran(const CompiledModel& compiled) {
     return outcome;
   }
   outcome.said = outcome.result->failure;
-  const std::vector<double>& values = outcome.result->trace.values;
-  CHECK(std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }));
+  for (const std::vector<double>& values : outcome.result->trace.columns)
+    CHECK(std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }));
   return outcome;
 }
 

@@ -164,7 +164,8 @@ const std::vector<Extreme> kEntries{
                         R"x("a": "-2^2", "b": "2^3^2", "c": "(-2)^3", "d": "sign(0)", "e": "min(1, sqrt(4))")x",
                         R"("stop": 1, "samples": 2)"));
        REQUIRE(run.completed());
-       const std::vector<double> first(run.result->trace.values.begin(), run.result->trace.values.begin() + 5);
+       std::vector<double> first;
+       for (const std::vector<double>& column : run.result->trace.columns) first.push_back(column.front());
        CHECK(first == std::vector<double>{-4.0, 512.0, -8.0, 0.0, 1.0});
        return std::string("exact");
      }},

@@ -161,11 +161,8 @@ TEST_CASE("integrals start where the signal, the scene or the command line says,
 TEST_CASE("an integral that no output depends on is left out of the run") {
   const std::string text =
       beside(R"("x": { "integral": "y" }, "y": { "integral": "1" })", R"("y": "y")", R"("stop": 1, "samples": 2)");
-  const auto model = std::make_shared<const Model>(read_model_text("model.json", text));
-  const BondGraph graph = build_bond_graph(*model);
-  const EquationSystem system = derive_equations(*model, graph, assign_causality(*model, graph));
-  const BlockOrder order = order_equations(*model, system);
-  const auto cut = slice(*model, graph, system, order, {0}, false);
+  const Study study = Study::from_text(text);
+  const auto cut = slice(study.model(), study.graph(), study.equations(), study.order(), {0}, false);
   REQUIRE(cut);
   CHECK(cut->system.left_out.states == std::vector<std::string>{"x"});
   CHECK(cut->system.left_out.signals.empty());
@@ -203,8 +200,7 @@ TEST_CASE("a reduced model keeps the integrals that its outputs need, with their
     "scenes": { "main": { "stop": 5, "times": [0.5, 1, 2, 5], "initial": { "x": 0.2, "unused": 7 },
       "absolute": { "x": 1e-9, "unused": 1 } } } })json";
   ReduceOptions options;
-  const auto model = std::make_shared<const Model>(read_model_text("model.json", text));
-  const Reduction reduction = reduce(model, options);
+  const Reduction reduction = reduce(Study::from_text(text), options);
   CHECK(reduction.cuts.size() == 1);
   const Model reduced = read_model_text("reduced.json", reduction.text);
   REQUIRE(reduced.signals.size() == 3);

@@ -247,10 +247,10 @@ TEST_CASE("Runs of random graphs follow the tableau's exponential") {
     const Tableau tableau = form_tableau(*model, p.graph, p.inputs.parameters);
     const RunResult result = p.run();
     REQUIRE(result.stop == StopReason::completed);
-    const auto columns = static_cast<Index>(result.trace.names.size());
     const auto row = [&](std::size_t i) {
-      return VectorXd(
-          Eigen::Map<const VectorXd>(result.trace.values.data() + static_cast<Index>(i) * columns, columns));
+      VectorXd values(static_cast<Index>(result.trace.columns.size()));
+      for (Index c = 0; c < values.size(); ++c) values[c] = result.trace.columns[static_cast<std::size_t>(c)][i];
+      return values;
     };
     const VectorXd u = inputs_of(p);
     double scale = 1.0;

@@ -25,7 +25,7 @@ Reduction reduce_to(const std::string& path, const std::string& scene, double er
   options.keep = std::move(keep);
   options.file = "reduced.json";
   options.repetitions = 1;
-  return reduce(read(path), options);
+  return reduce(Study(read(path)), options);
 }
 
 const CutTrial& trial_of(const Reduction& reduction, const Model& model, const std::string& element, CutKind kind) {
@@ -38,15 +38,7 @@ const CutTrial& trial_of(const Reduction& reduction, const Model& model, const s
 
 /// The reduced model, read from its text and run by itself, is as far from the full one as was said.
 void check_by_itself(const Reduction& reduction, const std::string& scene) {
-  const Model model = read_model_text("reduced.json", reduction.text);
-  const auto shared = std::make_shared<const Model>(model);
-  const BondGraph graph = build_bond_graph(model);
-  const CausalGraph causal = assign_causality(model, graph);
-  const EquationSystem system = derive_equations(model, graph, causal);
-  const BlockOrder order = order_equations(model, system);
-  const RunInputs inputs = prepare_scene(model, scene);
-  const Program program = compile(shared, system, order, {inputs.outputs, true});
-  const RunResult result = simulate(model, system, program, inputs);
+  const RunResult result = Study::from_text(reduction.text).scene(scene, {}, {.keep_all = true}).simulate();
   REQUIRE(result.stop == StopReason::completed);
   // Slicing and the audit change the integrator's steps, not the solution: both runs are within the tolerance's reach.
   constexpr double kReach = 1e-5;
@@ -57,8 +49,8 @@ void check_by_itself(const Reduction& reduction, const std::string& scene) {
 // The tyre's flow jumps with the road: its published activity, 636.48442, is a quadrature across the jumps. The total
 // variation of its stored energy, which is the same quantity, is 636.41675 on a grid of 2e-5 s.
 TEST_CASE("activities of the quarter car over a pothole are the published ones") {
-  const test::Stages stages = test::read_stages(kTrap);
-  const std::vector<ElementActivity> table = activities(stages.system, test::run(stages, "drive"));
+  const Simulation drive = Study(std::string(BGSIM_SOURCE_DIR) + "/" + kTrap).scene("drive", {}, {.keep_all = true});
+  const std::vector<ElementActivity> table = activities(drive.program(), drive.simulate());
   const std::vector<std::pair<std::string, double>> expected{{"wheel_mass", 656.22926},
                                                              {"tyre", 636.41675},
                                                              {"damper", 469.71873},
@@ -68,7 +60,7 @@ TEST_CASE("activities of the quarter car over a pothole are the published ones")
   double sum = 0.0;
   for (std::size_t i = 0; i < table.size(); ++i) {
     INFO(expected[i].first);
-    CHECK(stages.model->elements[table[i].element.index()].name == expected[i].first);
+    CHECK(drive.model().elements[table[i].element.index()].name == expected[i].first);
     // Powers that change sign within a step are taken as straight lines over a sixteenth of it.
     CHECK(table[i].activity == Approx(expected[i].second).epsilon(1e-5));
     sum += table[i].activity;
@@ -91,7 +83,8 @@ TEST_CASE("the trap: the least active element must go without flow, not without 
   const Reduction strict = reduce_to(kTrap, "trap", 0.01);
   CHECK(strict.cuts.empty());
   // The published errors are root mean squares relative to that of the deflection, ours relative to its range.
-  const std::vector<double>& full = strict.reference.values;
+  REQUIRE(strict.reference.columns.size() == 1);
+  const std::vector<double>& full = strict.reference.columns.front();
   double sum = 0.0;
   for (const double value : full) sum += value * value;
   const auto [least, most] = std::minmax_element(full.begin(), full.end());
@@ -153,10 +146,9 @@ TEST_CASE("a model with submodels is written flat and means the same") {
     CHECK(found.relative == expected.relative);
     // Same rates at a point that is none in particular.
     const auto rates = [](const Model& m, const RunInputs& inputs) {
-      const BondGraph graph = build_bond_graph(m);
-      const EquationSystem system = derive_equations(m, graph, assign_causality(m, graph));
-      const Program program =
-          compile(std::make_shared<const Model>(m), system, order_equations(m, system), {inputs.outputs, false});
+      const Simulation compiled =
+          Study(std::make_shared<const Model>(m)).scene(inputs, {.energy_audit = false, .keep_all = true});
+      const Program& program = compiled.program();
       Evaluator evaluator(program, inputs.parameters);
       std::vector<double> x(evaluator.states()), f(evaluator.states());
       for (std::size_t i = 0; i < x.size(); ++i) x[i] = 1e-3 * static_cast<double>(i + 1);

@@ -14,7 +14,7 @@ std::optional<Slice> slice_of(const test::Stages& s, const std::vector<std::size
 
 RunResult run_slice(const test::Stages& stages, const Slice& cut, const RunInputs& inputs) {
   const Program program = compile(stages.model, cut.system, cut.order, {inputs.outputs, true});
-  RunResult result = simulate(*stages.model, cut.system, program, inputs);
+  RunResult result = simulate(program, inputs);
   INFO((result.failure ? result.failure->situation : ""));
   REQUIRE(result.stop == StopReason::completed);
   return result;

@@ -37,7 +37,7 @@ const char* const kStiff = R"json({ "bgsim": 1, "name": "stiff",
 Trade trade_of(const CompiledModel& model, double budget) {
   TradeOptions options;
   options.budget = budget;
-  return measure_trade(*model.model, model.system, model.program, model.inputs, options);
+  return measure_trade(model.program, model.inputs, options);
 }
 
 const TradeRow& row_of(const Trade& trade, Method method, double relative, int max_order = 0) {
@@ -145,7 +145,7 @@ TEST_CASE("a setting found for an accuracy has it against the exact solution") {
   TradeOptions options;
   options.budget = 5.0;
   for (const double accuracy : {1e-3, 1e-6}) {
-    const TradePick pick = find_setting(*model.model, model.system, model.program, model.inputs, accuracy, options);
+    const TradePick pick = find_setting(model.program, model.inputs, accuracy, options);
     CHECK(pick.error <= accuracy);
     CHECK(pick.reference.error < accuracy / 2.0);
     CHECK(facts_of(pick.setting.method).implicit());
@@ -179,7 +179,7 @@ TEST_CASE(
   TradeOptions options;
   options.budget = 5.0;
   const double accuracy = 1e-2;
-  const TradePick pick = find_setting(*model.model, model.system, model.program, model.inputs, accuracy, options);
+  const TradePick pick = find_setting(model.program, model.inputs, accuracy, options);
   CHECK(pick.reference.unresolved.empty());
   CompiledModel found = model;
   found.inputs = with_setting(model.inputs, pick.setting);
@@ -201,7 +201,7 @@ TEST_CASE("an output that is zero but for rounding is not judged, and stands in 
   CHECK(pick_row(trade, 1e-4));
   TradeOptions options;
   options.budget = 5.0;
-  CHECK(find_setting(*model.model, model.system, model.program, model.inputs, 1e-4, options).error <= 1e-4);
+  CHECK(find_setting(model.program, model.inputs, 1e-4, options).error <= 1e-4);
 }
 
 TEST_CASE("a setting that is asked for is measured to its end, whatever the limit of a run") {
@@ -211,7 +211,7 @@ TEST_CASE("a setting that is asked for is measured to its end, whatever the limi
   TradeOptions options;
   options.budget = 2.0;
   options.also = {{Method::erk5, 0, 1e-9, 0.0}};  // held by stability at some 1e5 steps
-  const Trade trade = measure_trade(*model.model, model.system, model.program, model.inputs, options);
+  const Trade trade = measure_trade(model.program, model.inputs, options);
   const TradeRow& asked = row_of(trade, Method::erk5, 1e-9);
   CHECK(asked.verdict == TradeVerdict::stable);
   CHECK(asked.steps > 40'000);
@@ -237,7 +237,7 @@ TEST_CASE("what cannot be measured is refused with the reason") {
     TradeOptions options;
     options.budget = 1.0;
     try {
-      find_setting(*model.model, model.system, model.program, model.inputs, accuracy, options);
+      find_setting(model.program, model.inputs, accuracy, options);
     } catch (const TradeFailure& failure) {
       return failure.diagnostic.code + " " + failure.diagnostic.situation;
     }

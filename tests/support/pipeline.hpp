@@ -16,18 +16,18 @@ struct Pipeline {
   explicit Pipeline(std::shared_ptr<const Model> m, const std::string& scene = {}, const SceneOverrides& overrides = {},
                     bool energies = true)
       : model(std::move(m)),
-        graph(build_bond_graph(*model)),
-        causal(assign_causality(*model, graph)),
-        system(derive_equations(*model, graph, causal)),
-        order(order_equations(*model, system)),
+        study(model),
+        graph(study.graph()),
+        causal(study.causality()),
+        system(study.equations()),
+        order(study.order()),
         inputs(prepare_scene(*model, scene, overrides)),
-        program(compile(model, system, order, {inputs.outputs, energies})) {}
+        program(study.scene(inputs, {.energy_audit = energies, .keep_all = true}).program()) {}
 
-  [[nodiscard]] RunResult run(const SimulateOptions& options = {}) const {
-    return simulate(*model, system, program, inputs, options);
-  }
+  [[nodiscard]] RunResult run(const SimulateOptions& options = {}) const { return simulate(program, inputs, options); }
 
   std::shared_ptr<const Model> model;
+  Study study;
   BondGraph graph;
   CausalGraph causal;
   EquationSystem system;

@@ -11,11 +11,12 @@ namespace bgsim::test {
 Stages read_stages(const std::string& path) {
   Stages stages;
   try {
-    stages.model = std::make_shared<const Model>(read_model(std::string(BGSIM_SOURCE_DIR) + "/" + path));
-    stages.graph = build_bond_graph(*stages.model);
-    stages.causal = assign_causality(*stages.model, stages.graph);
-    stages.system = derive_equations(*stages.model, stages.graph, stages.causal);
-    stages.order = order_equations(*stages.model, stages.system);
+    const Study study(std::string(BGSIM_SOURCE_DIR) + "/" + path);
+    stages.model = study.shared_model();
+    stages.graph = study.graph();
+    stages.causal = study.causality();
+    stages.system = study.equations();
+    stages.order = study.order();
   } catch (const ModelError& error) {
     FAIL(render(error));
   }
@@ -26,7 +27,7 @@ RunResult run(const Stages& stages, const RunInputs& inputs) {
   CompileOptions options;
   options.outputs = inputs.outputs;
   const Program program = compile(stages.model, stages.system, stages.order, options);
-  RunResult result = simulate(*stages.model, stages.system, program, inputs);
+  RunResult result = simulate(program, inputs);
   if (result.failure) FAIL(render(*result.failure, *stages.model->sources));
   REQUIRE(result.stop == StopReason::completed);
   return result;
@@ -38,24 +39,9 @@ RunResult run(const Stages& stages, const std::string& scene, const std::vector<
   return run(stages, prepare_scene(*stages.model, scene, overrides));
 }
 
-namespace {
-
-std::size_t position(const RunResult& result, const std::string& name) {
-  const auto& names = result.trace.names;
-  const auto found = std::find(names.begin(), names.end(), name);
-  INFO("output " << name);
-  REQUIRE(found != names.end());
-  return static_cast<std::size_t>(found - names.begin());
-}
-
-}  // namespace
-
 std::vector<double> column(const RunResult& result, const std::string& name) {
-  const std::size_t at = position(result, name);
-  std::vector<double> values;
-  for (std::size_t row = 0; row < result.trace.times.size(); ++row)
-    values.push_back(result.trace.values[row * result.trace.names.size() + at]);
-  return values;
+  const std::span<const double> values = result.trace[name];
+  return {values.begin(), values.end()};
 }
 
 double at(const RunResult& result, const std::string& name, double time) {
@@ -64,7 +50,7 @@ double at(const RunResult& result, const std::string& name, double time) {
   for (std::size_t row = 1; row < times.size(); ++row)
     if (std::abs(times[row] - time) < std::abs(times[best] - time)) best = row;
   REQUIRE(std::abs(times[best] - time) <= 1e-9 * (times.back() - times.front()));
-  return result.trace.values[best * result.trace.names.size() + position(result, name)];
+  return result.trace[name][best];
 }
 
 double largest_magnitude(const std::vector<double>& values) {
@@ -92,7 +78,7 @@ Linearization linear(const Stages& stages, const std::string& scene, const std::
   const RunInputs at_start = prepare_scene(*stages.model, scene, overrides);
   const Program program = compile(stages.model, stages.system, stages.order, {});
   Evaluator evaluator(program, at_start.parameters);
-  const std::vector<double> x = initial_states(*stages.model, stages.system, evaluator, at_start);
+  const std::vector<double> x = initial_states(evaluator, at_start);
   return linear_at(stages, at_start, at_start.start, x, inputs);
 }
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -21,22 +22,15 @@ struct CompiledModel {
   EquationSystem system;
   Program program;
 
-  [[nodiscard]] RunResult run(const SimulateOptions& options = {}) const {
-    return simulate(*model, system, program, inputs, options);
-  }
+  [[nodiscard]] RunResult run(const SimulateOptions& options = {}) const { return simulate(program, inputs, options); }
 };
 
 inline CompiledModel compile_model(std::shared_ptr<const Model> model, const SceneOverrides& overrides = {},
                                    const std::string& scene = "") {
-  RunInputs inputs = prepare_scene(*model, scene, overrides);
-  const BondGraph graph = build_bond_graph(*model);
-  const CausalGraph causal = assign_causality(*model, graph);
-  EquationSystem system = derive_equations(*model, graph, causal);
-  const BlockOrder order = order_equations(*model, system);
-  CompileOptions options;
-  options.outputs = inputs.outputs;
-  Program program = compile(model, system, order, options);
-  return {std::move(model), std::move(inputs), std::move(system), std::move(program)};
+  const Study study(std::move(model));
+  RunInputs inputs = prepare_scene(study.model(), scene, overrides);
+  const Simulation compiled = study.scene(inputs, {.keep_all = true});
+  return {study.shared_model(), std::move(inputs), study.equations(), compiled.program()};
 }
 
 inline CompiledModel compile_text(const std::string& text, const SceneOverrides& overrides = {},
@@ -71,13 +65,8 @@ inline SceneOverrides with_parameters(std::vector<std::string> set) {
 }
 
 inline std::vector<double> column(const RunResult& result, const std::string& name) {
-  const auto& names = result.trace.names;
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) throw std::invalid_argument("the trace has no column " + name);
-  std::vector<double> values;
-  for (std::size_t i = 0; i < result.trace.times.size(); ++i)
-    values.push_back(result.trace.values[i * names.size() + static_cast<std::size_t>(found - names.begin())]);
-  return values;
+  const std::span<const double> values = result.trace[name];
+  return {values.begin(), values.end()};
 }
 
 inline double last(const RunResult& result, const std::string& name) { return column(result, name).back(); }

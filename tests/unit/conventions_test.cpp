@@ -17,7 +17,7 @@ double value_of(const std::string& elements, const std::string& bonds, const std
   json += R"(, "outputs": {"y": ")" + output + R"("}, "scenes": {"run": {"stop": 0.5, "samples": 2}}})";
   const RunResult result = Pipeline(json).run();
   REQUIRE(result.stop == StopReason::completed);
-  return result.trace.values.back();
+  return result.trace["y"].back();
 }
 
 }  // namespace

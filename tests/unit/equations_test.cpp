@@ -244,11 +244,11 @@ TEST_CASE("initial values of dependent stores are checked against the states tha
   };
   const Pipeline good(text("3"));  // v1 = 2, v2 = 1, p2 = 3
   Evaluator evaluator(good.program, good.inputs.parameters);
-  CHECK(initial_states(*good.model, good.system, evaluator, good.inputs) == std::vector<double>{4.0});
+  CHECK(initial_states(evaluator, good.inputs) == std::vector<double>{4.0});
   const Pipeline bad(text("3.1"));
   Evaluator other(bad.program, bad.inputs.parameters);
   try {
-    initial_states(*bad.model, bad.system, other, bad.inputs);
+    initial_states(other, bad.inputs);
     FAIL("accepted");
   } catch (const ModelError& error) {
     CHECK(error.diagnostics.at(0).code == "BG405");

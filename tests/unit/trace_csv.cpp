@@ -34,7 +34,7 @@ std::string fault(const std::string& text) {
 }  // namespace
 
 TEST_CASE("a trace is written with t first, one record for each time, lines ending with CRLF") {
-  CHECK(written({{"x", "v"}, {"m", "m/s"}, {0.0, 0.5}, {1.0, -2.0, 0.1, 1e300}}) ==
+  CHECK(written({{"x", "v"}, {"m", "m/s"}, {0.0, 0.5}, {{1.0, 0.1}, {-2.0, 1e300}}}) ==
         "t,x,v\r\n0,1,-2\r\n0.5,0.1,1e+300\r\n");
 }
 
@@ -43,7 +43,7 @@ TEST_CASE("a trace without outputs has the column of times alone") {
 }
 
 TEST_CASE("names with commas, quotes and line breaks are quoted, and read back as they were") {
-  const Trace trace{{"a,b", "say \"x\"", "two\nlines"}, {"", "", ""}, {0.0}, {1.0, 2.0, 3.0}};
+  const Trace trace{{"a,b", "say \"x\"", "two\nlines"}, {"", "", ""}, {0.0}, {{1.0}, {2.0}, {3.0}}};
   CHECK(written(trace) == "t,\"a,b\",\"say \"\"x\"\"\",\"two\nlines\"\r\n0,1,2,3\r\n");
   const CsvTable table = parse_csv(written(trace));
   CHECK(table.names == std::vector<std::string>{"t", "a,b", "say \"x\"", "two\nlines"});
@@ -52,22 +52,22 @@ TEST_CASE("names with commas, quotes and line breaks are quoted, and read back a
 
 TEST_CASE("every double survives writing and reading to the last bit") {
   std::mt19937_64 random(1);  // seeded: the same 20000 bit patterns each time
-  Trace trace{{"x"}, {""}, {}, {}};
+  Trace trace{{"x"}, {""}, {}, {{}}};
   const auto add = [&trace](double x) {
     trace.times.push_back(0.0);
-    trace.values.push_back(x);
+    trace.columns[0].push_back(x);
   };
   for (const double x : {5e-324, -2.2250738585072014e-308, 1.7976931348623157e308, 0.1, -0.0, 123456789012345680.0}) {
     add(x);
   }
-  while (trace.values.size() < 20000) {
+  while (trace.columns[0].size() < 20000) {
     const auto x = std::bit_cast<double>(random());
     if (std::isfinite(x)) add(x);
   }
   const CsvTable table = parse_csv(written(trace));
-  REQUIRE(table.columns[1].size() == trace.values.size());
-  for (std::size_t i = 0; i < trace.values.size(); ++i) {
-    REQUIRE(std::bit_cast<std::uint64_t>(table.columns[1][i]) == std::bit_cast<std::uint64_t>(trace.values[i]));
+  REQUIRE(table.columns[1].size() == trace.columns[0].size());
+  for (std::size_t i = 0; i < trace.columns[0].size(); ++i) {
+    REQUIRE(std::bit_cast<std::uint64_t>(table.columns[1][i]) == std::bit_cast<std::uint64_t>(trace.columns[0][i]));
   }
 }
 

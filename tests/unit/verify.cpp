@@ -17,8 +17,8 @@ Model model_without_files() {
 
 /// x at times 0, 1, 2, ...
 Trace trace_of(std::vector<double> x) {
-  Trace trace{{"x"}, {""}, {}, std::move(x)};
-  for (std::size_t i = 0; i < trace.values.size(); ++i) trace.times.push_back(static_cast<double>(i));
+  Trace trace{{"x"}, {""}, {}, {std::move(x)}};
+  for (std::size_t i = 0; i < trace.columns[0].size(); ++i) trace.times.push_back(static_cast<double>(i));
   return trace;
 }
 
@@ -139,7 +139,7 @@ TEST_CASE("a scene is run at its reference's times, from its own start") {
   CHECK(adapted.output_times.list() == std::vector<double>{0.0, 1.0, 2.0});
   CHECK(adapted.stop == 2.0);
   // The row at the start is not compared: the reference does not have it.
-  const Trace trace{{"x"}, {""}, adapted.output_times.list(), {99.0, 5.0, 6.0}};
+  const Trace trace{{"x"}, {""}, adapted.output_times.list(), {{99.0, 5.0, 6.0}}};
   CHECK(hold_against(model_without_files(), trace, parse_csv("t,x\n1,5\n2,6\n"), reference_with(0, 0)).ok());
 }
 

@@ -75,7 +75,7 @@ TEST_CASE("XML holds any text, and shows what it has no place for") {
 TEST_CASE("a name of a column comes back from CSV as it was") {
   for (const std::string& name :
        std::vector<std::string>{"=cmd|' /C calc'!A0", "a,b", "\"", "a\r\nb", "\r", " x ", "\x1b\0"s, "\xff"}) {
-    const bgsim::Trace trace{{name}, {""}, {0.0}, {1.0}};
+    const bgsim::Trace trace{{name}, {""}, {0.0}, {{1.0}}};
     std::ostringstream text;
     bgsim::write_trace_csv(text, trace);
     CHECK(bgsim::parse_csv(text.str()).names.back() == name);

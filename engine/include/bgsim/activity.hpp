@@ -19,7 +19,7 @@ struct ElementActivity {
 /// Activities of all R, C, I and fields, the largest first; ties in model order. Sources are what the scene does to the
 /// model and have none. The activity of a field is that of its whole power: what one port hands on to another does not
 /// count.
-/// @param result  of a run of @p system with its energy audit; empty if that was not done.
-std::vector<ElementActivity> activities(const EquationSystem& system, const RunResult& result);
+/// @param result  of a run of @p program with its energy audit; empty if that was not done.
+std::vector<ElementActivity> activities(const Program& program, const RunResult& result);
 
 }  // namespace bgsim

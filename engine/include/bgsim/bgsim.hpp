@@ -32,6 +32,7 @@
 #include "bgsim/slice.hpp"
 #include "bgsim/time_event.hpp"
 #include "bgsim/trace_csv.hpp"
+#include "bgsim/study.hpp"
 #include "bgsim/trade.hpp"
 #include "bgsim/unit.hpp"
 #include "bgsim/verify.hpp"

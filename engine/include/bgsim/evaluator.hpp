@@ -115,8 +115,7 @@ class Evaluator {
 /// Initial states of a run: independent stores as given (0 by default); given values of dependent stores are checked
 /// against what the states determine.
 /// @throws ModelError BG405 a dependent store's initial value contradicts the states that determine it (both named).
-std::vector<double> initial_states(const Model& model, const EquationSystem& system, Evaluator& evaluator,
-                                   const RunInputs& inputs);
+std::vector<double> initial_states(Evaluator& evaluator, const RunInputs& inputs);
 
 /// Holds given initial values of dependent stores that @p slice leaves out against the states that determine them: the
 /// run itself checks only those that it keeps.

@@ -92,6 +92,15 @@ struct LawsOfStore {
   std::vector<ExprId> conjugates;  ///< in Program::pool, not frozen; empty if the audit does not need them
 };
 
+/// Whose state it is, or whose store in derivative causality.
+struct StateInfo {
+  Place place;             ///< where the model says what it is
+  ElementId element;       ///< whose store it is; none for an integral
+  std::uint32_t port = 0;  ///< of the element
+  SignalId signal;         ///< whose integral it is; none for a store
+};
+
+/// All that a run needs: it refers to nothing outside of itself, and nothing changes it.
 struct Program {
   std::shared_ptr<const Model> model;
   ExprPool pool;                          ///< frozen expressions, and the relations' origins
@@ -100,8 +109,13 @@ struct Program {
   SymbolId time;
   std::vector<SymbolId> parameters;  ///< by ParameterId
   std::vector<std::string> state_names, tear_names;
+  std::vector<StateInfo> states;  ///< by state
+  std::vector<std::string> dependent_names;
+  std::vector<StateInfo> dependent;                     ///< by EquationSystem::dependent
+  LeftOut left_out;                                     ///< what slice() took away
   std::vector<std::string> output_names, output_units;  ///< of the outputs compiled
   std::vector<std::string> energy_names;                ///< by energy part: element
+  std::vector<ElementId> energy_elements;
   std::vector<EnergyPart::Role> energy_roles;
   std::vector<bool> energy_modulated;
   std::vector<LawsOfStore> store_laws;  ///< by energy part

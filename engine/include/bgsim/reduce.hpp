@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "bgsim/activity.hpp"
 #include "bgsim/flat_model.hpp"
 #include "bgsim/output_errors.hpp"
+#include "bgsim/study.hpp"
 
 namespace bgsim {
 
@@ -70,6 +70,6 @@ struct ReduceOptions {
 ///         model; BG6xx its run fails or is interrupted.
 /// @note Two runs for each R, C and I and each round: at most the number of cuts made and one.
 /// @cite louca2010 (activity)
-Reduction reduce(const std::shared_ptr<const Model>& model, const ReduceOptions& options);
+Reduction reduce(const Study& study, const ReduceOptions& options);
 
 }  // namespace bgsim

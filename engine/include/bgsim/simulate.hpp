@@ -5,18 +5,23 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
 
 namespace bgsim {
 
-/// Time series of a run: the columns at each output time, row-major.
+/// Time series of a run.
 struct Trace {
   std::vector<std::string> names;  ///< without "t"
-  std::vector<std::string> units;
+  std::vector<std::string> units;  ///< by name; empty where not known
   std::vector<double> times;
-  std::vector<double> values;  ///< times.size() * names.size()
+  std::vector<std::vector<double>> columns;  ///< by name, each at all times
+
+  /// The column of that name; valid as long as the trace is.
+  /// @throws std::out_of_range if there is none.
+  [[nodiscard]] std::span<const double> operator[](std::string_view name) const;
 };
 
 /// The terms of the energy balance over time: each the integral from the run's start to that time, in EnergyAudit's
@@ -103,8 +108,7 @@ struct SimulateOptions {
 /// Never throws for numerical failure: the trace up to there is in the result, with a BG6xx failure that names element,
 /// expression and time.
 /// @throws ModelError BG405 (see initial_states).
-RunResult simulate(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
-                   const SimulateOptions& options = {});
+RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options = {});
 
 /// The report as JSON (stable keys; docs/reports.md) and as the lines printed after a run.
 std::string report_json(const RunResult& result);

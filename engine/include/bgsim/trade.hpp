@@ -98,8 +98,7 @@ struct TradeFailure : std::exception {
 /// @param program  compiled with the audit's energies and the scene's outputs.
 /// @throws TradeFailure BG611 no two methods come to the end of the scene within the budget, or the scene has no
 ///         states, outputs or extent in time.
-Trade measure_trade(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
-                    const TradeOptions& options);
+Trade measure_trade(const Program& program, const RunInputs& inputs, const TradeOptions& options);
 
 /// The cheapest row with an error of at most @p accuracy, midway between the output times too; none if there is none,
 /// or the reference itself is not exact enough to tell.
@@ -119,8 +118,7 @@ struct TradePick {
 /// Finds the cheapest setting with an error of at most @p accuracy in the outputs: family by family, each from the
 /// tolerance that equals the accuracy, giving up a family as soon as it costs more than the best so far.
 /// @throws TradeFailure BG611 as measure_trade; BG612 no setting reaches the accuracy.
-TradePick find_setting(const Model& model, const EquationSystem& system, const Program& program,
-                       const RunInputs& inputs, double accuracy, const TradeOptions& options);
+TradePick find_setting(const Program& program, const RunInputs& inputs, double accuracy, const TradeOptions& options);
 
 /// The inputs with a setting applied.
 RunInputs with_setting(const RunInputs& inputs, const TradeSetting& setting);

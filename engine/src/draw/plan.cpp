@@ -4,6 +4,8 @@
 #include <set>
 #include <utility>
 
+#include "model/element_kinds.hpp"
+
 namespace bgsim {
 
 namespace {
@@ -100,10 +102,6 @@ class Reading {
 };
 
 }  // namespace
-
-bool is_field(ElementKind kind) {
-  return kind == ElementKind::c_field || kind == ElementKind::i_field || kind == ElementKind::r_field;
-}
 
 bool passes_power(ElementKind kind) {
   return is_junction(kind) || kind == ElementKind::transformer || kind == ElementKind::gyrator;

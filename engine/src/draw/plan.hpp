@@ -30,8 +30,6 @@ enum class Hand : std::uint8_t { none, left, right };
 /// By ElementId; none for all but one-ports with one bond.
 std::vector<Hand> hands(const Model& model);
 
-bool is_field(ElementKind kind);
-
 /// Junctions, TF and GY: what power only passes through.
 bool passes_power(ElementKind kind);
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "draw/plan.hpp"
+#include "model/element_kinds.hpp"
 
 namespace bgsim {
 

@@ -9,6 +9,8 @@
 #include <limits>
 #include <map>
 
+#include "model/element_kinds.hpp"
+
 namespace bgsim {
 
 namespace {

@@ -46,7 +46,16 @@ class Compiler {
   };
 
   void name_things() {
-    for (const State& state : system_.states) program_.state_names.push_back(state.name);
+    for (const State& state : system_.states) {
+      program_.state_names.push_back(state.name);
+      program_.states.push_back({place_of(*program_.model, state), state.element, state.port, state.signal});
+    }
+    for (const DependentStore& store : system_.dependent) {
+      program_.dependent_names.push_back(store.name);
+      program_.dependent.push_back(
+          {program_.model->elements[store.element.index()].place, store.element, store.port, {}});
+    }
+    program_.left_out = system_.left_out;
     for (const std::size_t i : options_.outputs) {
       program_.output_names.push_back(system_.outputs[i].name);
       program_.output_units.push_back(system_.outputs[i].unit);
@@ -124,6 +133,7 @@ class Compiler {
     stored_ = freeze_list(order_.stored);
     for (const EnergyPart& part : system_.energy) {
       program_.energy_names.push_back(program_.model->elements[part.element.index()].name);
+      program_.energy_elements.push_back(part.element);
       program_.energy_roles.push_back(part.role);
       program_.energy_modulated.push_back(part.modulated);
       LawsOfStore laws{part.displacements, {}};

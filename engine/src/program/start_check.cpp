@@ -30,7 +30,7 @@ void check_start(const std::shared_ptr<const Model>& model, const EquationSystem
   start.order.origins.resize(start.order.pool.size());
   const Program program = compile(model, start.system, start.order, {{}, false});
   Evaluator evaluator(program, inputs.parameters);
-  initial_states(*model, start.system, evaluator, inputs);
+  initial_states(evaluator, inputs);
 }
 
 }  // namespace bgsim

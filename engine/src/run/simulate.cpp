@@ -26,11 +26,8 @@ namespace {
 /// One run: what the loop carries from step to step.
 class Run {
  public:
-  Run(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
-      const SimulateOptions& options)
-      : model_(model),
-        system_(system),
-        program_(program),
+  Run(const Program& program, const RunInputs& inputs, const SimulateOptions& options)
+      : program_(program),
         inputs_(inputs),
         options_(options),
         evaluator_(program, inputs.parameters),
@@ -43,7 +40,7 @@ class Run {
         branches_(program, evaluator_, inputs.start, inputs.stop),
         audit_(program, evaluator_, options.energy_audit),
         clock_(options, inputs.start),
-        pace_(program, system, model, evaluator_, inputs, options) {}
+        pace_(program, evaluator_, inputs, options) {}
 
   RunResult execute();
 
@@ -79,8 +76,6 @@ class Run {
   void report();
   void note(const std::optional<std::string>& text);
 
-  const Model& model_;
-  const EquationSystem& system_;
   const Program& program_;
   const RunInputs& inputs_;
   const SimulateOptions& options_;
@@ -116,9 +111,10 @@ class Run {
 RunResult Run::execute() {
   result_.trace.names = program_.output_names;
   result_.trace.units = program_.output_units;
+  result_.trace.columns.resize(program_.output_names.size());
   if (!options_.rows) {
     result_.trace.times.reserve(inputs_.output_times.size());
-    result_.trace.values.reserve(inputs_.output_times.size() * program_.output_names.size());
+    for (std::vector<double>& column : result_.trace.columns) column.reserve(inputs_.output_times.size());
   }
   row_.resize(program_.output_names.size());
   t_ = jumped_at_ = inputs_.start;
@@ -142,7 +138,7 @@ RunResult Run::execute() {
 /// Initial states, modes and loops; everything that can be at fault before the first step.
 bool Run::begin() {
   evaluator_.set_time_modes(t_);
-  x_ = initial_states(model_, system_, evaluator_, inputs_);
+  x_ = initial_states(evaluator_, inputs_);
   y_.resize(x_.size() + evaluator_.tears());
   evaluator_.watch([this] { return clock_.look(); });
   std::vector<std::string> found;
@@ -180,7 +176,7 @@ bool Run::choose_integrator() {
   } else {
     if (inputs_.method == Method::verlet) {
       NotSeparable obstacle;
-      if (!separate(program_, obstacle)) return fail(not_separable_failure(program_, system_, obstacle));
+      if (!separate(program_, obstacle)) return fail(not_separable_failure(program_, obstacle));
       integrator_ = make_verlet_integrator(program_, evaluator_, inputs_);
     } else if (facts.family == MethodFamily::multistep) {
       integrator_ = make_cvode_integrator(program_, evaluator_, tolerances_, inputs_);
@@ -216,13 +212,14 @@ bool Run::integrate() {
   if (!emit_at(t_, x_.data())) return false;
   if (!(inputs_.stop > t_)) return true;
   if (!choose_integrator()) return false;
-  if (auto failure = implicit_ ? std::nullopt : too_fast_state(model_, system_, evaluator_, inputs_, x_.data()))
+  if (auto failure = implicit_ ? std::nullopt : too_fast_state(evaluator_, inputs_, x_.data()))
     return fail(std::move(*failure));
   sources_ = plan_sources(program_, inputs_.parameters, t_, inputs_.stop);
   if (const auto& pulse = sources_.too_narrow)
     return fail(narrow_pulse_failure(
         to_text(program_.pool, pulse->source, [&](SymbolId id) { return program_.symbol_names[id.index()]; }),
-        pulse->when.begin, pulse->when.end - pulse->when.begin, pulse->wide_enough, only_element_of_time(model_)));
+        pulse->when.begin, pulse->when.end - pulse->when.begin, pulse->wide_enough,
+        only_element_of_time(*program_.model)));
   if (sources_.longest_step > 0.0) integrator_->limit_step(sources_.longest_step);
   pace_.know_sources(sources_.longest_step, sources_.frequency);
   tolerances_.know_edges(sources_.edges);
@@ -424,7 +421,7 @@ bool Run::emit_row(double t, const double* y) {
     options_.rows(t, row_);
   } else {
     result_.trace.times.push_back(t);
-    result_.trace.values.insert(result_.trace.values.end(), row_.begin(), row_.end());
+    for (std::size_t i = 0; i < row_.size(); ++i) result_.trace.columns[i].push_back(row_[i]);
   }
   ++next_output_;
   ++result_.rows;
@@ -491,7 +488,7 @@ StuckPoint Run::stuck_point(const std::string& words) {
   point.start = inputs_.start;
   point.words = words;
   point.names = program_.state_names;
-  for (const State& state : system_.states) point.places.emplace_back(place_of(model_, state));
+  for (const StateInfo& state : program_.states) point.places.emplace_back(state.place);
   point.places.resize(y_.size());
   for (const ProgramBlock& block : program_.blocks)
     std::fill_n(point.places.begin() + static_cast<std::ptrdiff_t>(x_.size() + block.first_tear), block.size,
@@ -545,9 +542,9 @@ void Run::note(const std::optional<std::string>& text) {
 
 void Run::report() {
   RunReport& report = result_.report;
-  report.model = model_.name;
+  report.model = program_.model->name;
   report.scene = inputs_.scene;
-  report.left_out = system_.left_out;
+  report.left_out = program_.left_out;
   report.states = program_.state_names.size();
   report.algebraic = program_.tear_names.size();
   report.loops = program_.blocks.size();
@@ -592,9 +589,8 @@ void Run::report() {
 
 }  // namespace
 
-RunResult simulate(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
-                   const SimulateOptions& options) {
-  return Run(model, system, program, inputs, options).execute();
+RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options) {
+  return Run(program, inputs, options).execute();
 }
 
 }  // namespace bgsim

@@ -38,13 +38,14 @@ void append_csv_record(std::string& text, double time, std::span<const double> v
 }
 
 void write_trace_csv(std::ostream& out, const Trace& trace) {
-  const std::size_t columns = trace.names.size();
   std::string line;
+  std::vector<double> values(trace.names.size());
   append_csv_header(line, trace.names);
   out.write(line.data(), static_cast<std::streamsize>(line.size()));
   for (std::size_t row = 0; row < trace.times.size() && out; ++row) {
     line.clear();
-    append_csv_record(line, trace.times[row], std::span(trace.values).subspan(row * columns, columns));
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = trace.columns[i][row];
+    append_csv_record(line, trace.times[row], values);
     out.write(line.data(), static_cast<std::streamsize>(line.size()));
   }
 }

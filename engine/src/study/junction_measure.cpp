@@ -19,10 +19,7 @@ RunInputs record_bonds(EquationSystem& system, const RunInputs& inputs) {
 JunctionMeasure::JunctionMeasure(const BondGraph& graph, const Trace& trace, std::size_t outputs) : graph_(graph) {
   const auto rms = [&](std::size_t column) {
     double sum = 0.0;
-    for (std::size_t r = 0; r < trace.times.size(); ++r) {
-      const double value = trace.values[r * trace.names.size() + column];
-      sum += value * value;
-    }
+    for (const double value : trace.columns[column]) sum += value * value;
     return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, trace.times.size())));
   };
   for (std::size_t b = 0; b < graph.bonds.size(); ++b) {

@@ -6,28 +6,11 @@
 #include <unordered_map>
 #include <utility>
 
-#include "bgsim/slice.hpp"
 #include "run/failures.hpp"
 #include "study/junction_measure.hpp"
 
 namespace bgsim {
 namespace {
-
-/// A model with all its stages.
-struct Staged {
-  explicit Staged(std::shared_ptr<const Model> m)
-      : model(std::move(m)),
-        graph(build_bond_graph(*model)),
-        causal(assign_causality(*model, graph)),
-        system(derive_equations(*model, graph, causal)),
-        order(order_equations(*model, system)) {}
-
-  std::shared_ptr<const Model> model;
-  BondGraph graph;
-  CausalGraph causal;
-  EquationSystem system;
-  BlockOrder order;
-};
 
 std::size_t operations(const Program& program) {
   std::size_t count = 0;
@@ -41,15 +24,18 @@ std::size_t operations(const Program& program) {
 
 class Reducer {
  public:
-  Reducer(const std::shared_ptr<const Model>& model, const ReduceOptions& options)
-      : options_(options), full_(model), inputs_(prepare_scene(*model, options.scene)), names_(flat_names(*model)) {
+  Reducer(const Study& study, const ReduceOptions& options)
+      : options_(options),
+        full_(study),
+        inputs_(prepare_scene(study.model(), options.scene)),
+        names_(flat_names(study.model())) {
     for (std::size_t i = 0; i < names_.size(); ++i) element_of_[names_[i]] = ElementId(i);
   }
 
   Reduction run() {
     check_question();
     const RunResult full = run_plain(full_, inputs_, 0, &result_.size_before);
-    end_if_failed(full, *full_.model);
+    end_if_failed(full, full_.model());
     result_.reference = full.trace;
     // The full model may take its time; a cut that makes it much slower is none.
     constexpr std::uint64_t kTimesAsLong = 2, kAtLeast = 1000;
@@ -65,17 +51,17 @@ class Reducer {
   void check_question() const {
     const auto refuse = [&](const char* code, std::string situation, std::string rule, std::string help) {
       Place place;
-      for (const Scene& scene : full_.model->scenes)
+      for (const Scene& scene : full_.model().scenes)
         if (scene.name == inputs_.scene) place = scene.place;
       throw ModelError({{Severity::error, code, std::move(situation), place, {}, std::move(rule), std::move(help)}},
-                       full_.model->sources);
+                       full_.model().sources);
     };
     if (inputs_.outputs.empty())
       refuse("BG710", "the scene \"" + inputs_.scene + "\" records no outputs, so nothing can be in error",
              "a model is reduced to what the outputs of a scene require",
              "add \"outputs\" to the model: what you want to know of it");
     std::vector<std::string> names;
-    for (const Element& element : full_.model->elements) names.push_back(element.name);
+    for (const Element& element : full_.model().elements) names.push_back(element.name);
     for (const std::string& name : options_.keep)
       if (std::find(names.begin(), names.end(), name) == names.end()) {
         const std::string near = nearest_name(name, names);
@@ -92,24 +78,19 @@ class Reducer {
              "ask for a larger error, or give the scene a smaller \"relative\"");
   }
 
-  // --- runs
-  // ------------------------------------------------------------------------------------------------------------
 
   /// As `bgsim run` does it, without the audit.
-  RunResult run_plain(const Staged& staged, const RunInputs& inputs, std::uint64_t max_steps, ModelSize* size) const {
-    const std::optional<Slice> cut =
-        slice(*staged.model, staged.graph, staged.system, staged.order, inputs.outputs, false);
-    if (cut) check_start(staged.model, staged.system, staged.order, *cut, inputs);
-    const EquationSystem& system = cut ? cut->system : staged.system;
-    const Program program = compile(staged.model, system, cut ? cut->order : staged.order, {inputs.outputs, false});
+  RunResult run_plain(const Study& study, const RunInputs& inputs, std::uint64_t max_steps, ModelSize* size) const {
+    const Simulation scene = study.scene(inputs, {.energy_audit = false});
+    const Program& program = scene.program();
     if (size != nullptr)
-      *size = {staged.model->elements.size(), staged.model->bonds.size(), program.state_names.size(),
+      *size = {study.model().elements.size(), study.model().bonds.size(), program.state_names.size(),
                operations(program)};
     SimulateOptions how;
     how.energy_audit = false;
     how.max_steps = max_steps;
     how.progress = options_.progress;
-    return simulate(*staged.model, system, program, inputs, how);
+    return scene.simulate(how);
   }
 
   static void end_if_failed(const RunResult& result, const Model& model) {
@@ -117,24 +98,24 @@ class Reducer {
   }
 
   /// Runs with audit and all bonds' variables: activities, and how large efforts and flows are.
-  std::vector<ElementActivity> observe(const Staged& staged, const RunInputs& inputs) {
-    EquationSystem system = staged.system;
+  std::vector<ElementActivity> observe(const Study& study, const RunInputs& inputs) {
+    EquationSystem system = study.equations();
     const RunInputs with_bonds = record_bonds(system, inputs);
-    const BlockOrder order = order_equations(*staged.model, system);
-    const Program program = compile(staged.model, system, order, {with_bonds.outputs, true});
+    const BlockOrder order = order_equations(study.model(), system);
+    const Program program = compile(study.shared_model(), system, order, {with_bonds.outputs, true});
     SimulateOptions how;
     how.progress = options_.progress;
-    const RunResult result = simulate(*staged.model, system, program, with_bonds, how);
-    end_if_failed(result, *staged.model);
-    const JunctionMeasure measure(staged.graph, result.trace, inputs.outputs.size());
-    std::vector<ElementActivity> table = activities(system, result);
+    const RunResult result = simulate(program, with_bonds, how);
+    end_if_failed(result, study.model());
+    const JunctionMeasure measure(study.graph(), result.trace, inputs.outputs.size());
+    std::vector<ElementActivity> table = activities(program, result);
     candidates_.clear();
     for (const ElementActivity& row : table) {
-      const auto found = element_of_.find(staged.model->elements[row.element.index()].name);
-      const ElementKind kind = staged.graph.kinds[row.element.index()];
+      const auto found = element_of_.find(study.model().elements[row.element.index()].name);
+      const ElementKind kind = study.graph().kinds[row.element.index()];
       const bool can_go =
           kind == ElementKind::resistor || kind == ElementKind::capacitor || kind == ElementKind::inertia;
-      const ElementId id = &staged == &full_ ? row.element : found->second;
+      const ElementId id = &study == &full_ ? row.element : found->second;
       if (can_go && !is_kept(id)) candidates_.push_back({id, row.share, measure.first_choice(row.element)});
     }
     std::reverse(candidates_.begin(), candidates_.end());
@@ -142,21 +123,21 @@ class Reducer {
   }
 
   [[nodiscard]] bool is_kept(ElementId id) const {
-    const std::string& name = full_.model->elements[id.index()].name;
+    const std::string& name = full_.model().elements[id.index()].name;
     return std::find(options_.keep.begin(), options_.keep.end(), name) != options_.keep.end();
   }
 
   /// Exact, if what remains is a model: bonds to what is left away must have ended at junctions.
   void leave_away_unobserved() {
-    result_.unobserved = unobserved_elements(*full_.model, full_.system, inputs_.outputs);
+    result_.unobserved = unobserved_elements(full_.model(), full_.equations(), inputs_.outputs);
     if (result_.unobserved.empty()) return;
     try {
-      const Staged staged(read(text_of({}, {}, 0.0)));
-      const RunInputs inputs = prepare_scene(*staged.model, inputs_.scene);
-      const RunResult result = run_plain(staged, inputs, max_steps_, nullptr);
-      end_if_failed(result, *staged.model);
+      const Study study(read(text_of({}, {}, 0.0)));
+      const RunInputs inputs = prepare_scene(study.model(), inputs_.scene);
+      const RunResult result = run_plain(study, inputs, max_steps_, nullptr);
+      end_if_failed(result, study.model());
       if (worst(output_errors(result_.reference, result.trace)).error <= options_.error) {
-        observe(staged, inputs);
+        observe(study, inputs);
         return;
       }
     } catch (const ModelError& error) {
@@ -165,8 +146,6 @@ class Reducer {
     result_.unobserved.clear();
   }
 
-  // --- cuts
-  // ------------------------------------------------------------------------------------------------------------
 
   struct Candidate {
     ElementId element;
@@ -204,16 +183,16 @@ class Reducer {
     try {
       std::vector<Cut> cuts = result_.cuts;
       cuts.push_back(trial.cut);
-      const Staged staged(read(text_of(cuts, {}, 0.0)));
-      const RunInputs inputs = prepare_scene(*staged.model, inputs_.scene);
-      const RunResult result = run_plain(staged, inputs, max_steps_, nullptr);
-      if (result.stop == StopReason::interrupted) end_if_failed(result, *staged.model);
+      const Study study(read(text_of(cuts, {}, 0.0)));
+      const RunInputs inputs = prepare_scene(study.model(), inputs_.scene);
+      const RunResult result = run_plain(study, inputs, max_steps_, nullptr);
+      if (result.stop == StopReason::interrupted) end_if_failed(result, study.model());
       if (result.failure) {
         trial.refusal = result.failure->code + ": " + result.failure->situation;
       } else {
         trial.error = worst(output_errors(result_.reference, result.trace));
         if (trial.error.error <= options_.error) {
-          observe(staged, inputs);
+          observe(study, inputs);
           trial.made = true;
           result_.cuts = std::move(cuts);
         }
@@ -237,7 +216,7 @@ class Reducer {
     FlatModelOptions how;
     how.file = options_.file;
     how.scene = inputs_.scene;
-    how.name = full_.model->name + "_reduced";
+    how.name = full_.model().name + "_reduced";
     how.about = about;
     how.cuts = cuts;
     how.dropped = result_.unobserved;
@@ -245,17 +224,15 @@ class Reducer {
       how.reference = options_.reference;
       how.reference_relative = tolerance;
     }
-    return flat_model_json(*full_.model, full_.graph, how);
+    return flat_model_json(full_.model(), full_.graph(), how);
   }
 
-  // --- what came of it
-  // -------------------------------------------------------------------------------------------------
 
   void finish() {
-    const Staged reduced(read(text_of(result_.cuts, {}, 0.0)));
-    const RunInputs inputs = prepare_scene(*reduced.model, inputs_.scene);
+    const Study reduced(read(text_of(result_.cuts, {}, 0.0)));
+    const RunInputs inputs = prepare_scene(reduced.model(), inputs_.scene);
     const RunResult last = run_plain(reduced, inputs, 0, &result_.size_after);
-    end_if_failed(last, *reduced.model);
+    end_if_failed(last, reduced.model());
     result_.errors = output_errors(result_.reference, last.trace);
     result_.text = text_of(result_.cuts, story(), verify_tolerance(last.trace));
     result_.cost_before = cost(full_, inputs_);
@@ -270,21 +247,21 @@ class Reducer {
     double found = inputs_.relative;
     for (std::size_t c = 0; c < full.names.size(); ++c) {
       double magnitude = 0.0, distance = 0.0;
-      for (std::size_t i = c; i < full.values.size(); i += full.names.size()) {
-        magnitude = std::max(magnitude, std::abs(full.values[i]));
-        distance = std::max(distance, std::abs(full.values[i] - trace.values[i]));
+      for (std::size_t i = 0; i < full.times.size(); ++i) {
+        magnitude = std::max(magnitude, std::abs(full.columns[c][i]));
+        distance = std::max(distance, std::abs(full.columns[c][i] - trace.columns[c][i]));
       }
       if (magnitude > 0.0) found = std::max(found, distance / magnitude);
     }
     return kMargin * found;
   }
 
-  [[nodiscard]] ModelCost cost(const Staged& staged, const RunInputs& inputs) const {
+  [[nodiscard]] ModelCost cost(const Study& study, const RunInputs& inputs) const {
     ModelCost cost;
     cost.seconds = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < std::max<std::size_t>(1, options_.repetitions); ++i) {
-      const RunResult result = run_plain(staged, inputs, 0, nullptr);
-      end_if_failed(result, *staged.model);
+      const RunResult result = run_plain(study, inputs, 0, nullptr);
+      end_if_failed(result, study.model());
       const RunReport& report = result.report;
       cost.steps = report.steps;
       cost.rate_evaluations = report.rate_evaluations;
@@ -297,14 +274,14 @@ class Reducer {
   /// Where the model comes from, what was cut out of it, and with which effect.
   [[nodiscard]] std::string story() const {
     const OutputError error = worst(result_.errors);
-    std::string text = "Reduced by bgsim from " + (options_.parent.empty() ? full_.model->name : options_.parent) +
+    std::string text = "Reduced by bgsim from " + (options_.parent.empty() ? full_.model().name : options_.parent) +
                        " for its scene " + inputs_.scene + " with an error of " + number_text(options_.error, 3) +
                        " allowed in the outputs, relative to their ranges. ";
     if (!result_.unobserved.empty()) {
       text += "Left away, since no output depends on them: ";
       const char* between = "";
       for (const ElementId id : result_.unobserved) {
-        text += between + full_.model->elements[id.index()].name;
+        text += between + full_.model().elements[id.index()].name;
         between = ", ";
       }
       text += ". ";
@@ -314,18 +291,18 @@ class Reducer {
     const char* joint = "";
     for (const CutTrial& trial : result_.trials) {
       if (!trial.made) continue;
-      text += joint + full_.model->elements[trial.cut.element.index()].name + " (" + cut_text(trial.cut.kind) + ", " +
+      text += joint + full_.model().elements[trial.cut.element.index()].name + " (" + cut_text(trial.cut.kind) + ", " +
               number_text(trial.error.error, 3) + ")";
       joint = ", ";
     }
     text += ". Largest error: " + number_text(error.error, 3) + " in " + error.output +
             " at t = " + number_text(error.time, 6) + ". It says nothing of other scenes.";
-    if (!full_.model->about.empty()) text += " The parent: " + full_.model->about;
+    if (!full_.model().about.empty()) text += " The parent: " + full_.model().about;
     return text;
   }
 
   const ReduceOptions& options_;
-  Staged full_;
+  const Study full_;
   RunInputs inputs_;
   std::vector<std::string> names_;  ///< flat, by ElementId
   std::unordered_map<std::string, ElementId> element_of_;
@@ -337,8 +314,7 @@ class Reducer {
 
 }  // namespace
 
-Reduction reduce(const std::shared_ptr<const Model>& model, const ReduceOptions& options) {
-  return Reducer(model, options).run();
+Reduction reduce(const Study& study, const ReduceOptions& options) { return Reducer(study, options).run();
 }
 
 }  // namespace bgsim

@@ -59,15 +59,14 @@ constexpr double kBorderFrom = 1.0, kBorderTo = 8.0;
 
 class TradeTable {
  public:
-  TradeTable(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
-             const TradeOptions& options)
-      : runs_(model, system, program, inputs, options), options_(options), span_(inputs.stop - inputs.start) {
-    trade_.model = model.name;
+  TradeTable(const Program& program, const RunInputs& inputs, const TradeOptions& options)
+      : runs_(program, inputs, options), options_(options), span_(inputs.stop - inputs.start) {
+    trade_.model = program.model->name;
     trade_.scene = inputs.scene;
     reference_ = find_reference(runs_, kReferenceTolerance, kReferenceWanted, options.budget);
     trade_.outputs = reference_.outputs;
     trade_.reference = reference_.facts;
-    trade_.fastest_rate = fastest_rate(model, system, program, inputs);
+    trade_.fastest_rate = fastest_rate(program, inputs);
     TradeSetting usual;
     usual.relative = inputs.relative;
     const TimedRun run = runs_.plain(usual, options.budget / 4.0);
@@ -250,9 +249,8 @@ const char* verdict_text(TradeVerdict verdict) {
   return "";
 }
 
-Trade measure_trade(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
-                    const TradeOptions& options) {
-  return TradeTable(model, system, program, inputs, options).fill(ladders(program));
+Trade measure_trade(const Program& program, const RunInputs& inputs, const TradeOptions& options) {
+  return TradeTable(program, inputs, options).fill(ladders(program));
 }
 
 std::optional<std::size_t> pick_row(const Trade& trade, double accuracy) {

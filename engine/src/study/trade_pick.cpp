@@ -50,13 +50,12 @@ struct Trial {
 
 class Search {
  public:
-  Search(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
-         double accuracy, const TradeOptions& options)
+  Search(const Program& program, const RunInputs& inputs, double accuracy, const TradeOptions& options)
       : accuracy_(accuracy),
         budget_(options.budget),
         begin_(thread_seconds()),
         span_(inputs.stop - inputs.start),
-        runs_(model, system, program, inputs, options) {
+        runs_(program, inputs, options) {
     // Half of what the error may be: the reference's part is known to that.
     reference_ = find_reference(runs_, std::max(kReferenceTolerance * accuracy, 1e-12), kReferenceWanted * accuracy,
                                 options.budget);
@@ -180,9 +179,8 @@ class Search {
 
 }  // namespace
 
-TradePick find_setting(const Model& model, const EquationSystem& system, const Program& program,
-                       const RunInputs& inputs, double accuracy, const TradeOptions& options) {
-  return Search(model, system, program, inputs, accuracy, options).find();
+TradePick find_setting(const Program& program, const RunInputs& inputs, double accuracy, const TradeOptions& options) {
+  return Search(program, inputs, accuracy, options).find();
 }
 
 }  // namespace bgsim

@@ -36,13 +36,12 @@ struct Range {
 };
 
 std::vector<Range> ranges_of(const Trace& trace) {
-  const std::size_t columns = trace.names.size();
-  std::vector<Range> ranges(columns);
-  for (std::size_t i = 0; i < trace.values.size(); ++i) {
-    Range& range = ranges[i % columns];
-    range.low = std::min(range.low, trace.values[i]);
-    range.high = std::max(range.high, trace.values[i]);
-  }
+  std::vector<Range> ranges(trace.columns.size());
+  for (std::size_t c = 0; c < ranges.size(); ++c)
+    for (const double value : trace.columns[c]) {
+      ranges[c].low = std::min(ranges[c].low, value);
+      ranges[c].high = std::max(ranges[c].high, value);
+    }
   return ranges;
 }
 
@@ -60,8 +59,9 @@ double compare(const Trace& trace, const Trace& second, const Zeros& zeros, std:
   const std::size_t columns = trace.names.size();
   const std::vector<Range> ranges = ranges_of(trace);
   std::vector<double> difference(columns, 0.0);
-  for (std::size_t i = 0; i < trace.values.size(); ++i)
-    difference[i % columns] = std::max(difference[i % columns], std::abs(trace.values[i] - second.values[i]));
+  for (std::size_t c = 0; c < columns; ++c)
+    for (std::size_t i = 0; i < trace.times.size(); ++i)
+      difference[c] = std::max(difference[c], std::abs(trace.columns[c][i] - second.columns[c][i]));
   outputs.assign(columns, {});
   double largest = 0.0;
   for (std::size_t c = 0; c < columns; ++c) {
@@ -220,13 +220,13 @@ ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, d
   return reference;
 }
 
-double fastest_rate(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs) {
+double fastest_rate(const Program& program, const RunInputs& inputs) {
   constexpr std::size_t kMostStates = 200;
   const std::size_t states = program.state_names.size();
   if (states == 0 || states > kMostStates || !program.plan.explicit_form) return 0.0;
   Evaluator evaluator(program, inputs.parameters);
   evaluator.set_time_modes(inputs.start);
-  const std::vector<double> x = initial_states(model, system, evaluator, inputs);
+  const std::vector<double> x = initial_states(evaluator, inputs);
   if (!evaluator.initialize_modes(inputs.start, x.data())) return 0.0;
   double fastest = 0.0;
   for (const std::complex<double> mode : eigenvalues(program, evaluator, inputs.start, x.data()))

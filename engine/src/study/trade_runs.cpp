@@ -36,9 +36,8 @@ RunInputs with_setting(const RunInputs& inputs, const TradeSetting& setting) {
   return changed;
 }
 
-TradeRuns::TradeRuns(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
-                     const TradeOptions& options)
-    : model_(model), system_(system), program_(program), inputs_(inputs), options_(options) {
+TradeRuns::TradeRuns(const Program& program, const RunInputs& inputs, const TradeOptions& options)
+    : program_(program), inputs_(inputs), options_(options) {
   const OutputTimes& times = inputs.output_times;
   for (std::size_t i = 0; i < times.size(); ++i) {
     judged_times_.push_back(times[i]);
@@ -61,7 +60,7 @@ TimedRun TradeRuns::simulate_within(const RunInputs& inputs, bool audit, double 
     ended_ = ended_ || (options_.goes_on && !options_.goes_on());
     return !run.cut && !ended_;
   };
-  run.result = simulate(model_, system_, program_, inputs, how);
+  run.result = simulate(program_, inputs, how);
   run.cpu_seconds = thread_seconds() - begin;
   return run;
 }
@@ -111,7 +110,7 @@ Judgement judge(const Trace& trace, const ReferenceTrace& reference) {
     ErrorOfOutput& error = judgement.errors[c];
     double squares = 0.0;
     for (std::size_t row = 0; row < rows; ++row) {
-      const double difference = std::abs(trace.values[row * columns + c] - reference.trace.values[row * columns + c]) /
+      const double difference = std::abs(trace.columns[c][row] - reference.trace.columns[c][row]) /
                                 reference.outputs[c].range;
       if (row % 2 == 1) {
         judgement.check_error = std::max(judgement.check_error, difference);

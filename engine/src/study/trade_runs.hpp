@@ -20,8 +20,7 @@ struct TimedRun {
 /// The scene, run with one setting or another, on the output times or on these and the times midway between them.
 class TradeRuns {
  public:
-  TradeRuns(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs,
-            const TradeOptions& options);
+  TradeRuns(const Program& program, const RunInputs& inputs, const TradeOptions& options);
 
   /// On output times and midway between them, with audit.
   TimedRun judge(const TradeSetting& setting, double limit_seconds) { return run(setting, true, limit_seconds); }
@@ -45,8 +44,6 @@ class TradeRuns {
   TimedRun run(const TradeSetting& setting, bool judged, double limit_seconds);
   TimedRun simulate_within(const RunInputs& inputs, bool audit, double limit_seconds);
 
-  const Model& model_;
-  const EquationSystem& system_;
   const Program& program_;
   RunInputs inputs_;
   std::vector<double> judged_times_;
@@ -74,6 +71,6 @@ struct Judgement {
 Judgement judge(const Trace& trace, const ReferenceTrace& reference);
 
 /// Largest magnitude of the Jacobian's eigenvalues at the start; 0 where it is not known (or for more than 200 states).
-double fastest_rate(const Model& model, const EquationSystem& system, const Program& program, const RunInputs& inputs);
+double fastest_rate(const Program& program, const RunInputs& inputs);
 
 }  // namespace bgsim

@@ -30,10 +30,10 @@ Binding binding_of(Op op);
 
 /// The arguments of an operator with two in the order in which they are written: of x + (y + z) and (y + z) + x, which
 /// are one expression, the second needs no parentheses.
-struct Written {
+struct OperandOrder {
   ExprId left, right;
 };
-Written written_order(const ExprPool& pool, ExprId id);
+OperandOrder written_order(const ExprPool& pool, ExprId id);
 
 /// True if the operand of unary minus may be written without parentheses: -a*b reads as (-a)*b, which is built as
 /// -(a*b) unless a itself absorbs the sign.

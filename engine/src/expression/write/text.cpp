@@ -50,16 +50,16 @@ Binding binding_of(Op op) {
   }
 }
 
-Written written_order(const ExprPool& pool, ExprId id) {
+OperandOrder written_order(const ExprPool& pool, ExprId id) {
   const ExprNode& node = pool[id];
-  const Written stored{ExprId(node.a), ExprId(node.b)};
+  const OperandOrder stored{ExprId(node.a), ExprId(node.b)};
   if (node.op != Op::add && node.op != Op::mul && node.op != Op::logical_and && node.op != Op::logical_or)
     return stored;
   const Binding own = binding_of(node.op);
   const bool left_alike = binding_of(pool[stored.left].op) == own;
   const bool right_alike = binding_of(pool[stored.right].op) == own;
   const bool turn = right_alike && !left_alike && !pool.is_constant(stored.left);
-  return turn ? Written{stored.right, stored.left} : stored;
+  return turn ? OperandOrder{stored.right, stored.left} : stored;
 }
 
 bool bare_after_minus(const ExprPool& pool, ExprId operand) {

@@ -63,7 +63,7 @@ std::optional<Halves> separate(const Program& program, NotSeparable& obstacle) {
   return halves;
 }
 
-Diagnostic not_separable_failure(const Program& program, const EquationSystem& system, const NotSeparable& obstacle) {
+Diagnostic not_separable_failure(const Program& program, const NotSeparable& obstacle) {
   const auto quoted = [](const std::string& name) { return "\"" + name + "\""; };
   const std::string state = quoted(program.state_names[obstacle.state]);
   Diagnostic diagnostic;
@@ -72,7 +72,7 @@ Diagnostic not_separable_failure(const Program& program, const EquationSystem& s
                          (obstacle.state == obstacle.other ? state + " itself"
                                                            : quoted(program.state_names[obstacle.other]) +
                                                                  ", and the states do not fall into two halves");
-  diagnostic.place = place_of(*program.model, system.states[obstacle.state]);
+  diagnostic.place = program.states[obstacle.state].place;
   if (!obstacle.losses.empty()) {
     constexpr std::size_t kMost = 5;
     std::string names;

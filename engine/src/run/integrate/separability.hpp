@@ -25,6 +25,6 @@ struct NotSeparable {
 std::optional<Halves> separate(const Program& program, NotSeparable& obstacle);
 
 /// BG610.
-Diagnostic not_separable_failure(const Program& program, const EquationSystem& system, const NotSeparable& obstacle);
+Diagnostic not_separable_failure(const Program& program, const NotSeparable& obstacle);
 
 }  // namespace bgsim

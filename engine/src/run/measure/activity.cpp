@@ -4,14 +4,14 @@
 
 namespace bgsim {
 
-std::vector<ElementActivity> activities(const EquationSystem& system, const RunResult& result) {
+std::vector<ElementActivity> activities(const Program& program, const RunResult& result) {
   const EnergyAudit& audit = result.report.energy;
   std::vector<ElementActivity> table;
   if (!audit.done) return table;
   double sum = 0.0;
-  for (std::size_t i = 0; i < system.energy.size(); ++i) {
-    if (system.energy[i].role == EnergyPart::Role::source) continue;
-    table.push_back({system.energy[i].element, audit.activity[i], 0.0, 0.0});
+  for (std::size_t i = 0; i < program.energy_elements.size(); ++i) {
+    if (program.energy_roles[i] == EnergyPart::Role::source) continue;
+    table.push_back({program.energy_elements[i], audit.activity[i], 0.0, 0.0});
     sum += audit.activity[i];
   }
   std::stable_sort(table.begin(), table.end(), [](const ElementActivity& a, const ElementActivity& b) {

@@ -13,8 +13,8 @@ std::vector<OutputError> output_errors(const Trace& full, const Trace& reduced) 
     OutputError error{full.names[c], 0.0, 0.0, full.times.empty() ? 0.0 : full.times.front()};
     double least = std::numeric_limits<double>::infinity(), most = -least, magnitude = 0.0, sum = 0.0;
     for (std::size_t r = 0; r < full.times.size(); ++r) {
-      const double value = full.values[r * columns + c];
-      const double distance = std::abs(reduced.values[r * columns + c] - value);
+      const double value = full.columns[c][r];
+      const double distance = std::abs(reduced.columns[c][r] - value);
       least = std::min(least, value);
       most = std::max(most, value);
       magnitude = std::max(magnitude, std::abs(value));

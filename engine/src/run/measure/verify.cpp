@@ -85,7 +85,7 @@ ColumnCheck check_column(const Trace& trace, std::size_t output, const std::vect
   // The trace may begin earlier than the reference (see at_reference_times), never end later.
   const std::size_t first = trace.times.size() - times.size();
   for (std::size_t row = 0; row < times.size(); ++row) {
-    const double value = trace.values[(first + row) * trace.names.size() + output];
+    const double value = trace.columns[output][first + row];
     const Range range = range_within(times, values, row, reference.tube);
     const double error = std::isfinite(value) ? std::max({range.low - value, value - range.high, 0.0})
                                               : std::numeric_limits<double>::infinity();

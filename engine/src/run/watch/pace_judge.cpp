@@ -29,15 +29,9 @@ class TearsKept {
 
 }  // namespace
 
-PaceJudge::PaceJudge(const Program& program, const EquationSystem& system, const Model& model, Evaluator& evaluator,
-                     const RunInputs& inputs, const SimulateOptions& options)
-    : program_(program),
-      system_(system),
-      model_(model),
-      evaluator_(evaluator),
-      inputs_(inputs),
-      options_(options),
-      headway_(inputs.stop) {}
+PaceJudge::PaceJudge(const Program& program, Evaluator& evaluator, const RunInputs& inputs,
+                     const SimulateOptions& options)
+    : program_(program), evaluator_(evaluator), inputs_(inputs), options_(options), headway_(inputs.stop) {}
 
 std::optional<Diagnostic> PaceJudge::judge(const RunPosition& now) {
   headway_.add(now.seconds, now.t, now.steps + now.rows);
@@ -89,7 +83,7 @@ PaceFacts PaceJudge::facts(const RunPosition& now, const Headway::Pace& pace) {
   const auto largest = static_cast<std::size_t>(std::max_element(errors.begin(), errors.end()) - errors.begin());
   const std::size_t states = program_.state_names.size();
   facts.unknown = largest < states ? program_.state_names[largest] : program_.tear_names[largest - states];
-  if (largest < states) facts.place = place_of(model_, system_.states[largest]);
+  if (largest < states) facts.place = program_.states[largest].place;
   const TearsKept kept(evaluator_);
   if (now.explicit_form) facts.fastest = fastest_motion(program_, evaluator_, now.t, now.x);
   return facts;

@@ -29,8 +29,7 @@ struct RunPosition {
 class PaceJudge {
  public:
   /// @param longest_step  set by the source with @p source_frequency; 0: no source limits the steps
-  PaceJudge(const Program& program, const EquationSystem& system, const Model& model, Evaluator& evaluator,
-            const RunInputs& inputs, const SimulateOptions& options);
+  PaceJudge(const Program& program, Evaluator& evaluator, const RunInputs& inputs, const SimulateOptions& options);
   void know_sources(double longest_step, double frequency) {
     longest_step_ = longest_step;
     source_frequency_ = frequency;
@@ -45,8 +44,6 @@ class PaceJudge {
   [[nodiscard]] PaceFacts facts(const RunPosition& now, const Headway::Pace& pace);
 
   const Program& program_;
-  const EquationSystem& system_;
-  const Model& model_;
   Evaluator& evaluator_;
   const RunInputs& inputs_;
   const SimulateOptions& options_;

@@ -9,8 +9,7 @@
 
 namespace bgsim {
 
-std::optional<Diagnostic> too_fast_state(const Model& model, const EquationSystem& system, Evaluator& evaluator,
-                                         const RunInputs& inputs, const double* x) {
+std::optional<Diagnostic> too_fast_state(Evaluator& evaluator, const RunInputs& inputs, const double* x) {
   constexpr double kFastest = 1e70;
   const Program& program = evaluator.program();
   const Sparsity& pattern = program.jacobian_pattern;
@@ -22,7 +21,7 @@ std::optional<Diagnostic> too_fast_state(const Model& model, const EquationSyste
          k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
       if (static_cast<std::size_t>(pattern.row[k]) == column && std::abs(entries[k]) * span > kFastest)
         return time_constant_failure(program.state_names[column], 1.0 / std::abs(entries[k]), span,
-                                     place_of(model, system.states[column]));
+                                     program.states[column].place);
   return std::nullopt;
 }
 

@@ -9,8 +9,7 @@ namespace bgsim {
 
 /// BG614: what is wrong with a state whose time constant at the start is so far below the scene that the integrator's
 /// squares overflow; none if there is no such state.
-std::optional<Diagnostic> too_fast_state(const Model& model, const EquationSystem& system, Evaluator& evaluator,
-                                         const RunInputs& inputs, const double* x);
+std::optional<Diagnostic> too_fast_state(Evaluator& evaluator, const RunInputs& inputs, const double* x);
 
 /// The fastest that a state moves by itself, or two states move each other, as the Jacobian at (t, x) says.
 struct FastestMotion {

@@ -1,4 +1,4 @@
-# Installs BUILD_DIR under WORK_DIR, then configures, builds and runs the consumer project against that alone.
+# Installs BUILD_DIR under WORK_DIR, then configures, builds and runs the project against that alone.
 file(REMOVE_RECURSE ${WORK_DIR})
 function(step)
   execute_process(COMMAND ${ARGN} COMMAND_ERROR_IS_FATAL ANY)
@@ -11,4 +11,4 @@ endif()
 step(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${WORK_DIR}/build -G ${GENERATOR} -D CMAKE_CXX_COMPILER=${COMPILER}
   -D "CMAKE_CXX_FLAGS=${flags}" -D CMAKE_PREFIX_PATH=${WORK_DIR}/prefix)
 step(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
-step(${WORK_DIR}/build/consumer)
+step(${WORK_DIR}/build/masses)

@@ -1,0 +1,102 @@
+/// The way in: a model with all its stages, and scenes of it that are compiled once and run as often as wanted.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bgsim/simulate.hpp"
+#include "bgsim/slice.hpp"
+
+namespace bgsim {
+
+/// Wall time by stage, in the order in which they ran.
+using StageSeconds = std::vector<std::pair<std::string, double>>;
+
+class Simulation;
+
+/// What of a scene is compiled.
+struct SceneOptions {
+  bool energy_audit = true;
+  bool keep_all = false;  ///< also what no output depends on
+};
+
+/// A model and the values of all stages (docs/pipeline.md). A stage runs when its value is first asked for, and once.
+/// Copies share the values. All functions may be called from several threads.
+class Study {
+ public:
+  /// Reads a model file, and the files that it names.
+  /// @throws ModelError as read_model.
+  explicit Study(const std::string& path, const ReadOptions& options = {});
+  explicit Study(std::shared_ptr<const Model> model);
+  /// Reads a model from @p text, as if it were the file @p path.
+  /// @throws ModelError as read_model_text.
+  static Study from_text(const std::string& text, const std::string& path = "model.json");
+
+  [[nodiscard]] const Model& model() const;
+  [[nodiscard]] const std::shared_ptr<const Model>& shared_model() const;
+  /// @throws ModelError as build_bond_graph.
+  [[nodiscard]] const BondGraph& graph() const;
+  /// @throws ModelError as the stages up to assign_causality; so for the next ones.
+  [[nodiscard]] const CausalGraph& causality() const;
+  [[nodiscard]] const EquationSystem& equations() const;
+  [[nodiscard]] const BlockOrder& order() const;
+
+  /// Works out a scene, leaves out what its outputs do not depend on, and compiles the rest.
+  /// @param name  empty for the first scene.
+  /// @throws ModelError as prepare_scene, check_start and all stages.
+  [[nodiscard]] Simulation scene(const std::string& name = "", const SceneOverrides& overrides = {},
+                                 const SceneOptions& options = {}) const;
+  /// The same for a scene that is worked out already.
+  [[nodiscard]] Simulation scene(RunInputs inputs, const SceneOptions& options = {}) const;
+
+  /// Of the stages that have run so far.
+  [[nodiscard]] StageSeconds seconds() const;
+
+ private:
+  friend class Simulation;
+  struct Stages;
+  std::shared_ptr<Stages> stages_;
+};
+
+/// A scene, ready to run. Nothing changes it: one may be run from several threads at once.
+class Simulation {
+ public:
+  [[nodiscard]] const Model& model() const { return study_.model(); }
+  [[nodiscard]] const RunInputs& inputs() const { return inputs_; }
+  [[nodiscard]] const Program& program() const { return compiled_->program; }
+  /// Of slice and compile.
+  [[nodiscard]] const StageSeconds& seconds() const { return compiled_->seconds; }
+
+  /// The same scene with another value of a parameter ("R") or of an initial value ("mass.p"), in the unit that the
+  /// model gives it. Parameters that are computed from it follow. Nothing is compiled again.
+  /// @throws ModelError as prepare_scene for a --set: BG141 no such name, BG142, BG145 and so on; BG405.
+  ///         std::logic_error if the scene was not asked for by its name: what else its inputs hold would be lost.
+  /// @note Time linear in the model.
+  [[nodiscard]] Simulation with(std::string_view name, double value) const;
+  /// Runs; see bgsim::simulate().
+  [[nodiscard]] RunResult simulate(const SimulateOptions& options = {}) const;
+  /// Runs with other times, tolerances or method.
+  /// @throws std::invalid_argument if @p inputs ask for other outputs than those compiled; ModelError BG405.
+  [[nodiscard]] RunResult simulate(const RunInputs& inputs, const SimulateOptions& options = {}) const;
+
+ private:
+  friend class Study;
+  struct Compiled {
+    std::optional<Slice> cut;  ///< none if nothing was left out
+    Program program;
+    StageSeconds seconds;
+  };
+  Simulation(Study study, RunInputs inputs, const SceneOptions& options);
+  void check(const RunInputs& inputs) const;
+
+  Study study_;
+  std::optional<SceneOverrides> overrides_;  ///< as the scene was asked for; none if it was worked out elsewhere
+  RunInputs inputs_;
+  std::shared_ptr<const Compiled> compiled_;
+};
+
+}  // namespace bgsim

@@ -1,0 +1,163 @@
+#include "bgsim/study.hpp"
+
+#include <array>
+#include <charconv>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+
+#include "base/stopwatch.hpp"
+
+namespace bgsim {
+namespace {
+
+/// A value that is made when it is first asked for. Others wait; where it cannot be made, each one is told why.
+template <class Value>
+class Lazy {
+ public:
+  template <class Make>
+  const Value& get(const Make& make) {
+    const std::scoped_lock lock(mutex_);
+    if (!value_) value_.emplace(make());
+    return *value_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::optional<Value> value_;
+};
+
+/// Calls @p work and appends its wall time.
+template <class Work>
+auto timed(StageSeconds& seconds, const char* stage, const Work& work) {
+  double took = 0.0;
+  auto value = [&] {
+    const Stopwatch watch(took);
+    return work();
+  }();
+  seconds.emplace_back(stage, took);
+  return value;
+}
+
+}  // namespace
+
+struct Study::Stages {
+  std::shared_ptr<const Model> model;
+  Lazy<BondGraph> graph;
+  Lazy<CausalGraph> causality;
+  Lazy<EquationSystem> equations;
+  Lazy<BlockOrder> order;
+  std::mutex mutex;  ///< of `seconds`
+  StageSeconds seconds;
+
+  template <class Value, class Make>
+  const Value& stage(Lazy<Value>& value, const char* name, const Make& make) {
+    return value.get([&] {
+      StageSeconds own;
+      Value made = timed(own, name, make);
+      const std::scoped_lock lock(mutex);
+      seconds.push_back(std::move(own.front()));
+      return made;
+    });
+  }
+};
+
+Study::Study(std::shared_ptr<const Model> model) : stages_(std::make_shared<Stages>()) {
+  stages_->model = std::move(model);
+}
+
+Study::Study(const std::string& path, const ReadOptions& options) : stages_(std::make_shared<Stages>()) {
+  stages_->model =
+      timed(stages_->seconds, "read", [&] { return std::make_shared<const Model>(read_model(path, options)); });
+}
+
+Study Study::from_text(const std::string& text, const std::string& path) {
+  return Study(std::make_shared<const Model>(read_model_text(path, text)));
+}
+
+const Model& Study::model() const { return *stages_->model; }
+const std::shared_ptr<const Model>& Study::shared_model() const { return stages_->model; }
+
+const BondGraph& Study::graph() const {
+  return stages_->stage(stages_->graph, "graph", [&] { return build_bond_graph(model()); });
+}
+
+const CausalGraph& Study::causality() const {
+  const BondGraph& before = graph();
+  return stages_->stage(stages_->causality, "causality", [&] { return assign_causality(model(), before); });
+}
+
+const EquationSystem& Study::equations() const {
+  const CausalGraph& before = causality();
+  return stages_->stage(stages_->equations, "equations", [&] { return derive_equations(model(), graph(), before); });
+}
+
+const BlockOrder& Study::order() const {
+  const EquationSystem& before = equations();
+  return stages_->stage(stages_->order, "order", [&] { return order_equations(model(), before); });
+}
+
+StageSeconds Study::seconds() const {
+  const std::scoped_lock lock(stages_->mutex);
+  return stages_->seconds;
+}
+
+Simulation Study::scene(const std::string& name, const SceneOverrides& overrides, const SceneOptions& options) const {
+  Simulation result = scene(prepare_scene(model(), name, overrides), options);
+  result.overrides_ = overrides;
+  return result;
+}
+
+Simulation Study::scene(RunInputs inputs, const SceneOptions& options) const {
+  return {*this, std::move(inputs), options};
+}
+
+Simulation::Simulation(Study study, RunInputs inputs, const SceneOptions& options)
+    : study_(std::move(study)), inputs_(std::move(inputs)) {
+  const auto compiled = std::make_shared<Compiled>();
+  const EquationSystem& system = study_.equations();
+  const BlockOrder& order = study_.order();
+  if (!options.keep_all)
+    compiled->cut = timed(compiled->seconds, "slice", [&] {
+      return slice(model(), study_.graph(), system, order, inputs_.outputs, options.energy_audit);
+    });
+  compiled_ = compiled;
+  check(inputs_);
+  const std::optional<Slice>& cut = compiled->cut;
+  compiled->program = timed(compiled->seconds, "compile", [&] {
+    return compile(study_.shared_model(), cut ? cut->system : system, cut ? cut->order : order,
+                   {inputs_.outputs, options.energy_audit});
+  });
+}
+
+/// Initial values of what is left out: the run does not see them.
+void Simulation::check(const RunInputs& inputs) const {
+  if (compiled_->cut) check_start(study_.shared_model(), study_.equations(), study_.order(), *compiled_->cut, inputs);
+}
+
+Simulation Simulation::with(std::string_view name, double value) const {
+  if (!overrides_) throw std::logic_error("a scene that was not asked for by its name takes no other values");
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  const std::string target = std::string(name) + '=';
+  Simulation result = *this;
+  std::vector<std::string>& set = result.overrides_->set;
+  std::erase_if(set, [&](const std::string& before) { return before.starts_with(target); });
+  set.push_back(target + std::string(digits.data(), end));
+  result.inputs_ = prepare_scene(model(), inputs_.scene, *result.overrides_);
+  check(result.inputs_);
+  return result;
+}
+
+RunResult Simulation::simulate(const SimulateOptions& options) const {
+  return bgsim::simulate(program(), inputs_, options);
+}
+
+RunResult Simulation::simulate(const RunInputs& inputs, const SimulateOptions& options) const {
+  if (inputs.outputs != inputs_.outputs)
+    throw std::invalid_argument("the inputs ask for other outputs than those compiled");
+  check(inputs);
+  return bgsim::simulate(program(), inputs, options);
+}
+
+}  // namespace bgsim
