@@ -215,7 +215,7 @@ std::vector<Case> cases() {
 
 int main() {
   std::printf(
-      "| input | what is right | relative | CVODE says | steps | t reached | its end |\n"
+      "| input | correct result | relative | CVODE returns | steps | t reached | final value |\n"
       "|---|---|---|---|---|---|---|\n");
   for (const Case& one : cases()) run(one);
   return 0;
