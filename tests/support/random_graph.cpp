@@ -121,12 +121,15 @@ std::string RandomGraph::json() const {
   };
   const auto quoted = [](const std::string& text) { return '"' + text + '"'; };
   for (const RandomElement& element : elements) {
-    const bool junction = element.kind == "0" || element.kind == "1";
+    const bool detector = element.kind == "De" || element.kind == "Df";
+    const bool no_value = detector || element.kind == "0" || element.kind == "1";
     const bool source = element.kind == "Se" || element.kind == "Sf";
     if (source) append(parameters, quoted("u_" + element.name) + ": " + number(element.value));
     const std::string value = source ? quoted("u_" + element.name) : number(element.value);
     append(members, quoted(element.name) + R"(: {"kind": )" + quoted(element.kind) +
-                        (junction ? "}" : ", " + quoted(key_of(element.kind)) + ": " + value + "}"));
+                        (no_value ? "}" : ", " + quoted(key_of(element.kind)) + ": " + value + "}"));
+    if (detector)
+      append(outputs, quoted(element.name) + ": " + quoted(element.name + (element.kind == "De" ? ".e" : ".f")));
     if (element.kind == "C" || element.kind == "I")
       for (const std::string variable : {"e", "f", element.kind == "C" ? "q" : "p"})
         append(outputs, quoted(element.name + "_" + variable) + ": " + quoted(element.name + "." + variable));

@@ -19,7 +19,7 @@ struct RandomGraphOptions {
 
 struct RandomElement {
   std::string name, kind;  ///< "Se", "0", ...
-  double value = 0.0;      ///< effort, flow, resistance, ..., modulus; none for junctions
+  double value = 0.0;      ///< effort, flow, resistance, ..., modulus; none for junctions and detectors
 };
 
 struct RandomGraph {

@@ -47,7 +47,8 @@ class TableauWriter {
     const ElementKind kind = graph_.kinds[id.index()];
     if (is_junction(kind)) return write_junction(id, kind == ElementKind::zero_junction);
     const PortId port = graph_.port(id, 0);
-    const double value = evaluate(model_.pool, model_.elements[id.index()].coefficient, values_);
+    const ExprId coefficient = model_.elements[id.index()].coefficient;
+    const double value = coefficient.valid() ? evaluate(model_.pool, coefficient, values_) : 0.0;
     MatrixXd& y = tableau_.law_y;
     switch (kind) {
       case ElementKind::effort_source:
@@ -57,6 +58,12 @@ class TableauWriter {
       case ElementKind::flow_source:
         y(row_, flow(port)) = 1.0;
         tableau_.law_u(row_++, source_++) = -1.0;
+        break;
+      case ElementKind::effort_detector:
+        y(row_++, flow(port)) = 1.0;
+        break;
+      case ElementKind::flow_detector:
+        y(row_++, effort(port)) = 1.0;
         break;
       case ElementKind::resistor:
         y(row_, effort(port)) = 1.0;

@@ -20,6 +20,8 @@ namespace bgsim {
 enum class ElementKind : std::uint8_t {
   effort_source,
   flow_source,
+  effort_detector,
+  flow_detector,
   resistor,
   capacitor,
   inertia,
@@ -41,6 +43,13 @@ std::string kind_text(ElementKind kind, bool modulated);
   return kind == ElementKind::capacitor || kind == ElementKind::inertia || kind == ElementKind::c_field ||
          kind == ElementKind::i_field;
 }
+[[nodiscard]] constexpr bool is_source(ElementKind kind) {
+  return kind == ElementKind::effort_source || kind == ElementKind::flow_source;
+}
+/// What signals read an effort or flow at without taking power.
+[[nodiscard]] constexpr bool is_detector(ElementKind kind) {
+  return kind == ElementKind::effort_detector || kind == ElementKind::flow_detector;
+}
 /// Stores of displacement (C and CC); the other stores hold momentum.
 [[nodiscard]] constexpr bool stores_displacement(ElementKind kind) {
   return kind == ElementKind::capacitor || kind == ElementKind::c_field;
@@ -48,6 +57,13 @@ std::string kind_text(ElementKind kind, bool modulated);
 
 /// The variables at a port: effort, flow, displacement (C), momentum (I).
 enum class Variable : std::uint8_t { effort, flow, displacement, momentum };
+/// What an element sets at its bond whatever the rest of the graph does: a source its own variable, a detector the
+/// other one, which it keeps at zero. None for all other kinds.
+[[nodiscard]] constexpr std::optional<Variable> imposed_variable(ElementKind kind) {
+  if (kind == ElementKind::effort_source || kind == ElementKind::flow_detector) return Variable::effort;
+  if (kind == ElementKind::flow_source || kind == ElementKind::effort_detector) return Variable::flow;
+  return std::nullopt;
+}
 char letter(Variable variable);  ///< 'e', 'f', 'q', 'p'
 
 /// What a symbol in a model's expressions stands for.

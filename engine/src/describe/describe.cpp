@@ -83,8 +83,9 @@ void describe_counts(Findings& findings, const View& view) {
 }
 
 void describe_strokes(Findings& findings, const View& view) {
-  constexpr std::array<std::pair<StrokeReason, const char*>, 7> kGroups{
-      {{StrokeReason::source, "strokes fixed by sources"},
+  const bool detectors = std::any_of(view.graph.kinds.begin(), view.graph.kinds.end(), is_detector);
+  const std::array<std::pair<StrokeReason, const char*>, 7> groups{
+      {{StrokeReason::source, detectors ? "strokes fixed by sources and detectors" : "strokes fixed by sources"},
        {StrokeReason::one_way_law, "strokes fixed by laws that can be used in one direction only"},
        {StrokeReason::integral, "strokes chosen: stores in integral causality"},
        {StrokeReason::law_as_written, "strokes chosen: laws used as written"},
@@ -94,7 +95,7 @@ void describe_strokes(Findings& findings, const View& view) {
   std::vector<BondId> order(view.causal.strokes.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[view.causal.strokes[i].order] = BondId(i);
   findings.push_back({"the bar | stands where effort acts on the element, > is the half-arrow", {}, 0, true});
-  for (const auto& [reason, heading] : kGroups) {
+  for (const auto& [reason, heading] : groups) {
     std::vector<TextRow> rows;
     for (const BondId bond : order)
       if (view.stroke(bond).reason == reason)

@@ -205,8 +205,11 @@ class BondPlacing {
     (end.head ? way.head : way.tail) = clear;
     const Curve line = line_of(end.bond, way);
     const auto& strokes = causality_.strokes;
-    const bool stroke =
-        end.bond < strokes.size() && strokes[end.bond] && (*strokes[end.bond] == BondEnd::head) == end.head;
+    const ModelBond& bond = model_.bonds[end.bond];
+    const bool detector = is_detector(model_.elements[bond.from.element.index()].kind) ||
+                          is_detector(model_.elements[bond.to.element.index()].kind);
+    const bool stroke = !detector && end.bond < strokes.size() && strokes[end.bond] &&
+                        (*strokes[end.bond] == BondEnd::head) == end.head;
     const double reach = length(line.end - line.begin);
     if (end.head) return {line.end, -1.0 * line.tangent(1.0), reach, stroke};
     return {line.begin, line.tangent(0.0), reach, stroke};
@@ -261,15 +264,20 @@ class BondPlacing {
     const ModelBond& bond = model_.bonds[i];
     DrawnBond& drawn = placed_.bonds[i];
     drawn.line = line;
-    const Point along = line.tangent(1.0), side = flow_side(along);
-    drawn.barb = line.end + kBarb * (-std::cos(kBarbAngle) * along + std::sin(kBarbAngle) * side);
-    if (i < causality_.strokes.size() && causality_.strokes[i]) {
+    const bool out = is_detector(model_.elements[bond.from.element.index()].kind);
+    const bool detector = out || is_detector(model_.elements[bond.to.element.index()].kind);
+    const Point along = out ? -1.0 * line.tangent(0.0) : line.tangent(1.0), side = flow_side(along);
+    drawn.tip = out ? line.begin : line.end;
+    for (const double way : {1.0, -1.0})
+      if (way > 0.0 || detector)
+        drawn.barbs.push_back(drawn.tip + kBarb * (-std::cos(kBarbAngle) * along + way * std::sin(kBarbAngle) * side));
+    if (!detector && i < causality_.strokes.size() && causality_.strokes[i]) {
       const bool head = *causality_.strokes[i] == BondEnd::head;
       const Point at = head ? line.end : line.begin, n = turned(line.tangent(head ? 1.0 : 0.0));
       drawn.stroke = {at + kStroke * n, at - kStroke * n};
       taken_.add(around(at, 13.0, 13.0), kLineWeight);
     }
-    taken_.add(around(0.5 * (drawn.barb + line.end), 9.0, 9.0), kLineWeight);
+    taken_.add(around(0.5 * (drawn.barbs.front() + drawn.tip), 9.0, 9.0), kLineWeight);
     taken_.add(line, kLineWeight);
     Point &from = placed_.towards[bond.from.element.index()], &to = placed_.towards[bond.to.element.index()];
     from = from + line.tangent(0.0);

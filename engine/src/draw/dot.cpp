@@ -51,6 +51,11 @@ struct DotWriter {
       return std::find(list.begin(), list.end(), BondId(i)) != list.end();
     };
     const auto& stroke = causality.strokes[i];
+    const auto detects = [&](ElementId element) { return is_detector(model.elements[element.index()].kind); };
+    if (detects(at.from.element) || detects(at.to.element))
+      return identifier(at.from.element) + " -> " + identifier(at.to.element) +
+             " [label=" + quoted(local_name(at.name)) +
+             (detects(at.from.element) ? ", arrowhead=none, arrowtail=vee];\n" : ", arrowhead=vee, arrowtail=none];\n");
     std::string text = identifier(at.from.element) + " -> " + identifier(at.to.element) +
                        " [label=" + quoted(local_name(at.name)) +
                        ", arrowhead=" + (stroke == BondEnd::head ? "teervee" : "rvee") +

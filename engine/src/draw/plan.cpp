@@ -10,11 +10,15 @@ namespace bgsim {
 
 namespace {
 
-/// I above C, R between.
-int height_rank(ElementKind kind) { return kind == ElementKind::inertia ? 0 : kind == ElementKind::resistor ? 1 : 2; }
+/// I and detectors above C, R between.
+int height_rank(ElementKind kind) {
+  if (kind == ElementKind::inertia || is_detector(kind)) return 0;
+  return kind == ElementKind::resistor ? 1 : 2;
+}
 
 bool may_hang(ElementKind kind) {
-  return kind == ElementKind::inertia || kind == ElementKind::resistor || kind == ElementKind::capacitor;
+  return kind == ElementKind::inertia || kind == ElementKind::resistor || kind == ElementKind::capacitor ||
+         is_detector(kind);
 }
 
 /// The bonds of an element.
@@ -124,6 +128,8 @@ std::vector<Standing> standings(const Model& model) {
   const auto kind = [&](ElementId id) { return model.elements[id.index()].kind; };
   for (std::size_t i = 0; i < hanging.size(); ++i) {
     auto& leaves = hanging[i];
+    // There are two places; what takes power comes first.
+    if (leaves.size() > 2) std::erase_if(leaves, [&](ElementId leaf) { return is_detector(kind(leaf)); });
     std::sort(leaves.begin(), leaves.end(), [&](ElementId a, ElementId b) {
       return std::pair(height_rank(kind(a)), a) < std::pair(height_rank(kind(b)), b);
     });

@@ -12,7 +12,8 @@ namespace bgsim {
 
 struct DrawnBond {
   Curve line;
-  Point barb;  ///< the half-arrow's barb goes from the line's end to here
+  Point tip;                 ///< of the arrow: the line's end, or its beginning if a detector is there
+  std::vector<Point> barbs;  ///< from the tip to here: one of a half-arrow, two at a detector, which takes no power
   std::optional<std::pair<Point, Point>> stroke;
   std::vector<PlacedText> names;  ///< its name, or its effort and flow
   std::vector<PlacedText> ports;  ///< of fields at its ends

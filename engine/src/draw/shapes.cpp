@@ -31,8 +31,7 @@ bool Curve::straight() const { return length(control - 0.5 * (begin + end)) < 0.
 
 Letters letters(const Element& element) {
   const std::string text = kind_text(element.kind, element.modulated);
-  const bool source = element.kind == ElementKind::effort_source || element.kind == ElementKind::flow_source;
-  if (!source) return {text, {}};
+  if (!imposed_variable(element.kind)) return {text, {}};
   return {text.substr(0, text.size() - 1), text.substr(text.size() - 1)};
 }
 double letters_width(const Letters& letters) {

@@ -181,6 +181,7 @@ class SvgWriter {
   std::string bond_title(std::size_t i) const {
     const ModelBond& bond = model_.bonds[i];
     std::string text = bond.name + ": from " + end_text(bond.from) + " to " + end_text(bond.to);
+    if (scene_.bonds[i].barbs.size() > 1) return text + "; takes no power";
     if (!scene_.bonds[i].stroke) return text + "; no stroke assigned";
     const bool head = *causality_.strokes[i] == BondEnd::head;
     text += "; stroke at " + end_text(head ? bond.to : bond.from);
@@ -188,13 +189,17 @@ class SvgWriter {
     return text;
   }
 
+  static std::string arrow(const DrawnBond& bond) {
+    if (bond.barbs.size() == 1) return "M" + px(bond.tip) + "L" + px(bond.barbs.front());
+    return "M" + px(bond.barbs[0]) + "L" + px(bond.tip) + "L" + px(bond.barbs[1]);
+  }
+
   void write_bond(std::size_t i) {
     const DrawnBond& bond = scene_.bonds[i];
-    const std::string unassigned = bond.stroke ? "" : " unassigned";
+    const std::string unassigned = bond.stroke || bond.barbs.size() > 1 ? "" : " unassigned";
     out_ += "<g class=\"bond" + bond_marks_[i] + unassigned + "\"" + id("bond", model_.bonds[i].name) + ">" +
             tagged("title", bond_title(i)) + "<path class=\"hit\" d=\"" + path(bond.line) +
-            "\"/><path class=\"line\" d=\"" + path(bond.line) + "\"/><path class=\"arrow\" d=\"M" + px(bond.line.end) +
-            "L" + px(bond.barb) + "\"/>";
+            "\"/><path class=\"line\" d=\"" + path(bond.line) + "\"/><path class=\"arrow\" d=\"" + arrow(bond) + "\"/>";
     if (bond.stroke)
       out_ += "<path class=\"stroke\" d=\"M" + px(bond.stroke->first) + "L" + px(bond.stroke->second) + "\"/>";
     for (const PlacedText& port : bond.ports) write_text(port, "port");
@@ -255,7 +260,8 @@ class SvgWriter {
     if (!causality_.problems.empty())
       legend_line(lines, "bond faulty", "",
                   causality_.problems.front().code + ": " + causality_.problems.front().situation);
-    if (std::any_of(scene_.bonds.begin(), scene_.bonds.end(), [](auto& bond) { return !bond.stroke; }))
+    if (std::any_of(scene_.bonds.begin(), scene_.bonds.end(),
+                    [](auto& bond) { return !bond.stroke && bond.barbs.size() == 1; }))
       legend_line(lines, "bond", "<path class=\"line\" d=\"M0 0L28 0\"/><path d=\"M28 0L19 5\"/>",
                   "bond without a stroke: causality went no further");
     if (!scene_.signals.empty())

@@ -112,8 +112,7 @@ class Derivation {
       const Port& port = graph_[end];
       const ElementKind kind = graph_.kinds[port.element.index()];
       if (is_junction(kind) || kind == ElementKind::transformer || kind == ElementKind::gyrator) continue;
-      const bool source = kind == ElementKind::effort_source || kind == ElementKind::flow_source;
-      if (variable == Variable::flow && !source && !port.head) continue;
+      if (variable == Variable::flow && counts_into(kind) && !port.head) continue;
       return port_name(model_.elements[port.element.index()], port.number) + "." + letter(variable);
     }
     return model_.bonds[bond.index()].name + "." + letter(variable);
@@ -186,6 +185,9 @@ class Derivation {
       case ElementKind::effort_source:
       case ElementKind::flow_source:
         return write_source(id);
+      case ElementKind::effort_detector:
+      case ElementKind::flow_detector:
+        return write_detector(id);
       case ElementKind::resistor:
       case ElementKind::r_field:
         return write_resistor(id);
@@ -212,6 +214,13 @@ class Derivation {
     define(variables[graph_[port].bond.index()], (*translate_)(element.coefficient), id, element.place);
     const ExprId power = system_.pool.mul(effort(port), flow(port));
     add_energy({EnergyPart::Role::source, id, signed_by(!graph_[port].head, power), {}, {}, {}, false});
+  }
+
+  /// Takes no power, so it has no part in the energy audit.
+  void write_detector(ElementId id) {
+    const Element& element = model_.elements[id.index()];
+    const auto& variables = imposed_variable(element.kind) == Variable::effort ? system_.efforts : system_.flows;
+    define(variables[graph_[graph_.port(id, 0)].bond.index()], system_.pool.constant(0.0), id, element.place);
   }
 
   void write_resistor(ElementId id) {

@@ -30,6 +30,7 @@ class GraphBuilder {
 
   BondGraph build() {
     attach_all();
+    refuse_acting_detectors();
     refuse_unbonded({});
     if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
     return numbered();
@@ -37,6 +38,7 @@ class GraphBuilder {
 
   std::vector<Diagnostic> faults(const BondedElsewhere& elsewhere) {
     attach_all();
+    refuse_acting_detectors();
     if (!elsewhere.any) refuse_unbonded(elsewhere.elements);
     return std::move(problems_);
   }
@@ -78,6 +80,33 @@ class GraphBuilder {
       refuse_second(taken, end, element, port);
     else
       taken = end;
+  }
+
+  /// A detector keeps its own flow or effort at zero. Anywhere but at the junction that shares the other variable, that
+  /// would act on the model.
+  void refuse_acting_detectors() {
+    for (const ModelBond& bond : model_.bonds) {
+      if (!bond.from.element.valid() || !bond.to.element.valid()) continue;
+      for (const auto& [own, other] : {std::pair(&bond.from, &bond.to), std::pair(&bond.to, &bond.from)}) {
+        const Element& detector = model_.elements[own->element.index()];
+        if (!is_detector(detector.kind)) continue;
+        const bool effort = detector.kind == ElementKind::effort_detector;
+        const Element& at = model_.elements[other->element.index()];
+        if (at.kind == (effort ? ElementKind::zero_junction : ElementKind::one_junction)) continue;
+        problems_.push_back({.code = "BG207",
+                             .situation = "the detector " + quoted(detector.name) + " is bonded to " + quoted(at.name) +
+                                          ", which is " + (effort ? "no 0-junction" : "no 1-junction"),
+                             .place = bond.place,
+                             .notes = {},
+                             .rule = effort
+                                         ? "a De takes no flow: at a 0-junction that changes nothing, elsewhere it "
+                                           "would hold the flow at 0"
+                                         : "a Df takes no effort: at a 1-junction that changes nothing, elsewhere it "
+                                           "would hold the effort at 0",
+                             .help = std::string("put a ") + (effort ? "0" : "1") +
+                                     "-junction where it is to measure, and bond it to that"});
+      }
+    }
   }
 
   void refuse_self_bond(const ModelBond& at) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <unordered_set>
 
+#include "model/element_kinds.hpp"
+
 namespace bgsim {
 
 namespace {
@@ -27,18 +29,7 @@ struct Words {
   }
   std::string kind_and_name(ElementId id) const {
     const Element& at = element(id);
-    switch (at.kind) {
-      case ElementKind::zero_junction:
-        return "0-junction " + quoted(at.name);
-      case ElementKind::one_junction:
-        return "1-junction " + quoted(at.name);
-      case ElementKind::effort_source:
-        return "effort source " + quoted(at.name);
-      case ElementKind::flow_source:
-        return "flow source " + quoted(at.name);
-      default:
-        return kind_text(at.kind, at.modulated) + " " + quoted(at.name);
-    }
+    return std::string(kind_row(at).words) + ' ' + quoted(at.name);
   }
   std::string bonds(const std::vector<BondId>& list) const {
     constexpr std::size_t kMost = 4;
@@ -182,7 +173,7 @@ Diagnostic explain_two_port(const Words& words, const CausalConflict& conflict) 
 }
 
 Diagnostic explain_two_sources(const Words& words, const CausalConflict& conflict, ElementId first) {
-  const bool effort = words.graph.kinds[conflict.element.index()] == ElementKind::effort_source;
+  const bool effort = imposed_variable(words.graph.kinds[conflict.element.index()]) == Variable::effort;
   const std::string shared = effort ? "effort" : "flow";
   return {.code = effort ? "BG301" : "BG302",
           .situation = shared + " sources " + quoted(words.element(first).name) + " and " +
@@ -254,8 +245,8 @@ std::string stroke_reason_text(const Model& model, const BondGraph& graph, std::
   const std::string port = words.port(words.port_at(stroke.element, bond));
   switch (stroke.reason) {
     case StrokeReason::source:
-      return quoted(element.name) +
-             (element.kind == ElementKind::effort_source ? " is an effort source" : " is a flow source");
+      return quoted(element.name) + (kind_row(element).words.starts_with('e') ? " is an " : " is a ") +
+             std::string(kind_row(element).words);
     case StrokeReason::one_way_law:
       return "the law of " + port + " can give its " + words.given_at(stroke.element, bond) + " only";
     case StrokeReason::integral:
@@ -286,7 +277,7 @@ Diagnostic explain_conflict(const Model& model, const BondGraph& graph, std::spa
       break;
     case CausalConflict::Kind::one_port: {
       const ElementKind kind = graph.kinds[conflict.element.index()];
-      const bool source = kind == ElementKind::effort_source || kind == ElementKind::flow_source;
+      const bool source = imposed_variable(kind).has_value();
       const Stroke& stroke = strokes[conflict.bonds.front().index()];
       problem = source ? explain_two_sources(words, conflict, stroke.element) : explain_law(words, conflict);
       break;

@@ -227,8 +227,9 @@ class Scap {
     // All of them first, so that sources that contradict each other meet at a junction, whichever comes first.
     for (std::size_t i = 0; i < graph_.ports.size(); ++i) {
       const PortId port(i);
-      if (kind(port) != ElementKind::effort_source && kind(port) != ElementKind::flow_source) continue;
-      const Gives gives = kind(port) == ElementKind::effort_source ? Gives::effort : Gives::flow;
+      const auto imposed = imposed_variable(kind(port));
+      if (!imposed) continue;
+      const Gives gives = *imposed == Variable::effort ? Gives::effort : Gives::flow;
       if (!assigned_[graph_[port].bond.index()])
         assign(graph_[port].bond, {end_for(port, gives), StrokeReason::source, graph_[port].element, {}, 0});
     }
@@ -414,8 +415,7 @@ class Scap {
     std::vector<ElementId> elements;
     for (std::size_t i = begin; i < end; ++i)
       for (const PortId port : {graph_[trail_[i]].tail, graph_[trail_[i]].head})
-        if (!is_store(kind(port)) && kind(port) != ElementKind::effort_source && kind(port) != ElementKind::flow_source)
-          elements.push_back(graph_[port].element);
+        if (!is_store(kind(port)) && !imposed_variable(kind(port))) elements.push_back(graph_[port].element);
     std::sort(elements.begin(), elements.end());
     elements.erase(std::unique(elements.begin(), elements.end()), elements.end());
     return elements;

@@ -15,7 +15,7 @@ namespace {
 void give_any_law(Model& model, std::size_t index) {
   Element& element = model.elements[index];
   const ExprId one = model.pool.constant(1.0);
-  if (is_junction(element.kind)) return;
+  if (is_junction(element.kind) || is_detector(element.kind)) return;
   if (!is_field(element.kind)) {
     if (!element.coefficient.valid() && element.laws.empty()) element.coefficient = one;
     return;

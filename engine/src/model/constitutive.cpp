@@ -149,7 +149,7 @@ std::vector<Law> port_laws(const Model& model, ExprPool& pool, ElementId id) {
     std::sort(laws.begin(), laws.end(), [](const Law& a, const Law& b) { return a.port < b.port; });
     return laws;
   }
-  if (is_junction(element.kind) || element.ports.size() != 1) return {};
+  if (is_junction(element.kind) || is_detector(element.kind) || element.ports.size() != 1) return {};
   return {linear_law(pool, element)};
 }
 
@@ -167,11 +167,9 @@ LawUse law_use(ExprPool& pool, const Element& element, const Law& law, Gives giv
 
 LawUse law_use(const Model& model, ExprPool& pool, ElementId id, std::size_t port, Gives gives) {
   const Element& element = model.elements[id.index()];
+  if (const auto imposed = imposed_variable(element.kind))
+    return (gives == Gives::effort) == (*imposed == Variable::effort) ? LawUse::as_written : LawUse::impossible;
   switch (element.kind) {
-    case ElementKind::effort_source:
-      return gives == Gives::effort ? LawUse::as_written : LawUse::impossible;
-    case ElementKind::flow_source:
-      return gives == Gives::flow ? LawUse::as_written : LawUse::impossible;
     case ElementKind::transformer:
     case ElementKind::gyrator:
     case ElementKind::zero_junction:

@@ -12,6 +12,7 @@ constexpr std::array kEffortWays{Keys("effort")};
 constexpr std::array kEffortKeys{Keys("kind"), Keys("about"), Keys("effort")};
 constexpr std::array kFlowWays{Keys("flow")};
 constexpr std::array kFlowKeys{Keys("kind"), Keys("about"), Keys("flow")};
+constexpr std::array kDetectorKeys{Keys("kind"), Keys("about")};
 constexpr std::array kResistorWays{Keys("resistance"), Keys("law")};
 constexpr std::array kResistorKeys{Keys("kind"), Keys("about"), Keys("resistance"), Keys("law")};
 constexpr std::array kCapacitorWays{Keys("capacitance"), Keys("law")};
@@ -31,28 +32,37 @@ constexpr std::array kJunctionKeys{Keys("kind"), Keys("about")};
 
 using Kind = ElementKind;
 constexpr std::array kRows{
-    KindRow{"Se", Kind::effort_source, false, kEffortWays, kEffortKeys},
-    KindRow{"Sf", Kind::flow_source, false, kFlowWays, kFlowKeys},
-    KindRow{"R", Kind::resistor, false, kResistorWays, kResistorKeys},
-    KindRow{"C", Kind::capacitor, false, kCapacitorWays, kCapacitorKeys},
-    KindRow{"I", Kind::inertia, false, kInertiaWays, kInertiaKeys},
-    KindRow{"TF", Kind::transformer, false, kModulusWays, kModulusKeys},
-    KindRow{"GY", Kind::gyrator, false, kModulusWays, kModulusKeys},
-    KindRow{"0", Kind::zero_junction, false, {}, kJunctionKeys},
-    KindRow{"1", Kind::one_junction, false, {}, kJunctionKeys},
-    KindRow{"CC", Kind::c_field, true, kStoreFieldWays, kStoreFieldKeys},
-    KindRow{"II", Kind::i_field, true, kStoreFieldWays, kStoreFieldKeys},
-    KindRow{"RR", Kind::r_field, true, kResistorFieldWays, kResistorFieldKeys},
-    KindRow{"MSe", Kind::effort_source, true, kEffortWays, kEffortKeys},
-    KindRow{"MSf", Kind::flow_source, true, kFlowWays, kFlowKeys},
-    KindRow{"MR", Kind::resistor, true, kResistorWays, kResistorKeys},
-    KindRow{"MC", Kind::capacitor, true, kCapacitorWays, kCapacitorKeys},
-    KindRow{"MI", Kind::inertia, true, kInertiaWays, kInertiaKeys},
-    KindRow{"MTF", Kind::transformer, true, kModulusWays, kModulusKeys},
-    KindRow{"MGY", Kind::gyrator, true, kModulusWays, kModulusKeys},
+    KindRow{"Se", Kind::effort_source, false, "effort source", kEffortWays, kEffortKeys},
+    KindRow{"Sf", Kind::flow_source, false, "flow source", kFlowWays, kFlowKeys},
+    KindRow{"De", Kind::effort_detector, false, "effort detector", {}, kDetectorKeys},
+    KindRow{"Df", Kind::flow_detector, false, "flow detector", {}, kDetectorKeys},
+    KindRow{"R", Kind::resistor, false, "R", kResistorWays, kResistorKeys},
+    KindRow{"C", Kind::capacitor, false, "C", kCapacitorWays, kCapacitorKeys},
+    KindRow{"I", Kind::inertia, false, "I", kInertiaWays, kInertiaKeys},
+    KindRow{"TF", Kind::transformer, false, "TF", kModulusWays, kModulusKeys},
+    KindRow{"GY", Kind::gyrator, false, "GY", kModulusWays, kModulusKeys},
+    KindRow{"0", Kind::zero_junction, false, "0-junction", {}, kJunctionKeys},
+    KindRow{"1", Kind::one_junction, false, "1-junction", {}, kJunctionKeys},
+    KindRow{"CC", Kind::c_field, true, "CC", kStoreFieldWays, kStoreFieldKeys},
+    KindRow{"II", Kind::i_field, true, "II", kStoreFieldWays, kStoreFieldKeys},
+    KindRow{"RR", Kind::r_field, true, "RR", kResistorFieldWays, kResistorFieldKeys},
+    KindRow{"MSe", Kind::effort_source, true, "effort source", kEffortWays, kEffortKeys},
+    KindRow{"MSf", Kind::flow_source, true, "flow source", kFlowWays, kFlowKeys},
+    KindRow{"MR", Kind::resistor, true, "MR", kResistorWays, kResistorKeys},
+    KindRow{"MC", Kind::capacitor, true, "MC", kCapacitorWays, kCapacitorKeys},
+    KindRow{"MI", Kind::inertia, true, "MI", kInertiaWays, kInertiaKeys},
+    KindRow{"MTF", Kind::transformer, true, "MTF", kModulusWays, kModulusKeys},
+    KindRow{"MGY", Kind::gyrator, true, "MGY", kModulusWays, kModulusKeys},
 };
 
 }  // namespace
+
+std::string kind_text(ElementKind kind, bool modulated) {
+  const auto* row = std::find_if(kRows.begin(), kRows.end(), [&](const KindRow& r) {
+    return r.kind == kind && (r.modulated == modulated || is_field(kind));
+  });
+  return row == kRows.end() ? std::string() : std::string(row->text);
+}
 
 std::span<const KindRow> kind_rows() { return kRows; }
 

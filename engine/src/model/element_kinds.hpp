@@ -14,7 +14,8 @@ struct KindRow {
   std::string_view text;  ///< "MR"
   ElementKind kind;
   bool modulated;
-  std::span<const std::string_view> ways;  ///< "resistance", "law"; none for junctions
+  std::string_view words;                  ///< "effort source"; the text where the field has no other name
+  std::span<const std::string_view> ways;  ///< "resistance", "law"; none for junctions and detectors
   std::span<const std::string_view> keys;  ///< all keys, ways included
 };
 

@@ -2,36 +2,6 @@
 
 namespace bgsim {
 
-std::string kind_text(ElementKind kind, bool modulated) {
-  switch (kind) {
-    case ElementKind::effort_source:
-      return modulated ? "MSe" : "Se";
-    case ElementKind::flow_source:
-      return modulated ? "MSf" : "Sf";
-    case ElementKind::resistor:
-      return modulated ? "MR" : "R";
-    case ElementKind::capacitor:
-      return modulated ? "MC" : "C";
-    case ElementKind::inertia:
-      return modulated ? "MI" : "I";
-    case ElementKind::transformer:
-      return modulated ? "MTF" : "TF";
-    case ElementKind::gyrator:
-      return modulated ? "MGY" : "GY";
-    case ElementKind::c_field:
-      return "CC";
-    case ElementKind::i_field:
-      return "II";
-    case ElementKind::r_field:
-      return "RR";
-    case ElementKind::zero_junction:
-      return "0";
-    case ElementKind::one_junction:
-      return "1";
-  }
-  return {};
-}
-
 char letter(Variable variable) {
   switch (variable) {
     case Variable::effort:

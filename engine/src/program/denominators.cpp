@@ -16,8 +16,7 @@ bool is_jump(Op op) {
 bool is_structural(const Model& model, const Origin& origin) {
   if (!origin.element.valid()) return false;
   const Element& element = model.elements[origin.element.index()];
-  return element.coefficient.valid() && element.kind != ElementKind::effort_source &&
-         element.kind != ElementKind::flow_source;
+  return element.coefficient.valid() && !is_source(element.kind);
 }
 
 class PoleSearch {

@@ -101,7 +101,8 @@ std::optional<ExprId> Reader::quantity(const Context& context, const Entity& ent
                     std::string(context.constant) + " is computed from numbers and parameters only");
     case Entity::Kind::element: {
       const Element& element = model_.elements[entity.index];
-      if (element.kind == ElementKind::one_junction || element.kind == ElementKind::flow_source)
+      if (element.kind == ElementKind::one_junction || element.kind == ElementKind::flow_source ||
+          element.kind == ElementKind::flow_detector)
         return refuse("BG121", in_quotes(name) + " is an element, no quantity",
                       "write " + in_quotes(std::string(name) + ".f"));
       const std::string port = element.ports.size() > 1 ? "." + element.ports[0] : "";

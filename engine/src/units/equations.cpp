@@ -230,6 +230,7 @@ class UnitBuilder {
   }
 
   void coefficient(ElementId id, const Element& e) {
+    if (!e.coefficient.valid()) return;
     const UnitSite site{UnitSite::Kind::element, id.value};
     const Part part = expression(site, e.coefficient, e.coefficient_place);
     const auto at = [&](std::size_t port, Variable variable) { return port_form(id, port, variable); };
