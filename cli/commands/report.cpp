@@ -26,6 +26,7 @@ struct ReportArguments {
   SceneOverrides overrides;
   std::size_t points = 20000;
   bool all = false, quiet = false;
+  RunLimits limits;
 };
 
 ReportArguments parse(const Arguments& arguments) {
@@ -50,6 +51,7 @@ ReportArguments parse(const Arguments& arguments) {
   add_parameters_option(app, options.reading);
   add_time_options(app, options.reading);
   add_solver_options(app, options.overrides);
+  add_limit_options(app, options.limits);
   app.add_option("--points", options.points, "samples of a curve to keep for drawing, at most (default: 20000)")
       ->type_name("N")
       ->check(CLI::Range(std::size_t{100}, std::size_t{100'000'000}));
@@ -135,7 +137,7 @@ Exit report_command(const Arguments& arguments) {
 
   Exit outcome = Exit::done;
   for (const std::string& name : scenes) {
-    content.scenes.push_back(run_for_report(content.study, name, options.overrides, options.quiet));
+    content.scenes.push_back(run_for_report(content.study, name, options.overrides, options.limits, options.quiet));
     const RunResult& result = content.scenes.back().result;
     if (result.failure) {
       std::cerr << render(*result.failure, *model.sources);

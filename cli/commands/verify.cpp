@@ -69,7 +69,8 @@ void print_check(const std::string& model, const std::string& scene, const Refer
 }
 
 /// Runs one scene at its reference's times and compares.
-Exit verify_scene(const Study& study, const std::string& file, const ReadOptions& reading, const RunInputs& inputs) {
+Exit verify_scene(const Study& study, const std::string& file, const ReadOptions& reading, const RunLimits& limits,
+                  const RunInputs& inputs) {
   const Model& model = study.model();
   const std::string label = fs::path(file).stem().string();
   print_warnings(inputs.warnings, model);
@@ -81,6 +82,7 @@ Exit verify_scene(const Study& study, const std::string& file, const ReadOptions
   RunWatch watch(adapted.start, adapted.stop, false);
   SimulateOptions how;
   how.energy_audit = false;
+  limits.apply(how);
   how.progress = watch.progress();
   const RunResult result = scene.simulate(how);
   if (result.stop != StopReason::completed) {
@@ -98,7 +100,7 @@ struct Tally {
   std::vector<std::string> without_reference;
 };
 
-Exit verify_file(const std::string& file, const ReadOptions& reading, Tally& tally) {
+Exit verify_file(const std::string& file, const ReadOptions& reading, const RunLimits& limits, Tally& tally) {
   // A model without references is only read: it may be a submodel, which does not stand alone.
   const Study study = read_study(file, reading);
   const std::vector<Scene>& scenes = study.model().scenes;
@@ -111,7 +113,7 @@ Exit verify_file(const std::string& file, const ReadOptions& reading, Tally& tal
   Exit outcome = Exit::done;
   for (const Scene& scene : scenes) {
     if (!scene.reference) continue;
-    const Exit one = verify_scene(study, file, reading, prepare_scene(study.model(), scene.name));
+    const Exit one = verify_scene(study, file, reading, limits, prepare_scene(study.model(), scene.name));
     ++(one == Exit::done ? tally.held : tally.missed);
     outcome = worse(outcome, one);
     if (was_interrupted()) break;
@@ -120,9 +122,9 @@ Exit verify_file(const std::string& file, const ReadOptions& reading, Tally& tal
 }
 
 /// A model that cannot be read or built counts as missed; the others are still verified.
-Exit verify_file_guarded(const std::string& file, const ReadOptions& reading, Tally& tally) {
+Exit verify_file_guarded(const std::string& file, const ReadOptions& reading, const RunLimits& limits, Tally& tally) {
   try {
-    return verify_file(file, reading, tally);
+    return verify_file(file, reading, limits, tally);
   } catch (const ModelError& error) {
     std::cerr << render(error);
     ++tally.missed;
@@ -138,6 +140,8 @@ Exit verify_command(const Arguments& arguments) {
   CLI::App app("Runs every scene that names a reference trace and holds it against it.", "bgsim verify");
   app.add_option("models", files, "models (default: models/*.json)");
   add_read_options(app, reading);
+  RunLimits limits;
+  add_limit_options(app, limits);
   app.footer(
       "Examples:\n  bgsim verify                       every model under models/\n  bgsim verify models/bellow.json");
   parse_arguments(app, arguments);
@@ -147,7 +151,7 @@ Exit verify_command(const Arguments& arguments) {
   Tally tally;
   Exit outcome = Exit::done;
   for (const std::string& file : files) {
-    outcome = worse(outcome, verify_file_guarded(file, reading, tally));
+    outcome = worse(outcome, verify_file_guarded(file, reading, limits, tally));
     if (was_interrupted()) throw Interrupted("interrupted; what was verified up to there is above");
   }
   for (const std::string& file : tally.without_reference)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bgsim/bgsim.hpp"
+#include "options.hpp"
 #include "stages.hpp"
 
 namespace bgsim::cli {
@@ -38,7 +39,8 @@ struct ReportContent {
 
 /// Runs a scene for a report.
 /// @throws ModelError as prepare_scene, and for its reference as read_reference and at_reference_times; UsageError.
-ReportedScene run_for_report(const Study& study, const std::string& scene, const SceneOverrides& overrides, bool quiet);
+ReportedScene run_for_report(const Study& study, const std::string& scene, const SceneOverrides& overrides,
+                             const RunLimits& limits, bool quiet);
 
 /// The page: one HTML file that needs nothing else.
 std::string report_page(const ReportContent& content);

@@ -39,7 +39,7 @@ void take_reference(const Model& model, ReportedScene& scene) {
 }  // namespace
 
 ReportedScene run_for_report(const Study& study, const std::string& scene, const SceneOverrides& overrides,
-                             bool quiet) {
+                             const RunLimits& limits, bool quiet) {
   const Model& model = study.model();
   ReportedScene done;
   done.inputs = prepare(model, scene, overrides);
@@ -53,6 +53,7 @@ ReportedScene run_for_report(const Study& study, const std::string& scene, const
     RunWatch watch(done.inputs.start, done.inputs.stop, quiet);
     SimulateOptions how;
     how.energy_course = kCoursePoints;
+    limits.apply(how);
     how.progress = watch.progress();
     done.result = compiled.simulate(how);
   }

@@ -163,3 +163,17 @@ TEST_CASE("a run ends at its limit of steps or of time with the trace up to ther
     CHECK(here.bgsim(std::string("ring.json ") + wrong).code == 2);
   }
 }
+
+TEST_CASE("report and verify end their runs at the same limits, and say so") {
+  const Workplace here;
+  const Outcome report = here.bgsim("report ring.json -o out.html --max-steps 100 --quiet");
+  CHECK(report.code == 3);
+  CHECK_THAT(report.err, Contains("BG607: the limit of 100 steps"));
+  CHECK(here.has("out.html"));  // with the trace up to there
+  here.write("r.csv", "t,x\r\n0,0\r\n6283185,0\r\n");
+  std::string text = here.read("ring.json");
+  here.write("held.json", text.replace(text.find("\"relative\""), 0, "\"reference\": \"r.csv\", "));
+  const Outcome verify = here.bgsim("verify held.json --time-limit 0.3");
+  CHECK(verify.code == 3);
+  CHECK_THAT(verify.err, Contains("BG618: the limit of 0.3 s"));
+}
