@@ -45,10 +45,12 @@ class Document {
   /// of a double, valid UTF-8.
   /// @throws ModelError BG101 syntax, BG102 duplicate key, BG103 number out of range, BG104 file too large.
   /// @note Time and memory are linear in the text; nesting needs no stack.
-  static Document parse(DocumentId self, std::string path, std::string text);
+  /// @param users  the text is the user's own, and may be shown whatever it is: options, a file of parameters.
+  static Document parse(DocumentId self, std::string path, std::string text, bool users = false);
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::string& text() const { return *text_; }
+  [[nodiscard]] bool is_users() const { return users_; }
   [[nodiscard]] static NodeId root() { return NodeId(0); }
   [[nodiscard]] const JsonNode& operator[](NodeId id) const { return nodes_[id.index()]; }
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
@@ -69,6 +71,7 @@ class Document {
   friend class DocumentBuilder;
   DocumentId self_;
   std::string path_;
+  bool users_ = false;
   std::shared_ptr<const std::string> text_;
   std::shared_ptr<std::deque<std::string>> decoded_;  ///< strings that contain escapes
   std::vector<JsonNode> nodes_;

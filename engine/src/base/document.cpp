@@ -298,10 +298,11 @@ class DocumentBuilder {
   std::vector<Diagnostic> problems_;
 };
 
-Document Document::parse(DocumentId self, std::string path, std::string text) {
+Document Document::parse(DocumentId self, std::string path, std::string text, bool users) {
   Document document;
   document.self_ = self;
   document.path_ = std::move(path);
+  document.users_ = users;
   document.text_ = std::make_shared<const std::string>(std::move(text));
   document.decoded_ = std::make_shared<std::deque<std::string>>();
   if (document.text().size() >= std::numeric_limits<std::uint32_t>::max())

@@ -5,7 +5,7 @@
 namespace bgsim {
 
 bool shows_text(const Document& file) {
-  if (file.path() == kCommandLine) return true;
+  if (file.is_users()) return true;
   constexpr std::string_view kKey = "\"bgsim\"";
   const std::string_view text = file.text();
   for (auto at = text.find(kKey); at != std::string_view::npos; at = text.find(kKey, at + 1)) {

@@ -5,7 +5,8 @@
 
 namespace bgsim {
 
-/// Whether messages may show the text of a file: it is a model's, with the key "bgsim" somewhere, JSON or not yet.
+/// Whether messages may show the text of a file: it is the user's own, or a model's, with the key "bgsim" somewhere,
+/// JSON or not yet.
 bool shows_text(const Document& file);
 
 }  // namespace bgsim

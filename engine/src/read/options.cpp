@@ -127,7 +127,7 @@ bool Reader::check_file_unit(Parameter& parameter, const Document& file, NodeId 
 void Reader::read_command_line() {
   std::string text = command_line_text(options_);
   if (text.empty()) return;
-  const DocumentId id = add_document(kCommandLine, std::move(text));
+  const DocumentId id = add_document(kCommandLine, std::move(text), true);
   if (!id.valid()) return;
   scopes_.push_back({"", id, 0, {}});
   const std::size_t scope = scopes_.size() - 1;

@@ -135,10 +135,10 @@ DocumentId Reader::load(const std::string& path, std::optional<std::string> text
 }
 
 /// A text as one of the model's documents; none if it is no JSON, which is reported.
-DocumentId Reader::add_document(const std::string& path, std::string text) {
+DocumentId Reader::add_document(const std::string& path, std::string text, bool users) {
   const DocumentId id(sources_->size());
   try {
-    sources_->push_back(Document::parse(id, path, std::move(text)));
+    sources_->push_back(Document::parse(id, path, std::move(text), users));
   } catch (const ModelError& error) {
     // The place is in the file that failed: keep its text for the message.
     if (error.sources && id.index() < error.sources->size()) sources_->push_back((*error.sources)[id.index()]);
@@ -152,7 +152,7 @@ DocumentId Reader::add_document(const std::string& path, std::string text) {
 /// A file of parameters, which may come from a pipe as the model may.
 DocumentId Reader::load_parameters(const std::string& path) {
   InputText file = read_input(path, NamedBy::user, '{');
-  if (file.fault.empty()) return add_document(path, std::move(file.text));
+  if (file.fault.empty()) return add_document(path, std::move(file.text), true);
   problem("BG190", "cannot read the parameters " + in_quotes(path) + ": " + file.fault, {},
           "paths on the command line are relative to the folder you are in");
   return {};

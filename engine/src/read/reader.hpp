@@ -64,7 +64,7 @@ class Reader {
   [[nodiscard]] const Document& document(DocumentId id) const { return (*sources_)[id.index()]; }
   [[nodiscard]] const Document& document(const Scope& scope) const { return document(scope.document); }
   DocumentId load_parameters(const std::string& path);
-  DocumentId add_document(const std::string& path, std::string text);
+  DocumentId add_document(const std::string& path, std::string text, bool users = false);
   [[nodiscard]] std::string beside(DocumentId id, std::string_view file) const;
   [[nodiscard]] std::string submodel_file(DocumentId id, std::string_view file) const;
   bool is_model(DocumentId id);
