@@ -39,7 +39,7 @@ sigset_t signals() {
   return set;
 }
 
-int held = 0;
+int holds = 0;
 
 }  // namespace
 
@@ -61,11 +61,11 @@ bool was_interrupted() { return noted != 0; }
 
 InterruptionsHeld::InterruptionsHeld() {
   const sigset_t set = signals();
-  if (held++ == 0) sigprocmask(SIG_BLOCK, &set, nullptr);
+  if (holds++ == 0) sigprocmask(SIG_BLOCK, &set, nullptr);
 }
 InterruptionsHeld::~InterruptionsHeld() {
   const sigset_t set = signals();
-  if (--held == 0) sigprocmask(SIG_UNBLOCK, &set, nullptr);
+  if (--holds == 0) sigprocmask(SIG_UNBLOCK, &set, nullptr);
 }
 
 }  // namespace bgsim::cli

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "bgsim/visible_text.hpp"
 #include "gnuplot.hpp"
 #include "thinning.hpp"
 
@@ -18,16 +19,17 @@ constexpr double kWidth = 860.0, kPanelHeight = 230.0, kLowHeight = 150.0;
 constexpr std::array<const char*, 7> kColours{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                               "#e69f00", "#56b4e9", "#555555"};
 
-std::string number(double value, const char* format) {
+/// A length or a share on the page, which wants no exponent.
+std::string fixed_number(double value, int decimals) {
   std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), format, value);
+  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
   return text.data();
 }
 
 void add_data(std::ostringstream& script, const std::string& block, const PlotCurve& curve) {
   script << "$" << block << " << EOD\n";
   for (const std::size_t i : thinned(curve.x, curve.y, kBuckets))
-    script << number(curve.x[i], "%.12g") << ' ' << number(curve.y[i], "%.9g") << '\n';
+    script << number_text(curve.x[i], 12) << ' ' << number_text(curve.y[i], 9) << '\n';
   script << "EOD\n";
 }
 
@@ -64,16 +66,16 @@ void add_panel(std::ostringstream& script, const Plot& plot, const Grid& grid, s
   const std::size_t row = index / grid.columns, column = index % grid.columns;
   const bool lowest = index + grid.columns >= plot.panels.size();
   const double span = 1.0 / static_cast<double>(grid.columns), left = static_cast<double>(column) * span;
-  const auto screen = [&](double y) { return number(1.0 - y / grid.height, "%.5f"); };
-  script << "set lmargin at screen " << number(left + 86.0 / grid.width, "%.5f") << "\nset rmargin at screen "
-         << number(left + span - 30.0 / grid.width, "%.5f") << "\nset tmargin at screen "
+  const auto screen = [&](double y) { return fixed_number(1.0 - y / grid.height, 5); };
+  script << "set lmargin at screen " << fixed_number(left + 86.0 / grid.width, 5) << "\nset rmargin at screen "
+         << fixed_number(left + span - 30.0 / grid.width, 5) << "\nset tmargin at screen "
          << screen(grid.tops[row] + 26.0) << "\nset bmargin at screen " << screen(grid.tops[row + 1] - 12.0) << "\n"
          << "set label 2 " << gnuplot_string(panel.unit)
          << " at graph 0, graph 1 right offset character -1, character 0.9\n"
          << (lowest ? "set xlabel " + gnuplot_string(plot.x_label) + "\nset format x '%g'\n"
                     : std::string("unset xlabel\nset format x ''\n"))
-         << (panel.range ? "set yrange [" + number(panel.range->first, "%.12g") + ":" +
-                               number(panel.range->second, "%.12g") + "]\n"
+         << (panel.range ? "set yrange [" + number_text(panel.range->first, 12) + ":" +
+                               number_text(panel.range->second, 12) + "]\n"
                          : std::string("set yrange [*:*]\n"))
          << "plot ";
   for (std::size_t i = 0; i < panel.curves.size(); ++i) {
@@ -92,7 +94,7 @@ void add_panel(std::ostringstream& script, const Plot& plot, const Grid& grid, s
 std::string plot_svg(const Plot& plot) {
   const Grid grid = grid_of(plot);
   std::ostringstream script;
-  script << "set terminal svg size " << number(grid.width, "%.0f") << "," << number(grid.height, "%.0f")
+  script << "set terminal svg size " << fixed_number(grid.width, 0) << "," << fixed_number(grid.height, 0)
          << " dynamic noenhanced font 'Helvetica,12' background '#ffffff'\n";
   double x_low = plot.panels.front().curves.front().x.front(), x_high = x_low;
   for (std::size_t p = 0; p < plot.panels.size(); ++p)
@@ -105,9 +107,9 @@ std::string plot_svg(const Plot& plot) {
     }
   script << "set border 3 lc rgb '#777777'\nset tics nomirror textcolor rgb '#333333'\nset grid lc rgb '#e2e2e2' lt 1\n"
             "set key at graph 0, graph 1.01 left bottom horizontal Left reverse samplen 2 maxrows 1\n";
-  if (x_low < x_high) script << "set xrange [" << number(x_low, "%.12g") << ":" << number(x_high, "%.12g") << "]\n";
+  if (x_low < x_high) script << "set xrange [" << number_text(x_low, 12) << ":" << number_text(x_high, 12) << "]\n";
   script << "set multiplot\nset label 1 " << gnuplot_string(plot.title) << " at screen "
-         << number(14.0 / grid.width, "%.5f") << "," << number(1.0 - 17.0 / grid.height, "%.5f") << " font ',13'\n";
+         << fixed_number(14.0 / grid.width, 5) << "," << fixed_number(1.0 - 17.0 / grid.height, 5) << " font ',13'\n";
   for (std::size_t p = 0; p < plot.panels.size(); ++p) {
     add_panel(script, plot, grid, p);
     if (p == 0) script << "unset label 1\n";

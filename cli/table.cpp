@@ -8,12 +8,12 @@
 
 namespace bgsim::cli {
 
-void Table::add(std::vector<std::string> row) {
+void TextTable::add(std::vector<std::string> row) {
   for (std::size_t c = 0; c < row.size(); ++c) row[c] = c + 1 < row.size() ? short_name(row[c]) : visible_line(row[c]);
   rows_.push_back(std::move(row));
 }
 
-std::string Table::text() const {
+std::string TextTable::text() const {
   std::vector<std::size_t> width(rows_.front().size(), 0);
   for (const auto& row : rows_)
     for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], character_count(row[c]));
@@ -25,12 +25,6 @@ std::string Table::text() const {
     text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
   }
   return text;
-}
-
-std::string number_text(double value, int digits) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-  return text.data();
 }
 
 std::string percent_text(double share) { return number_text(100.0 * share, 3) + " %"; }

@@ -8,9 +8,9 @@ namespace bgsim::cli {
 
 /// Columns as wide as their widest entry, two spaces between them, the last one free. Entries may be any names: they
 /// are made visible, and short but in the last column.
-class Table {
+class TextTable {
  public:
-  explicit Table(std::vector<std::string> heads) : rows_{std::move(heads)} {}
+  explicit TextTable(std::vector<std::string> heads) : rows_{std::move(heads)} {}
   void add(std::vector<std::string> row);
   [[nodiscard]] std::string text() const;
 
@@ -18,7 +18,6 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
-std::string number_text(double value, int digits);
 std::string percent_text(double share);  ///< "12.3 %"
 
 }  // namespace bgsim::cli

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <vector>
 
+#include "bgsim/visible_text.hpp"
 #include "bgsim/xml_text.hpp"
 #include "command.hpp"
 #include "gnuplot.hpp"
@@ -13,12 +14,6 @@
 namespace bgsim::cli {
 
 namespace {
-
-std::string number(double value, const char* format = "%.3g") {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
 
 /// A curve's look: colour by family, one of few brightnesses within it.
 struct Look {
@@ -65,7 +60,7 @@ std::string script(const Trade& trade, std::optional<std::size_t> picked) {
   const auto block = [&](const std::string& name, auto&& rows) {
     text << "$" << name << " << EOD\n";
     for (const TradeRow* row : rows)
-      text << number(row->cpu_seconds, "%.9g") << ' ' << number(row->max_error, "%.9g") << '\n';
+      text << number_text(row->cpu_seconds, 9) << ' ' << number_text(row->max_error, 9) << '\n';
     text << "EOD\n";
   };
   for (std::size_t i = 0; i < curves.size(); ++i) block("c" + std::to_string(i), curves[i].rows);
@@ -80,11 +75,11 @@ std::string script(const Trade& trade, std::optional<std::size_t> picked) {
           "set xlabel 'processor time of a run in s'\nset ylabel 'largest error / range of the output'\n"
           "set key outside right top vertical samplen 2 spacing 1.1\nset grid lc rgb '#dddddd' lt 1\n"
        << "set title " << gnuplot_string(trade.model + ", scene " + trade.scene) << "\n"
-       << "set arrow from graph 0, first " << number(std::max(trade.reference.error, 1e-16), "%.6g")
-       << " to graph 1, first " << number(std::max(trade.reference.error, 1e-16), "%.6g")
+       << "set arrow from graph 0, first " << number_text(std::max(trade.reference.error, 1e-16), 6)
+       << " to graph 1, first " << number_text(std::max(trade.reference.error, 1e-16), 6)
        << " nohead lc rgb '#888888' dashtype 3\n"
        << "set label \"reference's own error\" at graph 0.01, first "
-       << number(1.25 * std::max(trade.reference.error, 1e-16), "%.6g") << " tc rgb '#666666' font ',10'\n"
+       << number_text(1.25 * std::max(trade.reference.error, 1e-16), 6) << " tc rgb '#666666' font ',10'\n"
        << "plot $front with lines lc rgb '#000000' lw 5 dashtype 1 title 'Pareto front'";
   for (std::size_t i = 0; i < curves.size(); ++i) {
     const Look look = look_of(curves[i].setting);
@@ -102,12 +97,12 @@ void html_row(std::ostringstream& page, const TradeRow& row) {
   const bool known = !row.errors.empty();
   page << (row.pareto ? "<tr class=\"front\">" : row.verdict == TradeVerdict::stable ? "<tr>" : "<tr class=\"bad\">");
   cell(setting_flags(row.setting));
-  cell(known ? number(row.max_error) : "");
-  cell(known ? number(row.rms_error) : "");
-  cell(number(row.cpu_seconds));
+  cell(known ? number_text(row.max_error, 3) : "");
+  cell(known ? number_text(row.rms_error, 3) : "");
+  cell(number_text(row.cpu_seconds, 3));
   for (const std::uint64_t count : {row.steps, row.rates, row.jacobians, row.factorizations})
     cell(std::to_string(count));
-  cell(row.energy_residual ? number(*row.energy_residual) : "");
+  cell(row.energy_residual ? number_text(*row.energy_residual, 3) : "");
   cell(std::string(verdict_text(row.verdict)) + (row.why.empty() ? "" : ": " + row.why));
   page << "</tr>\n";
 }
@@ -131,7 +126,7 @@ std::string trade_html(const Trade& trade, const std::string& svg) {
   page << (svg.empty() ? svg : svg.substr(svg.find("<svg"))) << "\n<p>Errors are relative to each output's range, the "
        << "largest over outputs and output times. Reference: <code>" << setting_flags(trade.reference.setting)
        << "</code>; its own error, by <code>" << setting_flags(trade.reference.second)
-       << "</code>: " << number(trade.reference.error)
+       << "</code>: " << number_text(trade.reference.error, 3)
        << ". Processor time: median of repeated runs without audit. Bold: on the Pareto front.</p>\n";
   for (const TradeOutput& output : trade.outputs)
     if (!output.judged())

@@ -24,7 +24,7 @@ struct DrawArguments {
   double zoom = 2.0;
 };
 
-DrawArguments parse(const Arguments& arguments) {
+DrawArguments parse_draw(const Arguments& arguments) {
   DrawArguments options;
   CLI::App app("Draws the bond graph: half-arrows, causal strokes, signals, submodels as frames.", "bgsim draw");
   app.footer(
@@ -51,7 +51,7 @@ DrawArguments parse(const Arguments& arguments) {
 }  // namespace
 
 Exit draw_command(const Arguments& arguments) {
-  DrawArguments options = parse(arguments);
+  DrawArguments options = parse_draw(arguments);
   const Study study = read_study(options.file, options.reading);
   const Model& model = study.model();
   if (options.output.empty()) options.output = file_name(model.name) + ".svg";

@@ -35,7 +35,7 @@ struct PlotArguments {
   double zoom = 2.0;
 };
 
-PlotArguments parse(const Arguments& arguments) {
+PlotArguments parse_plot(const Arguments& arguments) {
   PlotArguments options;
   CLI::App app("Draws columns of a trace, or of two traces with their difference.", "bgsim plot");
   app.footer(
@@ -330,7 +330,7 @@ void check_reference(const UnitTrace& reference, const std::string& x, const std
 }  // namespace
 
 Exit plot_command(const Arguments& arguments) {
-  PlotArguments options = parse(arguments);
+  PlotArguments options = parse_plot(arguments);
   if (options.output.empty()) options.output = file_name(fs::path(options.file).stem().string()) + ".svg";
   const std::string ending = options.output == "-" ? ".svg" : fs::path(options.output).extension().string();
   if (ending != ".svg" && ending != ".png")

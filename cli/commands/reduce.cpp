@@ -36,7 +36,7 @@ struct ReduceArguments {
   ReadOptions reading;
 };
 
-ReduceArguments parse(const Arguments& arguments) {
+ReduceArguments parse_reduce(const Arguments& arguments) {
   ReduceArguments options;
   CLI::App app(
       "Cuts out of a model what a scene does not require: the least active elements first, as long as no output of\n"
@@ -82,7 +82,7 @@ std::string kind_of(const Model& model, ElementId id) {
 
 void print_activities(std::ostream& out, const Model& model, const std::vector<ElementActivity>& table) {
   constexpr double kBar = 40.0;
-  Table text({"element", "kind", "activity", "share", "cumulative", ""});
+  TextTable text({"element", "kind", "activity", "share", "cumulative", ""});
   for (const ElementActivity& row : table)
     text.add({element_name(model, row.element), kind_of(model, row.element), number_text(row.activity, 5),
               percent_text(row.share), percent_text(row.cumulative),
@@ -91,7 +91,7 @@ void print_activities(std::ostream& out, const Model& model, const std::vector<E
 }
 
 void print_trials(std::ostream& out, const Model& model, const Reduction& reduction) {
-  Table text({"element", "cut", "share", "error", "in", ""});
+  TextTable text({"element", "cut", "share", "error", "in", ""});
   for (const CutTrial& trial : reduction.trials) {
     const bool refused = !trial.refusal.empty();
     text.add({element_name(model, trial.cut.element), cut_text(trial.cut.kind), percent_text(trial.share),
@@ -105,7 +105,7 @@ void print_trials(std::ostream& out, const Model& model, const Reduction& reduct
 
 void print_sizes(std::ostream& out, const Reduction& r) {
   const auto count = [](std::size_t n) { return std::to_string(n); };
-  Table text({"", "elements", "bonds", "states", "operations", "steps", "rate evaluations", "integration"});
+  TextTable text({"", "elements", "bonds", "states", "operations", "steps", "rate evaluations", "integration"});
   const auto row = [&](const char* name, const ModelSize& size, const ModelCost& cost) {
     text.add({name, count(size.elements), count(size.bonds), count(size.states), count(size.operations),
               count(cost.steps), count(cost.rate_evaluations), number_text(1e3 * cost.seconds, 3) + " ms"});
@@ -116,7 +116,7 @@ void print_sizes(std::ostream& out, const Reduction& r) {
 }
 
 void print_errors(std::ostream& out, const Reduction& reduction) {
-  Table text({"output", "largest error", "root mean square", "largest at t"});
+  TextTable text({"output", "largest error", "root mean square", "largest at t"});
   for (const OutputError& error : reduction.errors)
     text.add({error.output, number_text(error.error, 3), number_text(error.rms, 3), number_text(error.time, 6)});
   out << text.text();
@@ -189,7 +189,7 @@ void tell(std::ostream& out, const Model& model, const std::string& scene, const
 }  // namespace
 
 Exit reduce_command(const Arguments& arguments) {
-  const ReduceArguments options = parse(arguments);
+  const ReduceArguments options = parse_reduce(arguments);
   const Study study = study_of(options.file, options.reading);
   const RunInputs inputs = prepare(study.model(), options.scene, options.overrides);
   // What the command line sets becomes part of the scene, and so of the model that is written.

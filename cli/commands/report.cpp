@@ -29,7 +29,7 @@ struct ReportArguments {
   RunLimits limits;
 };
 
-ReportArguments parse(const Arguments& arguments) {
+ReportArguments parse_report(const Arguments& arguments) {
   ReportArguments options;
   CLI::App app(
       "Runs scenes and writes one HTML page that needs nothing else: drawing, causality, equations, plots, "
@@ -105,7 +105,7 @@ std::string page_name(const Model& model, const ReportArguments& options, const 
 }  // namespace
 
 Exit report_command(const Arguments& arguments) {
-  const ReportArguments options = parse(arguments);
+  const ReportArguments options = parse_report(arguments);
   if (kUplotScript.empty())
     throw UsageError(
         "this bgsim was built without uPlot, which draws the plots of the page: npm could not fetch it. Build it again "

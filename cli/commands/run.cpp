@@ -53,7 +53,7 @@ constexpr const char* kExamples =
     "\n"
     "Further commands: bgsim --help";
 
-RunOptions parse(const Arguments& arguments) {
+RunOptions parse_run(const Arguments& arguments) {
   RunOptions options;
   CLI::App app("Simulates a scene of a model and writes its trace as CSV.", "bgsim");
   app.footer(kExamples);
@@ -260,7 +260,7 @@ Exit run_scene(const Study& study, const RunOptions& options, const std::string&
 }  // namespace
 
 Exit run_command(const Arguments& arguments) {
-  const RunOptions options = parse(arguments);
+  const RunOptions options = parse_run(arguments);
   const Study study = study_of(options.file, options.reading);
   if (!options.all_scenes) return run_scene(study, options, options.scene);
   std::vector<std::string> scenes;

@@ -32,7 +32,7 @@ struct TradeArguments {
   bool no_picture = false, quiet = false;
 };
 
-TradeArguments parse(const Arguments& arguments) {
+TradeArguments parse_trade(const Arguments& arguments) {
   TradeArguments options;
   options.how.budget = 120.0;  // what a whole table of a seed model takes
   CLI::App app("Runs a scene with every method over its tolerances or steps, and tells error and cost of each.",
@@ -116,7 +116,7 @@ std::optional<std::size_t> tell_pick(const Trade& trade, double accuracy) {
 }  // namespace
 
 Exit trade_command(const Arguments& arguments) {
-  TradeArguments options = parse(arguments);
+  TradeArguments options = parse_trade(arguments);
   if (!options.no_picture) require_program(kGnuplot, "--no-picture leaves it out");
   const Study study = study_of(options.file, options.reading);
   const Model& model = study.model();

@@ -32,12 +32,6 @@ std::vector<std::string> all_models() {
   return files;
 }
 
-std::string number_text(double value, int digits) {
-  std::ostringstream text;
-  text << std::setprecision(digits) << value;
-  return text.str();
-}
-
 /// One line of the table: columns of fixed width, the last one free.
 void print_line(const std::string& model, const std::string& scene, const std::string& column, const std::string& error,
                 const std::string& where, const std::string& limit, const std::string& verdict) {

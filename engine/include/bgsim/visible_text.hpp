@@ -28,6 +28,9 @@ std::string short_path(std::string_view path);
 /// a sixth from its end.
 std::string short_line(std::string_view text, std::size_t longest);
 
+/// A number as people read it, with at most @p digits of them: "0.25", "3.64132e+20".
+std::string number_text(double value, int digits = 10);
+
 /// Characters (code points) of a text in UTF-8: what a column of a table counts.
 std::size_t character_count(std::string_view text);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "base/text.hpp"
 #include "bgsim/visible_text.hpp"
 
 namespace bgsim {
@@ -73,8 +74,6 @@ class CsvReader {
   std::size_t line_ = 1;
 };
 
-std::string quote(const std::string& text) { return '"' + short_name(text) + '"'; }
-
 /// A file is known to be a table of numbers once its first record has been read.
 bool is_known(const CsvTable& table) { return !table.columns.back().empty(); }
 
@@ -82,8 +81,8 @@ bool is_known(const CsvTable& table) { return !table.columns.back().empty(); }
 CsvError field_fault(std::size_t line, const CsvTable& table, std::size_t column, const std::string& field,
                      const std::string& what) {
   const std::string number = std::to_string(column + 1);
-  const std::string place = " in column " + quote(table.names[column]);
-  const std::string shown = field.empty() ? what + place : quote(field) + place + what;
+  const std::string place = " in column " + in_quotes(table.names[column]);
+  const std::string shown = field.empty() ? what + place : in_quotes(field) + place + what;
   if (is_known(table)) return {line, shown, shown};
   return {line, shown, field.empty() ? what + " in column " + number : "the value in column " + number + what};
 }
@@ -121,7 +120,7 @@ std::vector<std::string> parse_header(CsvReader& reader) {
     more = reader.field(name);
     if (name.empty()) throw CsvError(line, "column " + std::to_string(names.size() + 1) + " has no name");
     if (const auto [first, is_new] = seen.emplace(name, names.size()); !is_new)
-      throw CsvError(line, "two columns are named " + quote(name),
+      throw CsvError(line, "two columns are named " + in_quotes(name),
                      "columns " + std::to_string(first->second + 1) + " and " + std::to_string(names.size() + 1) +
                          " have the same name");
     names.push_back(name);

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "base/shown_text.hpp"
+#include "base/text.hpp"
 #include "bgsim/visible_text.hpp"
 
 namespace bgsim {
@@ -92,12 +93,6 @@ std::string shown(const std::optional<Place>& place, const Sources& sources) {
   return excerpt(sources[place->document.index()], *place);
 }
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return text;
-}
-
 }  // namespace
 
 ModelError::ModelError(std::vector<Diagnostic> problems, std::shared_ptr<const Sources> files)
@@ -116,7 +111,7 @@ std::string render(const Diagnostic& diagnostic, const Sources& sources) {
     result += where(note.place, sources) + "note: " + printable(note.text) + "\n" + shown(note.place, sources);
   if (!diagnostic.rule.empty()) result += "  rule: " + printable(diagnostic.rule) + "\n";
   if (!diagnostic.help.empty()) result += "  help: " + printable(diagnostic.help) + "\n";
-  return result + "  see docs/errors.md#" + lower(diagnostic.code) + "\n";
+  return result + "  see docs/errors.md#" + lower_case(diagnostic.code) + "\n";
 }
 
 std::string render(const ModelError& error) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
+#include "base/text.hpp"
 #include "bgsim/diagnostic.hpp"
 
 namespace bgsim {
@@ -157,7 +158,6 @@ class DocumentBuilder {
     return (word ? "texts and expressions stand in double quotes: \"" + token + "\"; other " : std::string()) +
            "values are numbers, texts in double quotes, true, false, null, [...], {...}";
   }
-  [[nodiscard]] static bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
   [[nodiscard]] std::string end_of_text() const {
     if (document_.nodes_.empty()) return "the file is empty";

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/text.hpp"
 #include "base/unit_table.hpp"
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/unit.hpp"
@@ -27,8 +28,6 @@ Unit unit_of(const FoundUnit& found) {
   return unit;
 }
 
-std::string quoted(std::string_view text) { return "\"" + std::string(text) + "\""; }
-
 /// A name without prefix, or the kilogram.
 bool is_plain_name(std::string_view name) {
   const FoundUnit found = find_unit(name);
@@ -40,16 +39,16 @@ std::string suggestion_for(std::string_view name) {
   for (std::size_t i = 1; i < name.size(); ++i)
     if (is_plain_name(name.substr(0, i)) && is_plain_name(name.substr(i)))
       return "products are written with a space: did you mean " +
-             quoted(std::string(name.substr(0, i)) + " " + std::string(name.substr(i))) + "?";
+             in_quotes(std::string(name.substr(0, i)) + " " + std::string(name.substr(i))) + "?";
   std::string lower;
   for (const char c : name) lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   for (const auto& [word, symbol] : kWords)
-    if (lower == word || lower == std::string(word) + "s") return "did you mean " + quoted(symbol) + "?";
+    if (lower == word || lower == std::string(word) + "s") return "did you mean " + in_quotes(symbol) + "?";
   std::vector<std::string> candidates{"kg", "mm", "km",   "kPa", "MPa", "kN", "kW",
                                       "kJ", "mA", "kOhm", "kHz", "mH",  "uF"};
   for (const NamedUnit& unit : kUnits) candidates.emplace_back(unit.name);
   const std::string nearest = nearest_name(std::string(name), candidates);
-  return nearest.empty() ? "" : "did you mean " + quoted(nearest) + "?";
+  return nearest.empty() ? "" : "did you mean " + in_quotes(nearest) + "?";
 }
 
 class UnitParser {
@@ -144,15 +143,15 @@ class UnitParser {
     const FoundUnit found = find_unit(name);
     if (found.unit == nullptr) {
       if (name == "degC" || name == "\xC2\xB0\x43" || name == "degF" || name == "\xC2\xB0\x46")
-        return fail(begin, at_, quoted(name) + " has another zero than K, and numbers are used as they are written",
+        return fail(begin, at_, in_quotes(name) + " has another zero than K, and numbers are used as they are written",
                     "give temperatures in K; a difference of 1 " + std::string(name) + " is " +
                         (name.back() == 'C' ? "1 K" : "5/9 K"));
-      return fail(begin, at_, quoted(name) + " is no unit that is known", suggestion_for(name));
+      return fail(begin, at_, in_quotes(name) + " is no unit that is known", suggestion_for(name));
     }
     const std::size_t digit = at_ < text_.size() && text_[at_] == '-' ? at_ + 1 : at_;
     if (digit < text_.size() && std::isdigit(static_cast<unsigned char>(text_[digit])) != 0)
       return fail(begin, text_.size(), "a number follows a unit's name",
-                  "powers are written with ^: " + quoted(std::string(name) + "^" + std::string(text_.substr(at_))));
+                  "powers are written with ^: " + in_quotes(std::string(name) + "^" + std::string(text_.substr(at_))));
     return unit_of(found);
   }
   /// Letters, %, and whatever is written in more than one byte, but for superscripts and dots.

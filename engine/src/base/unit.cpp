@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "base/number_text.hpp"
 #include "base/unit_table.hpp"
+#include "bgsim/visible_text.hpp"
 
 namespace bgsim {
 
@@ -21,10 +21,10 @@ struct Factor {
   double exponent = 1.0;
 };
 
-std::string number_text(double value) {
+std::string exponent_text(double value) {
   const double rounded = std::round(value);
-  if (std::abs(value - rounded) < kSameExponent) return text_of_number(rounded);
-  return text_of_number(value);
+  if (std::abs(value - rounded) < kSameExponent) return number_text(rounded, 6);
+  return number_text(value, 6);
 }
 
 /// "kg m/s^2", "1/(K mol)".
@@ -36,7 +36,7 @@ std::string joined(const std::vector<Factor>& factors) {
     const double exponent = std::abs(factor.exponent);
     if (factor.exponent < 0.0) ++divisors;
     text += (text.empty() ? "" : " ") + factor.name;
-    if (std::abs(exponent - 1.0) > kSameExponent) text += "^" + number_text(exponent);
+    if (std::abs(exponent - 1.0) > kSameExponent) text += "^" + exponent_text(exponent);
   }
   if (above.empty()) above = "1";
   if (divisors == 0) return above;
@@ -162,7 +162,7 @@ std::string unit_text(const Unit& unit) {
     if (other.unit && same_unit(*other.unit, unit)) return std::string(named.name);
   }
   if (std::string prefixed = with_prefix(shortest(unit), unit.log_scale); !prefixed.empty()) return prefixed;
-  const std::string number = text_of_number(std::exp(unit.log_scale));
+  const std::string number = number_text(std::exp(unit.log_scale), 6);
   if (text.starts_with("1/")) return number + text.substr(1);
   return text == "1" ? number : number + " " + text;
 }

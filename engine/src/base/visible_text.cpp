@@ -136,4 +136,10 @@ std::string short_name(std::string_view name) { return short_line(name, 120); }
 
 std::string short_path(std::string_view path) { return short_line(path, 1000); }
 
+std::string number_text(double value, int digits) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
+  return text.data();
+}
+
 }  // namespace bgsim

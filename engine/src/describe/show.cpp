@@ -1,7 +1,6 @@
 // The first three stages' values as text, one line per item, for `bgsim show`.
 
-#include <charconv>
-
+#include "base/text.hpp"
 #include "bgsim/describe.hpp"
 #include "bgsim/visible_text.hpp"
 #include "graph/causal_explanation.hpp"
@@ -10,12 +9,6 @@
 namespace bgsim {
 
 namespace {
-
-std::string number(double value) {
-  std::array<char, 32> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-  return {buffer.data(), end};
-}
 
 /// Writes the expressions of one model.
 struct Writer {
@@ -46,7 +39,7 @@ std::string show_element(const Model& model, const Element& element) {
     text += ", initially " + port_name(element, initial.port) + "." +
             letter(stores_displacement(element.kind) ? Variable::displacement : Variable::momentum) + " = " +
             write(initial.value);
-  if (element.priority != 0.0) text += ", priority " + number(element.priority);
+  if (element.priority != 0.0) text += ", priority " + shortest_number(element.priority);
   return visible_line(text) + "\n";
 }
 
@@ -64,11 +57,12 @@ std::string show_scene(const Model& model, const Scene& scene) {
   for (const auto& [name, value] : scene.parameters) text += ", " + name + " = " + write(value.first);
   for (const auto& [name, value] : scene.initial) text += ", initially " + name + " = " + write(value.first);
   for (const std::string& output : scene.outputs) text += ", output " + output;
-  if (scene.relative) text += ", relative " + number(*scene.relative);
-  if (scene.absolute) text += ", absolute " + number(*scene.absolute);
-  for (const auto& [name, value] : scene.absolute_by_state) text += ", absolute of " + name + " " + number(value);
+  if (scene.relative) text += ", relative " + shortest_number(*scene.relative);
+  if (scene.absolute) text += ", absolute " + shortest_number(*scene.absolute);
+  for (const auto& [name, value] : scene.absolute_by_state)
+    text += ", absolute of " + name + " " + shortest_number(value);
   if (scene.method != Method::automatic) text += ", method " + method_name(scene.method);
-  if (scene.step) text += ", step " + number(*scene.step);
+  if (scene.step) text += ", step " + shortest_number(*scene.step);
   if (scene.max_order) text += ", max_order " + std::to_string(*scene.max_order);
   if (scene.reference) text += ", reference " + scene.reference->file;
   return visible_line(text) + "\n";

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kStroke = 7.0;                   // half length of a causal stroke, in px
 constexpr double kBarb = 10.5, kBarbAngle = 0.5;  // the half-arrow's, in px and rad
-constexpr double kApart = 2.5;                    // between a stroke and another bond, middle to middle
+constexpr double kStrokeApart = 2.5;              // between a stroke and another bond, middle to middle
 
 /// How a bond runs: how far it is bent, and the clear space at its ends.
 struct Way {
@@ -47,7 +47,7 @@ bool close(const std::pair<Point, Point>& a, const std::pair<Point, Point>& b) {
   };
   if (side(a, b.first) != side(a, b.second) && side(b, a.first) != side(b, a.second)) return true;
   return std::min({distance_to(a.first, b), distance_to(a.second, b), distance_to(b.first, a),
-                   distance_to(b.second, a)}) < kApart;
+                   distance_to(b.second, a)}) < kStrokeApart;
 }
 
 /// Strokes on something else, or bonds that begin as one line.

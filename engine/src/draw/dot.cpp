@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kLongest = 3000;
 
 /// A text that Graphviz takes as it is: in quotes, without escapes (\N, \l) and entities (&lt;), in one line.
-std::string quoted(const std::string& text) {
+std::string dot_string(const std::string& text) {
   std::string out = "\"";
   for (const char c : short_line(visible_line(text), kLongest)) {
     if (c == '"' || c == '\\') out += '\\';
@@ -31,7 +31,7 @@ struct DotWriter {
   /// What the element is called in the file: its name, with its number where only the name's ends are shown.
   std::string identifier(ElementId element) const {
     const std::string name = visible_line(model.elements[element.index()].name);
-    return quoted(character_count(name) <= kLongest ? name : name + " #" + std::to_string(element.index()));
+    return dot_string(character_count(name) <= kLongest ? name : name + " #" + std::to_string(element.index()));
   }
 
   std::string node(std::size_t i) const {
@@ -39,8 +39,8 @@ struct DotWriter {
     const bool faulty =
         std::find(causality.faulty.begin(), causality.faulty.end(), ElementId(i)) != causality.faulty.end();
     return identifier(ElementId(i)) + " [label=" +
-           quoted(kind_text(element.kind, element.modulated) + (is_junction(element.kind) ? "  " : " : ") +
-                  local_name(element.name)) +
+           dot_string(kind_text(element.kind, element.modulated) + (is_junction(element.kind) ? "  " : " : ") +
+                      local_name(element.name)) +
            (faulty ? ", fontcolor=red" : "") + "];\n";
   }
 
@@ -54,10 +54,10 @@ struct DotWriter {
     const auto detects = [&](ElementId element) { return is_detector(model.elements[element.index()].kind); };
     if (detects(at.from.element) || detects(at.to.element))
       return identifier(at.from.element) + " -> " + identifier(at.to.element) +
-             " [label=" + quoted(local_name(at.name)) +
+             " [label=" + dot_string(local_name(at.name)) +
              (detects(at.from.element) ? ", arrowhead=none, arrowtail=vee];\n" : ", arrowhead=vee, arrowtail=none];\n");
     std::string text = identifier(at.from.element) + " -> " + identifier(at.to.element) +
-                       " [label=" + quoted(local_name(at.name)) +
+                       " [label=" + dot_string(local_name(at.name)) +
                        ", arrowhead=" + (stroke == BondEnd::head ? "teervee" : "rvee") +
                        ", arrowtail=" + (stroke == BondEnd::tail ? "tee" : "none");
     if (holds(causality.dependent)) text += ", color=\"#c2410c\"";
@@ -70,7 +70,7 @@ struct DotWriter {
 
 std::string drawing_dot(const Model& model, const DrawnCausality& causality) {
   const DotWriter write{model, causality};
-  std::string text = "digraph " + quoted(short_name(model.name)) +
+  std::string text = "digraph " + dot_string(short_name(model.name)) +
                      " {\nrankdir=LR;\nnode [shape=plaintext];\nedge [dir=both, fontsize=10];\n";
   std::map<std::string, std::vector<std::size_t>> by_scope;
   for (std::size_t i = 0; i < model.elements.size(); ++i) {
@@ -86,7 +86,7 @@ std::string drawing_dot(const Model& model, const DrawnCausality& causality) {
     close_until(scope);
     if (!scope.empty()) {
       const std::string name = scope.substr(0, scope.size() - 1);
-      text += "subgraph " + quoted("cluster_" + name) + " {\nlabel=" + quoted(local_name(name)) + ";\n";
+      text += "subgraph " + dot_string("cluster_" + name) + " {\nlabel=" + dot_string(local_name(name)) + ";\n";
       open.push_back(scope);
     }
     for (const std::size_t i : elements) text += write.node(i);
@@ -95,7 +95,7 @@ std::string drawing_dot(const Model& model, const DrawnCausality& causality) {
   for (std::size_t i = 0; i < model.bonds.size(); ++i) text += write.bond(i);
   for (const ReadSignal& signal : read_signals(model)) {
     const ElementId from = signal.from.valid() ? signal.from : model.bonds[signal.from_bond.index()].from.element;
-    text += write.identifier(from) + " -> " + write.identifier(signal.to) + " [label=" + quoted(signal.label) +
+    text += write.identifier(from) + " -> " + write.identifier(signal.to) + " [label=" + dot_string(signal.label) +
             ", style=dashed, dir=forward, arrowhead=vee, constraint=false];\n";
   }
   return text + "}\n";

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/text.hpp"
 #include "expression/language.hpp"
 
 namespace bgsim {
@@ -17,12 +18,6 @@ template <std::size_t N>
 std::string help_for(const std::array<Word, N>& words, std::string_view name) {
   const auto* found = std::find_if(words.begin(), words.end(), [&](const Word& word) { return word.other == name; });
   return found == words.end() ? std::string() : found->help;
-}
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return result;
 }
 
 const Function* function_named(std::string_view name) {
@@ -296,7 +291,7 @@ std::string greek(std::string_view letter) {
 std::string instead_of_function(std::string_view name) {
   const auto dot = name.rfind('.');
   const std::string_view last = dot == std::string_view::npos ? name : name.substr(dot + 1);
-  const std::string small = lower(last);
+  const std::string small = lower_case(last);
   const std::string spelling = help_for(kSpelling, small);
   for (const std::string& known : {std::string(last), small, spelling})
     if (const Function* function = function_named(known); function != nullptr && known != name)
@@ -307,7 +302,7 @@ std::string instead_of_function(std::string_view name) {
 
 std::string instead_of_name(std::string_view name, std::string_view rest) {
   const auto dot = name.rfind('.');
-  const std::string small = lower(dot == std::string_view::npos ? name : name.substr(dot + 1));
+  const std::string small = lower_case(dot == std::string_view::npos ? name : name.substr(dot + 1));
   if (small == "pi" && name != "pi") return "write pi";
   rest.remove_prefix(std::min(rest.find_first_not_of(' '), rest.size()));
   if (rest.starts_with("/dt") || rest.starts_with("/ dt"))

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <numbers>
 
+#include "base/text.hpp"
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/parse_expression.hpp"
 #include "expression/graph.hpp"
@@ -21,8 +22,6 @@ namespace {
 
 constexpr std::size_t kDeepestNesting = 1000;
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 
 /// The byte after the character that begins at @p at: one for ASCII, all of a character of several bytes.
@@ -87,13 +86,13 @@ class Parser {
   }
   /// Length of a dotted name at @p at: "x", "packet.wall.q", "tf.1.e"; 0 if there is none.
   [[nodiscard]] std::size_t name_length(std::size_t at) const {
-    if (at >= text_.size() || !is_letter(text_[at])) return 0;
+    if (at >= text_.size() || !begins_name(text_[at])) return 0;
     std::size_t end = at;
     const auto part = [&] {
-      while (end < text_.size() && (is_letter(text_[end]) || is_digit(text_[end]))) ++end;
+      while (end < text_.size() && (begins_name(text_[end]) || is_digit(text_[end]))) ++end;
     };
     part();
-    while (end + 1 < text_.size() && text_[end] == '.' && (is_letter(text_[end + 1]) || is_digit(text_[end + 1]))) {
+    while (end + 1 < text_.size() && text_[end] == '.' && (begins_name(text_[end + 1]) || is_digit(text_[end + 1]))) {
       ++end;
       part();
     }
@@ -112,7 +111,7 @@ class Parser {
   bool read_operand() {
     const char c = peek();
     if (is_digit(c) || (c == '.' && is_digit(peek(1)))) return read_number();
-    if (is_letter(c)) return read_name();
+    if (begins_name(c)) return read_name();
     if (c == '(') return open_group(nullptr, at_, 1);
     if (c == '"' || c == '\'') return read_text(c);
     if (c == '-') {
@@ -313,7 +312,7 @@ class Parser {
     if (end == at_) end = character_end(text_, at_);
     const std::string_view next = text_.substr(at_, end - at_);
     std::string help;
-    if (next == "(" || is_letter(next[0]) || is_digit(next[0])) help = "write * if a product is meant";
+    if (next == "(" || begins_name(next[0]) || is_digit(next[0])) help = "write * if a product is meant";
     if (next == "\"") help = "a text may stand in table(...) only";
     fail("BG120", "an operator should stand here, not " + quoted(at_, end), at_, end, help);
   }

@@ -18,24 +18,22 @@ std::optional<std::size_t> cell_around(const Table& table, double x) {
   return static_cast<std::size_t>(after - table.x.begin()) - 1;
 }
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 }  // namespace
 
 double table_value(const Table& table, double x) {
   if (table.x.size() == 1 && x == table.x.front()) return table.y.front();
   const auto cell = cell_around(table, x);
-  return cell ? cell_value(table, *cell, x) : kNaN;
+  return cell ? cell_value(table, *cell, x) : std::numeric_limits<double>::quiet_NaN();
 }
 
 double table_slope(const Table& table, double x) {
   const auto cell = cell_around(table, x);
-  return cell ? cell_slope(table, *cell, x) : kNaN;
+  return cell ? cell_slope(table, *cell, x) : std::numeric_limits<double>::quiet_NaN();
 }
 
 double table_curvature(const Table& table, double x) {
   const auto cell = cell_around(table, x);
-  return cell ? cell_curvature(table, *cell, x) : kNaN;
+  return cell ? cell_curvature(table, *cell, x) : std::numeric_limits<double>::quiet_NaN();
 }
 
 double apply_table(Op op, const Table& table, double x) {

@@ -10,10 +10,9 @@ namespace bgsim {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kBlock = 4096;      ///< trials between looks at the progress
 constexpr double kCrawl = 1.0 / 16384.0;  ///< of the best progress so far: slower than this is a contact
-double next_double(double t) { return std::nextafter(t, kInfinity); }
+double next_double(double t) { return std::nextafter(t, std::numeric_limits<double>::infinity()); }
 bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 /// A stretch of time on which the relation has one value.

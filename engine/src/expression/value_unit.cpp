@@ -4,14 +4,12 @@
 #include <charconv>
 #include <cmath>
 
-#include "base/number_text.hpp"
+#include "base/text.hpp"
 #include "bgsim/unit.hpp"
+#include "bgsim/visible_text.hpp"
 
 namespace bgsim {
 namespace {
-
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 std::string_view trimmed(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t\n\r");
@@ -41,7 +39,7 @@ constexpr std::array kPowers{Power{"f", -15},       Power{"p", -12}, Power{"n", 
 std::string power_help(std::string_view number, int exponent) {
   double value = 0.0;
   std::from_chars(number.data(), number.data() + number.size(), value);
-  return text_of_number(value) + "e" + std::to_string(exponent);
+  return number_text(value, 6) + "e" + std::to_string(exponent);
 }
 
 }  // namespace
@@ -96,7 +94,7 @@ std::optional<std::string> in_seconds(std::string_view number, std::string_view 
   const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
   if (error != std::errc() || end != number.data() + number.size()) return std::nullopt;
   if (!parsed.unit || !same_dimension(*parsed.unit, second())) return std::nullopt;
-  return text_of_number(value * std::exp(parsed.unit->log_scale));
+  return number_text(value * std::exp(parsed.unit->log_scale), 6);
 }
 
 }  // namespace bgsim

@@ -4,6 +4,7 @@
 #include <boost/graph/connected_components.hpp>
 #include <stdexcept>
 
+#include "base/text.hpp"
 #include "graph/graph_faults.hpp"
 
 namespace bgsim {
@@ -11,8 +12,6 @@ namespace bgsim {
 namespace {
 
 bool is_two_port(ElementKind kind) { return kind == ElementKind::transformer || kind == ElementKind::gyrator; }
-
-std::string quoted(const std::string& name) { return '"' + name + '"'; }
 
 /// One end of a bond; a default-made one marks a port that no bond has taken yet.
 struct End {
@@ -93,18 +92,18 @@ class GraphBuilder {
         const bool effort = detector.kind == ElementKind::effort_detector;
         const Element& at = model_.elements[other->element.index()];
         if (at.kind == (effort ? ElementKind::zero_junction : ElementKind::one_junction)) continue;
-        problems_.push_back({.code = "BG207",
-                             .situation = "the detector " + quoted(detector.name) + " is bonded to " + quoted(at.name) +
-                                          ", which is " + (effort ? "no 0-junction" : "no 1-junction"),
-                             .place = bond.place,
-                             .notes = {},
-                             .rule = effort
-                                         ? "a De takes no flow: at a 0-junction that changes nothing, elsewhere it "
-                                           "would hold the flow at 0"
-                                         : "a Df takes no effort: at a 1-junction that changes nothing, elsewhere it "
-                                           "would hold the effort at 0",
-                             .help = std::string("put a ") + (effort ? "0" : "1") +
-                                     "-junction where it is to measure, and bond it to that"});
+        problems_.push_back(
+            {.code = "BG207",
+             .situation = "the detector " + in_quotes(detector.name) + " is bonded to " + in_quotes(at.name) +
+                          ", which is " + (effort ? "no 0-junction" : "no 1-junction"),
+             .place = bond.place,
+             .notes = {},
+             .rule = effort ? "a De takes no flow: at a 0-junction that changes nothing, elsewhere it "
+                              "would hold the flow at 0"
+                            : "a Df takes no effort: at a 1-junction that changes nothing, elsewhere it "
+                              "would hold the effort at 0",
+             .help = std::string("put a ") + (effort ? "0" : "1") +
+                     "-junction where it is to measure, and bond it to that"});
       }
     }
   }
@@ -112,7 +111,7 @@ class GraphBuilder {
   void refuse_self_bond(const ModelBond& at) {
     const std::string& name = model_.elements[at.from.element.index()].name;
     problems_.push_back({.code = "BG205",
-                         .situation = "bond " + quoted(at.name) + " joins " + quoted(name) + " to itself",
+                         .situation = "bond " + in_quotes(at.name) + " joins " + in_quotes(name) + " to itself",
                          .place = at.place,
                          .notes = {},
                          .rule = "a bond carries power between two different elements",
@@ -125,22 +124,23 @@ class GraphBuilder {
     const bool others_free = untold && !ends_[text(second).element.index()][1 - port].bond.valid();
     Diagnostic problem;
     problem.place = text(second).place;
-    problem.notes = {{text(first).place, "bond " + quoted(bond(first).name) + " stands at it already"}};
+    problem.notes = {{text(first).place, "bond " + in_quotes(bond(first).name) + " stands at it already"}};
     if (others_free) {
       // Two half-arrows that both enter or both leave: complete, but for which bond is which.
       problem.code = "BG203";
-      problem.situation = "the half-arrows of bonds " + quoted(bond(first).name) + " and " + quoted(bond(second).name) +
-                          " do not tell the ports of " + quoted(element.name) + " apart";
+      problem.situation = "the half-arrows of bonds " + in_quotes(bond(first).name) + " and " +
+                          in_quotes(bond(second).name) + " do not tell the ports of " + in_quotes(element.name) +
+                          " apart";
       problem.rule = "port 1 of a TF or GY takes the bond whose half-arrow enters, port 2 the one that leaves";
-      problem.help = "write " + quoted(element.name + ".1") + " and " + quoted(element.name + ".2") +
+      problem.help = "write " + in_quotes(element.name + ".1") + " and " + in_quotes(element.name + ".2") +
                      " in the two bonds, or turn one half-arrow round";
       untold_.push_back(text(second).element);
     } else {
       problem.code = "BG201";
-      problem.situation = "bond " + quoted(bond(second).name) + " stands at " + quoted(port_name(element, port)) +
+      problem.situation = "bond " + in_quotes(bond(second).name) + " stands at " + in_quotes(port_name(element, port)) +
                           ", which has a bond already";
       problem.rule = "a port carries one bond";
-      problem.help = "put a 0-junction (same effort) or a 1-junction (same flow) between " + quoted(element.name) +
+      problem.help = "put a 0-junction (same effort) or a 1-junction (same flow) between " + in_quotes(element.name) +
                      " and its bonds";
     }
     problems_.push_back(std::move(problem));
@@ -165,18 +165,18 @@ class GraphBuilder {
       if (known[i] || (open.empty() && bonded > 0)) continue;
       if (bonded == 0)
         problems_.push_back({.code = "BG204",
-                             .situation = quoted(element.name) + " has no bonds",
+                             .situation = in_quotes(element.name) + " has no bonds",
                              .place = element.place,
                              .notes = {},
                              .rule = "every element takes part through bonds",
-                             .help = "add a bond from or to " + quoted(element.name) + ", or leave it out"});
+                             .help = "add a bond from or to " + in_quotes(element.name) + ", or leave it out"});
       for (std::size_t k = 0; bonded > 0 && k < open.size(); ++k)
         problems_.push_back({.code = "BG202",
-                             .situation = "port " + quoted(open[k]) + " has no bond",
+                             .situation = "port " + in_quotes(open[k]) + " has no bond",
                              .place = element.place,
                              .notes = {},
                              .rule = "every port carries one bond",
-                             .help = "add a bond from or to " + quoted(open[k])});
+                             .help = "add a bond from or to " + in_quotes(open[k])});
     }
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_set>
 
+#include "base/text.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
@@ -11,8 +12,6 @@ namespace {
 
 // A longer chain shows its beginning and its end.
 constexpr std::size_t kLongestChain = 14;
-
-std::string quoted(const std::string& name) { return '"' + name + '"'; }
 
 /// Names things of one model and graph.
 struct Words {
@@ -25,11 +24,11 @@ struct Words {
   std::string port(PortId id) const {
     const Port& at = graph[id];
     const Element& owner = element(at.element);
-    return quoted(is_junction(owner.kind) ? owner.name : port_name(owner, at.number));
+    return in_quotes(is_junction(owner.kind) ? owner.name : port_name(owner, at.number));
   }
   std::string kind_and_name(ElementId id) const {
     const Element& at = element(id);
-    return std::string(kind_row(at).words) + ' ' + quoted(at.name);
+    return std::string(kind_row(at).words) + ' ' + in_quotes(at.name);
   }
   std::string bonds(const std::vector<BondId>& list) const {
     constexpr std::size_t kMost = 4;
@@ -122,8 +121,8 @@ std::string help_for_junction(const Words& words, const CausalConflict& conflict
   if (!sources.empty()) {
     const Element& last = words.element(sources.front());
     const std::string instead = last.kind == ElementKind::effort_source ? "an Sf" : "an Se";
-    return mend + quoted(last.name) + ", or make " + (sources.size() > 1 ? "one source " : quoted(last.name) + " ") +
-           instead;
+    return mend + in_quotes(last.name) + ", or make " +
+           (sources.size() > 1 ? "one source " : in_quotes(last.name) + " ") + instead;
   }
   return "let an R or a C or I without a one-way law stand between the elements that set the " + shared;
 }
@@ -143,7 +142,7 @@ Diagnostic explain_junction(const Words& words, const CausalConflict& conflict) 
     problem.code = "BG303";
     problem.situation = "no bond sets the " + shared + " of " + what;
     problem.help = "bond a C, an R or " + std::string(zero ? "an Se" : "an I or Sf") + " to " +
-                   quoted(words.element(conflict.element).name) + ", which can set its " + shared;
+                   in_quotes(words.element(conflict.element).name) + ", which can set its " + shared;
   }
   problem.rule = zero ? "a 0-junction has one effort, so exactly one of its bonds carries the causal stroke at the "
                         "junction"
@@ -154,7 +153,7 @@ Diagnostic explain_junction(const Words& words, const CausalConflict& conflict) 
 
 Diagnostic explain_two_port(const Words& words, const CausalConflict& conflict) {
   const ElementId id = conflict.element;
-  const std::string name = quoted(words.element(id).name);
+  const std::string name = in_quotes(words.element(id).name);
   const bool transformer = words.graph.kinds[id.index()] == ElementKind::transformer;
   const auto given = [&](std::size_t i) { return words.given_at(id, conflict.bonds[i]); };
   // What the element must give at a port is what it is not told there.
@@ -176,9 +175,9 @@ Diagnostic explain_two_sources(const Words& words, const CausalConflict& conflic
   const bool effort = imposed_variable(words.graph.kinds[conflict.element.index()]) == Variable::effort;
   const std::string shared = effort ? "effort" : "flow";
   return {.code = effort ? "BG301" : "BG302",
-          .situation = shared + " sources " + quoted(words.element(first).name) + " and " +
-                       quoted(words.element(conflict.element).name) + " both set the " + shared + " of bond " +
-                       quoted(words.bond(conflict.bonds.front())),
+          .situation = shared + " sources " + in_quotes(words.element(first).name) + " and " +
+                       in_quotes(words.element(conflict.element).name) + " both set the " + shared + " of bond " +
+                       in_quotes(words.bond(conflict.bonds.front())),
           .place = words.element(conflict.element).place,
           .notes = {},
           .rule = "a bond has one " + shared,
@@ -194,7 +193,7 @@ Diagnostic explain_law(const Words& words, const CausalConflict& conflict) {
   Place place = element.coefficient_place;
   for (const Law& law : element.laws)
     if (law.port == port.number) place = law.place;
-  const std::string name = quoted(is_junction(element.kind) ? element.name : port_name(element, port.number));
+  const std::string name = in_quotes(is_junction(element.kind) ? element.name : port_name(element, port.number));
   return {.code = "BG305",
           .situation = "the law of " + name + " cannot give its " + asked + ", which the causality asks of it",
           .place = place,
@@ -245,7 +244,7 @@ std::string stroke_reason_text(const Model& model, const BondGraph& graph, std::
   const std::string port = words.port(words.port_at(stroke.element, bond));
   switch (stroke.reason) {
     case StrokeReason::source:
-      return quoted(element.name) + (kind_row(element).words.starts_with('e') ? " is an " : " is a ") +
+      return in_quotes(element.name) + (kind_row(element).words.starts_with('e') ? " is an " : " is a ") +
              std::string(kind_row(element).words);
     case StrokeReason::one_way_law:
       return "the law of " + port + " can give its " + words.given_at(stroke.element, bond) + " only";

@@ -4,15 +4,11 @@
 #include <array>
 
 #include "expression/graph.hpp"
+#include "model/element_kinds.hpp"
 
 namespace bgsim {
 
 namespace {
-
-/// The variable that a port's law relates to its effort or flow: what the causality may ask to be solved for.
-Variable stored_variable(ElementKind kind) {
-  return stores_displacement(kind) ? Variable::displacement : Variable::momentum;
-}
 
 /// What a law has to yield for the port to give its effort or its flow. A C that gives its flow does so through the
 /// rate of its q, so its law has to yield q; an I that gives its effort, its p.

@@ -5,7 +5,7 @@
 namespace bgsim {
 namespace {
 
-bool is_comparison(Op op) { return op == Op::lt || op == Op::le || op == Op::gt || op == Op::ge; }
+bool is_inequality(Op op) { return op == Op::lt || op == Op::le || op == Op::gt || op == Op::ge; }
 
 ExprId rebuild(ExprPool& pool, const ExprNode& node, const std::vector<ExprId>& of,
                const std::vector<TableId>& tables) {
@@ -91,7 +91,7 @@ ExprId Freezer::copy(ExprId expression) {
   const ExprNode& node = order_.pool[expression];
   if (node.op == Op::constant || node.op == Op::symbol) return plain_[expression.index()];
   if (variation(expression) == Variation::fixed) return rebuild(program_.pool, node, frozen_, tables_);
-  if (is_comparison(node.op)) return freeze_comparison(expression);
+  if (is_inequality(node.op)) return freeze_comparison(expression);
   const ExprId argument = frozen_[node.a];
   if (node.op == Op::sign) return freeze(expression, relation_of(Relation::Kind::sign, argument));
   if (node.op == Op::step) return freeze(expression, relation_of(Relation::Kind::step, argument));

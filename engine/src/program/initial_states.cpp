@@ -1,21 +1,15 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <tuple>
 
 #include "bgsim/evaluator.hpp"
+#include "bgsim/visible_text.hpp"
 
 namespace bgsim {
 namespace {
 
 /// A given value of a dependent store may be rounded by hand, not wrong.
 constexpr double kAgreement = 1e-9;
-
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.10g", value);
-  return text;
-}
 
 /// The states that a dependent store's value is computed from: what its expression reads and no parameter is.
 std::string determining_states(const Program& program, std::size_t dependent) {
@@ -66,15 +60,16 @@ std::vector<double> initial_states(Evaluator& evaluator, const RunInputs& inputs
     if (std::abs(it->value - values[i]) <= kAgreement * std::max(std::abs(it->value), std::abs(values[i]))) continue;
     const std::string states = determining_states(program, i);
     Diagnostic problem{Severity::error, "BG405", {}, it->place, {}, {}, {}};
-    problem.situation = "the initial value " + name + " = " + number(it->value) + " contradicts " +
-                        (states.empty() ? "the sources" : states) + ", from which it is " + number(values[i]);
+    problem.situation = "the initial value " + name + " = " + number_text(it->value) + " contradicts " +
+                        (states.empty() ? "the sources" : states) + ", from which it is " + number_text(values[i]);
     for (std::size_t k = 0; k < x.size(); ++k) {
       if (states.find(program.state_names[k]) == std::string::npos) continue;
       const StateInfo& state = program.states[k];
       const auto of_state = given(state.element, state.port, state.signal);
       problem.notes.push_back({of_state != inputs.initial.end() && of_state->place ? of_state->place : state.place,
                                (state.element.valid() ? "independent store: " : "integral: ") + program.state_names[k] +
-                                   " = " + number(x[k]) + (of_state == inputs.initial.end() ? " (by default)" : "")});
+                                   " = " + number_text(x[k]) +
+                                   (of_state == inputs.initial.end() ? " (by default)" : "")});
     }
     problem.rule =
         "only independent stores have initial values of their own; a store in derivative causality follows them";

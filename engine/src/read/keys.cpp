@@ -44,9 +44,6 @@ std::string help_for_type(const Document& file, NodeId value, JsonKind wanted, c
   return {};
 }
 
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 }  // namespace
 
 const char* json_kind_name(JsonKind kind) {
@@ -70,16 +67,6 @@ const char* json_kind_name(JsonKind kind) {
 std::string suggestion(std::string_view name, const std::vector<std::string>& candidates) {
   const std::string near = nearest_name(std::string(name), candidates);
   return near.empty() ? std::string() : "did you mean " + in_quotes(near) + "?";
-}
-
-std::string list_of(const std::vector<std::string>& names, const char* last_separator) {
-  constexpr std::size_t kMostListed = 20;
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i == kMostListed) return text + ", ...";
-    text += (i == 0 ? "" : i + 1 == names.size() ? last_separator : ", ") + in_quotes(names[i]);
-  }
-  return text;
 }
 
 void Reader::problem(const char* code, std::string situation, std::optional<Place> place, std::string help,
@@ -149,7 +136,7 @@ namespace {
 std::string valid_spelling(std::string_view name) {
   std::string spelling;
   for (const char c : name) {
-    if (is_letter(c) || is_digit(c))
+    if (begins_name(c) || is_digit(c))
       spelling += c;
     else if (!spelling.empty() && spelling.back() != '_')
       spelling += '_';
@@ -162,8 +149,8 @@ std::string valid_spelling(std::string_view name) {
 }  // namespace
 
 bool Reader::valid_name(std::string_view name, const Place& place, const std::string& what) {
-  const bool good = !name.empty() && is_letter(name[0]) &&
-                    std::all_of(name.begin(), name.end(), [](char c) { return is_letter(c) || is_digit(c); });
+  const bool good = !name.empty() && begins_name(name[0]) &&
+                    std::all_of(name.begin(), name.end(), [](char c) { return begins_name(c) || is_digit(c); });
   if (!good) {
     problem("BG115", in_quotes(name) + " cannot be the name of " + what, place, valid_spelling(name),
             "names consist of the letters a-z and A-Z, digits and underscores, and do not begin with a digit");

@@ -14,7 +14,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// A text from the command line, which may hold any bytes, as JSON.
-std::string quoted(const std::string& text) { return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace); }
+std::string json_string(const std::string& text) {
+  return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 /// What the command line says as a document: a line for each option.
 std::string command_line_text(const ReadOptions& options) {
@@ -22,15 +24,15 @@ std::string command_line_text(const ReadOptions& options) {
   const auto add = [&text](const char* key, const std::string& value) {
     text += std::string(text.empty() ? "{ " : ",\n  ") + "\"" + key + "\": " + value;
   };
-  if (options.start) add("start", quoted(*options.start));
-  if (options.stop) add("stop", quoted(*options.stop));
-  if (options.interval) add("interval", quoted(*options.interval));
+  if (options.start) add("start", json_string(*options.start));
+  if (options.stop) add("stop", json_string(*options.stop));
+  if (options.interval) add("interval", json_string(*options.interval));
   if (options.samples) add("samples", std::to_string(*options.samples));
   std::string outputs, record;
   for (const auto& [name, value] : options.outputs)
-    outputs += (outputs.empty() ? "{ " : ", ") + quoted(name) + ": " + quoted(value);
+    outputs += (outputs.empty() ? "{ " : ", ") + json_string(name) + ": " + json_string(value);
   if (!outputs.empty()) add("outputs", outputs + " }");
-  for (const std::string& name : options.record) record += (record.empty() ? "[" : ", ") + quoted(name);
+  for (const std::string& name : options.record) record += (record.empty() ? "[" : ", ") + json_string(name);
   if (!record.empty()) add("record", record + "]");
   return text.empty() ? text : text + " }";
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "base/text.hpp"
+
 namespace bgsim {
 namespace {
 
@@ -11,17 +13,11 @@ struct Key {
   const char* help;
 };
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return result;
-}
-
 /// The help of the first row that lists the word, as it is written or in small letters.
 template <std::size_t N>
 std::string help_for(const std::array<Key, N>& keys, std::string_view word) {
   if (word.empty() || word.find(' ') != std::string_view::npos) return {};
-  for (const std::string& text : {" " + std::string(word) + " ", " " + lower(word) + " "})
+  for (const std::string& text : {" " + std::string(word) + " ", " " + lower_case(word) + " "})
     for (const Key& key : keys)
       if (key.other.find(text) != std::string_view::npos) return key.help;
   return {};
@@ -269,7 +265,7 @@ std::string instead_of_key(ElementKind kind, std::string_view key) {
   if (std::string own = instead_of_own_key(kind, key); !own.empty()) return own;
   if (is_store(kind))
     if (std::string own = help_for(kStoreInitialKeys, key); !own.empty()) return own;
-  if (kValueWords.find(" " + lower(key) + " ") != std::string_view::npos)
+  if (kValueWords.find(" " + lower_case(key) + " ") != std::string_view::npos)
     if (std::string own = own_value_key(kind); !own.empty()) return own;
   return help_for(kElementKeys, key);
 }

@@ -11,6 +11,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "base/text.hpp"
 #include "bgsim/csv.hpp"
 #include "bgsim/input_file.hpp"
 #include "bgsim/model.hpp"
@@ -266,9 +267,5 @@ class Reader {
 const char* json_kind_name(JsonKind kind);
 /// "did you mean ...?", or nothing.
 std::string suggestion(std::string_view name, const std::vector<std::string>& candidates);
-/// "a", "b" or "c"; in quotes.
-std::string list_of(const std::vector<std::string>& names, const char* last_separator = " or ");
-/// A name in a message.
-[[nodiscard]] inline std::string in_quotes(std::string_view name) { return "\"" + short_name(name) + "\""; }
 
 }  // namespace bgsim

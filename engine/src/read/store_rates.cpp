@@ -5,13 +5,12 @@
 #include <boost/pending/disjoint_sets.hpp>
 #include <unordered_set>
 
+#include "base/text.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
 namespace {
-
-std::string quoted(const std::string& name) { return '"' + name + '"'; }
 
 /// Which variables of the bonds are the same but for a sign or a factor. Two for each bond: its effort and its flow.
 class SameVariables {
@@ -192,16 +191,17 @@ class RateSearch {
     const std::string own = element.name + (q ? ".q" : ".p");
     Diagnostic problem{Severity::error, "BG117", {}, place, {}, {}, {}};
     problem.situation = "the " + std::string(element.energy.valid() ? "energy" : "law") + " of " +
-                        quoted(element.name) + " contains " + what +
-                        (signal.empty() ? "" : " through the signal " + quoted(signal)) +
+                        in_quotes(element.name) + " contains " + what +
+                        (signal.empty() ? "" : " through the signal " + in_quotes(signal)) +
                         ", which is the rate of what it stores";
     if (!signal.empty())
       for (const Signal& candidate : model_.signals)
-        if (candidate.name == signal) problem.notes.push_back({candidate.place, quoted(signal) + " is computed here"});
+        if (candidate.name == signal)
+          problem.notes.push_back({candidate.place, in_quotes(signal) + " is computed here"});
     problem.rule = "what a store gives is a function of what it holds, its " + std::string(q ? "q" : "p") +
                    "; a part that follows the rate dissipates";
     problem.help = std::string("put that part into an R of its own, at a ") + (q ? "1" : "0") + "-junction with " +
-                   quoted(element.name);
+                   in_quotes(element.name);
     problems_.push_back(std::move(problem));
   }
 

@@ -17,7 +17,7 @@ Diagnostic failure(std::string code, std::string situation) {
 
 std::string at(double t) { return " at t = " + number_text(t); }
 
-std::string quoted(const std::vector<std::string>& names) {
+std::string first_names(const std::vector<std::string>& names) {
   std::string text;
   constexpr std::size_t kMost = 5;
   for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) text += (i == 0 ? "\"" : ", \"") + names[i] + "\"";
@@ -46,7 +46,7 @@ Diagnostic branch_failure(const ProgramBlock& loop, const std::string& variable,
 
 Diagnostic fault_failure(const Fault& fault) {
   const std::string target = fault.target.empty() ? "" : ", needed for " + fault.target;
-  const std::string of = fault.elements.empty() ? "" : " of " + quoted(fault.elements);
+  const std::string of = fault.elements.empty() ? "" : " of " + first_names(fault.elements);
   Diagnostic diagnostic;
   switch (fault.kind) {
     case Fault::Kind::loop_no_convergence:

@@ -1,22 +1,15 @@
 /// Failures of a run in words (BG6xx): what happened, to whom, when, and what to do about it.
 #pragma once
 
-#include <cstdio>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
 #include "bgsim/model.hpp"
+#include "bgsim/visible_text.hpp"
 
 namespace bgsim {
-
-/// A number as people read it: "0.25", "3.64132e+02" never with more digits than help.
-inline std::string number_text(double value, int digits = 10) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
 
 /// A law or a loop had no value: BG601 not finite, BG602 loop without solution, BG603 singular loop, BG608 table read
 /// outside its data.

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "base/number_text.hpp"
+#include "bgsim/visible_text.hpp"
 #include "expression/graph.hpp"
 
 namespace bgsim {
@@ -49,7 +49,7 @@ std::string with_operands(const Model& model, const ExprPool& pool, ExprId expre
   for (const SymbolId id : symbols_in(pool, std::array{expression})) {
     if (shown == kMostShown) return text + ", ...";
     text +=
-        (shown++ == 0 ? " with " : ", ") + symbol_name(model, id) + " = " + text_of_number(symbol_values[id.index()]);
+        (shown++ == 0 ? " with " : ", ") + symbol_name(model, id) + " = " + number_text(symbol_values[id.index()], 6);
   }
   return text;
 }

@@ -6,7 +6,7 @@
 #include <unordered_map>
 
 #include "base/dependence.hpp"
-#include "base/number_text.hpp"
+#include "base/text.hpp"
 #include "bgsim/model.hpp"
 #include "bgsim/parse_expression.hpp"
 #include "bgsim/unit.hpp"
@@ -20,8 +20,6 @@
 
 namespace bgsim {
 namespace {
-
-std::string in_quotes(std::string_view name) { return "\"" + short_name(name) + "\""; }
 
 std::string trimmed(const std::string& text) {
   const auto begin = text.find_first_not_of(' '), end = text.find_last_not_of(' ');
@@ -334,7 +332,7 @@ class ScenePreparation {
     const StartValue& at = values[found.at];
     const std::string name = port_name(owner, at.port) + ".";
     problem("BG183",
-            "the initial value " + name + initial_letter(owner, true) + " = " + text_of_number(at.value) +
+            "the initial value " + name + initial_letter(owner, true) + " = " + number_text(at.value, 6) +
                 " does not say what " + in_quotes(owner.name) + " holds: " + found.fault,
             initial_[key(element, at.port)].place, "give " + name + initial_letter(owner, false) + " instead",
             "an initial effort or flow stands for what is stored where the law of the store can be inverted");
@@ -454,15 +452,15 @@ class ScenePreparation {
       if (!std::isfinite(*value)) {
         number(element.coefficient, what, element.coefficient_place);
       } else if ((element.kind == ElementKind::capacitor || element.kind == ElementKind::inertia) && *value == 0.0) {
-        problem("BG145", what + " is " + text_of_number(*value), element.coefficient_place,
+        problem("BG145", what + " is " + number_text(*value, 6), element.coefficient_place,
                 "leave the element out, or give it a small positive value",
                 "a store takes energy in as it fills: its capacitance or inertance is not 0");
       } else if ((element.kind == ElementKind::capacitor || element.kind == ElementKind::inertia) && *value < 0.0) {
-        warn("BG180", what + " is " + text_of_number(*value) + ": the store is unstable", element.coefficient_place,
+        warn("BG180", what + " is " + number_text(*value, 6) + ": the store is unstable", element.coefficient_place,
              "check the sign, if it is not meant (a linearised inverted pendulum has such a spring)",
              "a store of less than 0 gives energy off as it fills");
       } else if (element.kind == ElementKind::resistor && *value < 0.0) {
-        warn("BG148", what + " is " + text_of_number(*value) + ": the element is active", element.coefficient_place,
+        warn("BG148", what + " is " + number_text(*value, 6) + ": the element is active", element.coefficient_place,
              "check the sign, if it is not meant to supply power", "a resistance of less than 0 supplies power");
       }
     }

@@ -2,24 +2,12 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
 #include "bgsim/visible_text.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
 namespace {
-
-std::string quoted(std::string_view name) { return '"' + short_name(name) + '"'; }
-
-std::string list(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 6;
-  std::string text;
-  for (std::size_t i = 0; i < names.size() && i < kMost; ++i)
-    text += (i == 0                                                            ? ""
-             : i + 1 == std::min(names.size(), kMost) && names.size() <= kMost ? " or "
-                                                                               : ", ") +
-            quoted(names[i]);
-  return names.size() > kMost ? text + ", ..." : text;
-}
 
 std::string last_part(const std::string& name) {
   const auto dot = name.rfind('.');
@@ -48,7 +36,7 @@ std::string help_for_element(const Model& model, const Element& element) {
   for (std::size_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
     names.push_back(port_name(element, port) + "." + letter(stored_variable(element.kind)));
   if (names.empty()) return "give its value a name among \"parameters\", and set that";
-  return "what can be set of it: " + list(names);
+  return "what can be set of it: " + list_of(names, " or ", 6);
 }
 
 }  // namespace
@@ -56,38 +44,38 @@ std::string help_for_element(const Model& model, const Element& element) {
 UnknownTarget unknown_target_words(const Model& model, const std::string& name) {
   for (const Signal& signal : model.signals)
     if (signal.name == name)
-      return {quoted(name) + " is a signal, which is computed at each instant",
+      return {in_quotes(name) + " is a signal, which is computed at each instant",
               "write the signal with a parameter, and set that"};
   const auto dot = name.rfind('.');
   const Element* owner = nullptr;
   for (const Element& element : model.elements) {
-    if (element.name == name) return {quoted(name) + " is an element", help_for_element(model, element)};
+    if (element.name == name) return {in_quotes(name) + " is an element", help_for_element(model, element)};
     if (dot != std::string::npos && element.name == name.substr(0, dot)) owner = &element;
   }
   if (owner != nullptr)
-    return {quoted(name) + " is no initial value of the element " + quoted(owner->name),
+    return {in_quotes(name) + " is no initial value of the element " + in_quotes(owner->name),
             help_for_element(model, *owner)};
   for (const Output& output : model.outputs)
     if (output.name == name)
-      return {quoted(name) + " is an output, a column of the trace", "set the parameters that it depends on"};
+      return {in_quotes(name) + " is an output, a column of the trace", "set the parameters that it depends on"};
   std::vector<std::string> names = state_names(model), alike;
   for (const Parameter& parameter : model.parameters) {
     names.push_back(parameter.name);
     if (last_part(parameter.name) == name) alike.push_back(parameter.name);
   }
-  UnknownTarget unknown{"there is no parameter or state " + quoted(name), {}};
+  UnknownTarget unknown{"there is no parameter or state " + in_quotes(name), {}};
   if (!alike.empty()) {
-    unknown.help = "names inside submodels are written in full: " + list(alike);
+    unknown.help = "names inside submodels are written in full: " + list_of(alike, " or ", 6);
     return unknown;
   }
   std::sort(names.begin(), names.end());
   const std::string near = nearest_name(name, names);
   if (!near.empty())
-    unknown.help = "did you mean " + quoted(near) + "?";
+    unknown.help = "did you mean " + in_quotes(near) + "?";
   else if (names.empty())
     unknown.help = "the model has neither parameters nor stores";
   else
-    unknown.help = "there are " + list(names);
+    unknown.help = "there are " + list_of(names, " or ", 6);
   return unknown;
 }
 

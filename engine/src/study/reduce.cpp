@@ -78,7 +78,6 @@ class Reducer {
              "ask for a larger error, or give the scene a smaller \"relative\"");
   }
 
-
   /// As `bgsim run` does it, without the audit.
   RunResult run_plain(const Study& study, const RunInputs& inputs, std::uint64_t max_steps, ModelSize* size) const {
     const Simulation scene = study.scene(inputs, {.energy_audit = false});
@@ -145,7 +144,6 @@ class Reducer {
     }
     result_.unobserved.clear();
   }
-
 
   struct Candidate {
     ElementId element;
@@ -226,7 +224,6 @@ class Reducer {
     }
     return flat_model_json(full_.model(), full_.graph(), how);
   }
-
 
   void finish() {
     const Study reduced(read(text_of(result_.cuts, {}, 0.0)));
@@ -314,7 +311,6 @@ class Reducer {
 
 }  // namespace
 
-Reduction reduce(const Study& study, const ReduceOptions& options) { return Reducer(study, options).run();
-}
+Reduction reduce(const Study& study, const ReduceOptions& options) { return Reducer(study, options).run(); }
 
 }  // namespace bgsim

@@ -13,7 +13,7 @@ namespace bgsim {
 namespace {
 
 /// A reference for an accuracy need be no more exact than this part of it, and is sought at a tolerance of that part.
-constexpr double kReferenceWanted = 0.05, kReferenceTolerance = 0.01;
+constexpr double kReferenceShare = 0.05, kToleranceShare = 0.01;
 /// A setting is only worth looking at while it costs no more than so many times the best.
 constexpr double kWorthwhile = 1.5, kFamilyWorthwhile = 4.0;
 /// Tolerances are tried in these ratios: half decades change the cost of a method of order 5 by a quarter.
@@ -57,8 +57,8 @@ class Search {
         span_(inputs.stop - inputs.start),
         runs_(program, inputs, options) {
     // Half of what the error may be: the reference's part is known to that.
-    reference_ = find_reference(runs_, std::max(kReferenceTolerance * accuracy, 1e-12), kReferenceWanted * accuracy,
-                                options.budget);
+    reference_ =
+        find_reference(runs_, std::max(kToleranceShare * accuracy, 1e-12), kReferenceShare * accuracy, options.budget);
     if (!reference_.facts.tells(accuracy, 2.0)) fail_for_reference();
   }
 

@@ -110,8 +110,8 @@ Judgement judge(const Trace& trace, const ReferenceTrace& reference) {
     ErrorOfOutput& error = judgement.errors[c];
     double squares = 0.0;
     for (std::size_t row = 0; row < rows; ++row) {
-      const double difference = std::abs(trace.columns[c][row] - reference.trace.columns[c][row]) /
-                                reference.outputs[c].range;
+      const double difference =
+          std::abs(trace.columns[c][row] - reference.trace.columns[c][row]) / reference.outputs[c].range;
       if (row % 2 == 1) {
         judgement.check_error = std::max(judgement.check_error, difference);
         continue;

@@ -7,7 +7,8 @@
 #include <map>
 #include <set>
 
-#include "base/number_text.hpp"
+#include "base/text.hpp"
+#include "bgsim/visible_text.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
 #include "units/equations.hpp"
@@ -24,8 +25,6 @@ constexpr const char* kEqualUnits =
     "both sides of an equation, and whatever is added or compared, have one unit; numbers are used as they are written";
 constexpr const char* kPureNumbers =
     "only powers, roots and abs, min, max, hypot, mod, ssqrt take quantities with a unit";
-
-std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
 /// "Pa/bar", "(m/s)/(km/h)".
 std::string quotient_text(const std::string& above, const std::string& below) {
@@ -61,17 +60,17 @@ class UnitWords {
       case UnitEquation::Kind::energy:
         return site(e.site) + right + ", but " + at_port(e) + left;
       case UnitEquation::Kind::one_energy:
-        return "an energy at port " + element(e).ports.front() + " of " + quoted(element(e).name) + left +
+        return "an energy at port " + element(e).ports.front() + " of " + in_quotes(element(e).name) + left +
                ", but at port " + element(e).ports[e.site.port] + right;
       case UnitEquation::Kind::same_power:
-        return "the power at port 1 of " + quoted(element(e).name) + left + ", but at port 2" + right;
+        return "the power at port 1 of " + in_quotes(element(e).name) + left + ", but at port 2" + right;
       case UnitEquation::Kind::sum:
         return "in " + site(e.site) + ", " + text(e.left) + left + " and " + text(e.right) + right + ", but " +
                together(e.operation);
       case UnitEquation::Kind::pure:
         return "in " + site(e.site) + ", " + argument(e) + right + ", but must be a pure number";
       case UnitEquation::Kind::abscissa:
-        return "in " + site(e.site) + ", " + quoted(e.name) + " is read at " + text(e.right) + ", which" + right +
+        return "in " + site(e.site) + ", " + in_quotes(e.name) + " is read at " + text(e.right) + ", which" + right +
                ", but its first column" + left;
     }
     return {};
@@ -83,7 +82,7 @@ class UnitWords {
     const std::string in = !own_text.empty() ? ", in " + own_text : unit ? ", " + in_unit(*unit) : std::string();
     switch (e.kind) {
       case UnitEquation::Kind::given:
-        return (e.site.kind == UnitSite::Kind::parameter ? "parameter " : "signal ") + quoted(given_name(e)) +
+        return (e.site.kind == UnitSite::Kind::parameter ? "parameter " : "signal ") + in_quotes(given_name(e)) +
                " is in " + given_text(e);
       case UnitEquation::Kind::value:
         return (e.site.kind == UnitSite::Kind::law ? "by " + site(e.site) + ", " : std::string()) + e.name + " is " +
@@ -94,16 +93,16 @@ class UnitWords {
       case UnitEquation::Kind::energy:
         return at_port(e) + " is part of its energy" + in;
       case UnitEquation::Kind::one_energy:
-        return "the ports of " + quoted(element(e).name) + " store one kind of energy" + in;
+        return "the ports of " + in_quotes(element(e).name) + " store one kind of energy" + in;
       case UnitEquation::Kind::same_power:
-        return quoted(element(e).name) + " passes power on" + in;
+        return in_quotes(element(e).name) + " passes power on" + in;
       case UnitEquation::Kind::sum:
         return "in " + site(e.site) + ", " + text(e.left) + " and " + text(e.right) + " are alike" + in + ": " +
                together(e.operation);
       case UnitEquation::Kind::pure:
         return "in " + site(e.site) + ", " + argument(e) + " is a pure number";
       case UnitEquation::Kind::abscissa:
-        return "in " + site(e.site) + ", " + quoted(e.name) + " is read at " + text(e.right) + in;
+        return "in " + site(e.site) + ", " + in_quotes(e.name) + " is read at " + text(e.right) + in;
     }
     return {};
   }
@@ -165,7 +164,7 @@ class UnitWords {
   [[nodiscard]] std::string at_port(const UnitEquation& e) const {
     const Element& field = element(e);
     return std::string(stores_displacement(field.kind) ? "effort times displacement" : "flow times momentum") +
-           " at port " + field.ports[e.site.port] + " of " + quoted(field.name);
+           " at port " + field.ports[e.site.port] + " of " + in_quotes(field.name);
   }
   [[nodiscard]] std::string argument(const UnitEquation& e) const {
     if (e.operation != Op::pow) return "the argument " + text(e.right) + " of " + std::string(name_of(e.operation));
@@ -174,20 +173,20 @@ class UnitWords {
   [[nodiscard]] std::string site(const UnitSite& s) const {
     switch (s.kind) {
       case UnitSite::Kind::parameter:
-        return "parameter " + quoted(model_.parameters[s.index].name);
+        return "parameter " + in_quotes(model_.parameters[s.index].name);
       case UnitSite::Kind::signal:
-        return "signal " + quoted(model_.signals[s.index].name);
+        return "signal " + in_quotes(model_.signals[s.index].name);
       case UnitSite::Kind::output:
-        return "output " + quoted(model_.outputs[s.index].name);
+        return "output " + in_quotes(model_.outputs[s.index].name);
       case UnitSite::Kind::element:
         return "the " + std::string(kind_row(model_.elements[s.index]).ways.front()) + " of " +
-               quoted(model_.elements[s.index].name);
+               in_quotes(model_.elements[s.index].name);
       case UnitSite::Kind::law:
-        return "the law of " + quoted(port_name(model_.elements[s.index], s.port));
+        return "the law of " + in_quotes(port_name(model_.elements[s.index], s.port));
       case UnitSite::Kind::energy:
-        return "the energy of " + quoted(model_.elements[s.index].name);
+        return "the energy of " + in_quotes(model_.elements[s.index].name);
       case UnitSite::Kind::initial:
-        return "the initial value of " + quoted(model_.elements[s.index].name);
+        return "the initial value of " + in_quotes(model_.elements[s.index].name);
       case UnitSite::Kind::scene:
         return "the scene";
     }
@@ -438,7 +437,7 @@ class UnitJudge {
 
   /// "a parameter { "value": 100000, "unit": "Pa/bar" }"
   [[nodiscard]] std::string conversion(const Unit& to, const Unit& from) const {
-    return "a parameter { \"value\": " + text_of_number(std::exp(from.log_scale - to.log_scale)) + ", \"unit\": \"" +
+    return "a parameter { \"value\": " + number_text(std::exp(from.log_scale - to.log_scale), 6) + ", \"unit\": \"" +
            quotient_text(words_.name(to), words_.name(from)) + "\" }";
   }
 
@@ -450,7 +449,7 @@ class UnitJudge {
       const bool sides_are_written = e.kind == UnitEquation::Kind::value || e.kind == UnitEquation::Kind::sum;
       if (sides_are_written)
         return "conversions are written out: multiply what is in " + right + " by " + conversion(*s.left, *s.right);
-      return "they differ by the factor " + text_of_number(std::exp(std::abs(ratio.log_scale))) +
+      return "they differ by the factor " + number_text(std::exp(std::abs(ratio.log_scale)), 6) +
              ": somewhere among the notes a unit is not meant so; conversions are written out, as a parameter "
              "{ \"value\": 100000, \"unit\": \"Pa/bar\" }";
     }
@@ -462,7 +461,7 @@ class UnitJudge {
     if (same_dimension(ratio, second()) || same_dimension(ratio, power(second(), -1.0)))
       return text + ": a rate stands where an amount is meant, or the reverse";
     if (const auto number = factor(e.right))
-      return text + "; beside quantities a number is a pure number: if " + text_of_number(*number) +
+      return text + "; beside quantities a number is a pure number: if " + number_text(*number, 6) +
              " stands for a quantity, make it a parameter in " + unit_text(ratio);
     return text;
   }

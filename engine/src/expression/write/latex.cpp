@@ -1,4 +1,5 @@
 #include "base/latex_text.hpp"
+#include "base/text.hpp"
 #include "bgsim/expression.hpp"
 #include "expression/write/typeset.hpp"
 
@@ -6,15 +7,10 @@ namespace bgsim {
 
 namespace {
 
-/// The name of a column may be any one character.
-bool is_letter(const std::string& word) {
-  return word.size() == 1 && ((word[0] >= 'a' && word[0] <= 'z') || (word[0] >= 'A' && word[0] <= 'Z'));
-}
-
 /// A word of a name: a Greek letter, one letter in italics, or upright.
 std::string word_latex(const std::string& word) {
   if (!greek_letter(word).empty()) return "\\" + word;
-  if (is_letter(word) || is_number_word(word)) return word;
+  if ((word.size() == 1 && is_letter(word[0])) || is_number_word(word)) return word;
   return latex_text(word);
 }
 

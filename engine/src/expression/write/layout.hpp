@@ -78,9 +78,6 @@ class ExpressionWriter {
   std::vector<Piece> rest_;
 };
 
-/// Shortest decimal form that reads back as the same number.
-std::string number_text(double value);
-
 /// A name as it is typeset: "packet.wall.q" is q with the index packet.wall, "R_b" is R with b, "C2" is C with 2;
 /// "der(x)" is x with a dot.
 struct NameParts {

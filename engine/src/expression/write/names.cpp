@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/text.hpp"
 #include "expression/write/layout.hpp"
 
 namespace bgsim {
@@ -19,8 +20,6 @@ constexpr std::array<Greek, 36> kGreek{
      {"Lambda", "\u039b"},  {"Xi", "\u039e"},    {"Pi", "\u03a0"},      {"Sigma", "\u03a3"}, {"Upsilon", "\u03a5"},
      {"Phi", "\u03a6"},     {"Psi", "\u03a8"},   {"Omega", "\u03a9"},   {"ell", "\u2113"},   {"varphi", "\u03c6"},
      {"vartheta", "\u03d1"}}};
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 }  // namespace
 
@@ -58,7 +57,7 @@ NameParts name_parts(std::string name) {
 Binding typeset_binding(const ExprNode& node) {
   if (node.op == Op::constant) {
     if (node.constant < 0.0) return Binding::minus;
-    return number_text(node.constant).find('e') == std::string::npos ? Binding::atom : Binding::product;
+    return shortest_number(node.constant).find('e') == std::string::npos ? Binding::atom : Binding::product;
   }
   if (node.op == Op::neg) return Binding::product;  // -a b needs no parentheses in print
   if (node.op == Op::select) return Binding::none;
@@ -66,7 +65,7 @@ Binding typeset_binding(const ExprNode& node) {
 }
 
 TypesetNumber typeset_number(double value) {
-  const std::string text = number_text(value);
+  const std::string text = shortest_number(value);
   const std::size_t e = text.find('e');
   if (e == std::string::npos) return {text, {}};
   std::string exponent = text.substr(e + 1);

@@ -1,3 +1,5 @@
+#include "base/text.hpp"
+
 #include <array>
 #include <charconv>
 #include <stdexcept>
@@ -84,12 +86,6 @@ void check_written_size(const ExprPool& pool, ExprId root) {
   }
 }
 
-std::string number_text(double value) {
-  std::array<char, 32> buffer{};
-  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  return {buffer.data(), result.ptr};
-}
-
 std::string ExpressionWriter::write(ExprId root, Binding least) {
   push(root, least);
   while (!rest_.empty()) {
@@ -169,7 +165,7 @@ class TextWriter : public ExpressionWriter {
   void atom(ExprId id) {
     const ExprNode& node = pool_[id];
     if (node.op == Op::constant) {
-      text_ += number_text(node.constant);
+      text_ += shortest_number(node.constant);
     } else if (node.op == Op::symbol) {
       text_ += name_(SymbolId(node.a));
     } else {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
+
 namespace bgsim {
 
 namespace {
@@ -64,20 +66,19 @@ std::optional<Halves> separate(const Program& program, NotSeparable& obstacle) {
 }
 
 Diagnostic not_separable_failure(const Program& program, const NotSeparable& obstacle) {
-  const auto quoted = [](const std::string& name) { return "\"" + name + "\""; };
-  const std::string state = quoted(program.state_names[obstacle.state]);
+  const std::string state = in_quotes(program.state_names[obstacle.state]);
   Diagnostic diagnostic;
   diagnostic.code = "BG610";
   diagnostic.situation = "the method \"verlet\" cannot be used: the rate of " + state + " depends on " +
                          (obstacle.state == obstacle.other ? state + " itself"
-                                                           : quoted(program.state_names[obstacle.other]) +
+                                                           : in_quotes(program.state_names[obstacle.other]) +
                                                                  ", and the states do not fall into two halves");
   diagnostic.place = program.states[obstacle.state].place;
   if (!obstacle.losses.empty()) {
     constexpr std::size_t kMost = 5;
     std::string names;
     for (std::size_t i = 0; i < std::min(kMost, obstacle.losses.size()); ++i)
-      names += (i == 0 ? "" : ", ") + quoted(obstacle.losses[i]);
+      names += (i == 0 ? "" : ", ") + in_quotes(obstacle.losses[i]);
     if (obstacle.losses.size() > kMost) names += " and " + std::to_string(obstacle.losses.size() - kMost) + " more";
     diagnostic.notes.push_back({std::nullopt, "the graph is not lossless: it has " + names});
   }

@@ -30,13 +30,6 @@ constexpr const char* kTime = "t";
        "a reference is a CSV file with a header, a first column t that increases, and numbers", {});
 }
 
-std::string number_text(double value) {
-  std::ostringstream text;
-  text.precision(17);
-  text << value;
-  return text.str();
-}
-
 std::size_t position(const std::vector<std::string>& names, const std::string& name) {
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
 }
@@ -51,13 +44,14 @@ double interpolated(const std::vector<double>& times, const std::vector<double>&
   return values[i - 1] + part * (values[i] - values[i - 1]);
 }
 
-struct Range {
+struct ValueRange {
   double low, high;
 };
 
 /// What the reference takes on [times[row] - tube, times[row] + tube].
-Range range_within(const std::vector<double>& times, const std::vector<double>& values, std::size_t row, double tube) {
-  Range range{values[row], values[row]};
+ValueRange range_within(const std::vector<double>& times, const std::vector<double>& values, std::size_t row,
+                        double tube) {
+  ValueRange range{values[row], values[row]};
   if (tube <= 0.0) return range;
   const auto take = [&range](double value) {
     range.low = std::min(range.low, value);
@@ -86,7 +80,7 @@ ColumnCheck check_column(const Trace& trace, std::size_t output, const std::vect
   const std::size_t first = trace.times.size() - times.size();
   for (std::size_t row = 0; row < times.size(); ++row) {
     const double value = trace.columns[output][first + row];
-    const Range range = range_within(times, values, row, reference.tube);
+    const ValueRange range = range_within(times, values, row, reference.tube);
     const double error = std::isfinite(value) ? std::max({range.low - value, value - range.high, 0.0})
                                               : std::numeric_limits<double>::infinity();
     if (row > 0 && error <= check.error) continue;
@@ -158,7 +152,8 @@ CsvTable read_reference(const Model& model, const Reference& reference) {
   if (times.empty()) unreadable(model, reference, "there are no records");
   for (std::size_t row = 1; row < times.size(); ++row) {
     if (times[row] > times[row - 1]) continue;
-    unreadable(model, reference, "t = " + number_text(times[row]) + " comes after t = " + number_text(times[row - 1]));
+    unreadable(model, reference,
+               "t = " + number_text(times[row], 17) + " comes after t = " + number_text(times[row - 1], 17));
   }
   return table;
 }
@@ -167,9 +162,9 @@ RunInputs at_reference_times(const Model& model, const RunInputs& inputs, const 
   const std::vector<double>& times = table.columns.front();
   if (times.front() < inputs.start || times.back() > inputs.stop) {
     fail(model, inputs.reference.value(), "BG151",
-         "scene \"" + short_name(inputs.scene) + "\" runs from " + number_text(inputs.start) + " to " +
-             number_text(inputs.stop) + ", its reference from " + number_text(times.front()) + " to " +
-             number_text(times.back()),
+         "scene \"" + short_name(inputs.scene) + "\" runs from " + number_text(inputs.start, 17) + " to " +
+             number_text(inputs.stop, 17) + ", its reference from " + number_text(times.front(), 17) + " to " +
+             number_text(times.back(), 17),
          "a reference lies within its scene's times", "adjust the scene's start and stop");
   }
   RunInputs adapted = inputs;
@@ -210,7 +205,7 @@ std::vector<ReferenceBand> reference_bands(const Model& model, const std::vector
     const std::vector<double>& values = table.columns[*pairs[output]];
     ReferenceBand band{outputs[output], table.names[*pairs[output]], limit_of(values, reference), values, {}, {}};
     for (std::size_t row = 0; row < times.size(); ++row) {
-      const Range range = range_within(times, values, row, reference.tube);
+      const ValueRange range = range_within(times, values, row, reference.tube);
       band.low.push_back(range.low - band.limit);
       band.high.push_back(range.high + band.limit);
     }
