@@ -66,7 +66,7 @@ std::string path_of(const ExternalProgram& program) {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path != nullptr ? path : "/usr/local/bin:/usr/bin:/bin");
   for (std::string folder; std::getline(folders, folder, ':');) {
-    const std::string file = folder + "/" + program.name;
+    std::string file = folder + "/" + program.name;
     std::error_code ignored;
     if (folder.starts_with('/') && ::access(file.c_str(), X_OK) == 0 && std::filesystem::is_regular_file(file, ignored))
       return file;
