@@ -31,7 +31,7 @@ struct Case {
   State start;
   double stop = 1.0;
   double relative = 1e-6, absolute = 1e-9;
-  /// What is told of the end; by default the first state.
+  /// What is reported of the final state; by default the first component.
   std::function<std::string(const State&)> end = {};
 };
 

@@ -43,7 +43,7 @@ std::string script_json(const nlohmann::ordered_json& json) {
   result.reserve(text.size());
   for (const char c : text) {
     if (c == '<')
-      result += "\\u003c";  // stands in strings only
+      result += "\\u003c";  // occurs in strings only
     else
       result += c;
   }

@@ -27,14 +27,14 @@ constexpr Command kCommands[] = {
     {"equations", "print the state equations, --latex for LaTeX", equations_command},
     {"draw", "draw the bond graph: SVG, PNG or DOT", draw_command},
     {"plot", "draw a trace, or two over each other with their difference", plot_command},
-    {"show", "print what a stage of the pipeline holds", show_command},
-    {"reduce", "cut out what a scene does not require", reduce_command},
+    {"show", "print the value of a stage of the pipeline", show_command},
+    {"reduce", "remove elements that a scene does not require", reduce_command},
     {"report", "scenes on one HTML page: plots, equations, energy audit", report_command},
     {"trade", "measure error against cost over methods and tolerances", trade_command},
     {"verify", "hold scenes against their reference traces", verify_command},
     {"new", "write a starter model", new_command},
-    {"explain", "tell what a message's code means", explain_command},
-    {"completion", "print a script for the shell that completes what is typed", completion_command},
+    {"explain", "explain the code of a message", explain_command},
+    {"completion", "print a script for shell completion", completion_command},
 };
 
 void print_help() {
@@ -42,7 +42,7 @@ void print_help() {
                "Usage: bgsim model.json [--scene NAME] [--set NAME=EXPR]... [--relative X] [--absolute X]\n"
                "             [--method NAME] [-o FILE]\n"
                "       bgsim COMMAND ...\n\n"
-               "Commands (bgsim COMMAND --help tells more; a file of such a name is reached as ./NAME):\n";
+               "Commands (details: bgsim COMMAND --help; for a file of such a name write ./NAME):\n";
   for (const Command& command : kCommands) {
     std::cout << "  " << command.name << std::string(12 - std::string(command.name).size(), ' ') << command.about
               << '\n';
@@ -54,12 +54,12 @@ void print_help() {
                "  bgsim draw models/actuator.json          the bond graph in actuator.svg\n"
                "  bgsim plot actuator.bending.csv          a trace in actuator.bending.svg\n"
                "  bgsim verify                             every model under models/ against its references\n\n"
-               "Exit codes: 0 done, 1 the model is at fault, 2 wrong usage, 3 the numerics failed,\n"
+               "Exit codes: 0 done, 1 error in the model, 2 wrong usage, 3 numerical failure,\n"
                "4 a defect of bgsim.\n";
 }
 
 Exit act(const Arguments& arguments) {
-  if (arguments.empty()) throw UsageError("which model? bgsim model.json; bgsim --help tells more");
+  if (arguments.empty()) throw UsageError("which model? bgsim model.json; bgsim --help lists the commands");
   const std::string& first = arguments.front();
   if (arguments.size() == 1 && (first == "--help" || first == "-h")) {
     print_help();

@@ -50,7 +50,7 @@ void take_output(RecordOptions& record, const std::string& value) {
 
 void add_parameters_option(CLI::App& app, ReadOptions& options) {
   app.add_option("--parameters", options.parameter_files,
-                 "a JSON file of parameters and initial values; may be given again, later ones and --set go first")
+                 "a JSON file of parameters and initial values; may be repeated; later files and --set override")
       ->type_name("FILE")
       ->allow_extra_args(false);
 }
@@ -63,13 +63,13 @@ void add_time_options(CLI::App& app, ReadOptions& options) {
             name, [&target](const std::string& value) { target = value; }, about)
         ->type_name("EXPR");
   };
-  text("--start", options.start, "time at which the run starts, in place of the scene's");
-  text("--stop", options.stop, "time at which it stops, in place of the scene's");
+  text("--start", options.start, "time at which the run starts, instead of the scene's");
+  text("--stop", options.stop, "time at which it stops, instead of the scene's");
   auto* samples =
-      app.add_option("--samples", options.samples, "number of equidistant output times, in place of the scene's")
+      app.add_option("--samples", options.samples, "number of equidistant output times, instead of the scene's")
           ->type_name("N")
           ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000'000}));
-  text("--interval", options.interval, "distance of output times, in place of the scene's")->excludes(samples);
+  text("--interval", options.interval, "distance of output times, instead of the scene's")->excludes(samples);
 }
 
 void add_output_options(CLI::App& app, RecordOptions& record, const std::string& what, const std::string& type) {
@@ -81,8 +81,8 @@ void add_output_options(CLI::App& app, RecordOptions& record, const std::string&
          [&record](const std::vector<std::string>& values) {
            for (const std::string& value : values) take_output(record, value);
          },
-         "NAME=EXPR: one more column, any expression over the model's names; may be given again. Without an = it is as "
-         "-o " +
+         "NAME=EXPR: an additional column, any expression over the model's names; may be repeated. Without an = it is "
+         "as -o " +
              type)
       ->type_name("NAME=EXPR")
       ->allow_extra_args(false);
@@ -101,7 +101,7 @@ void add_record_options(CLI::App& app, RecordOptions& record, ReadOptions& optio
              if (found == 0) throw CLI::ValidationError("--record", "the list is empty");
            }
          },
-         "what is recorded in place of the scene's outputs: names of outputs and quantities between commas, and the "
+         "what to record instead of the scene's outputs: names of outputs and quantities between commas, and the "
          "groups all, states, outputs")
       ->type_name("LIST")
       ->allow_extra_args(false);

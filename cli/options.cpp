@@ -28,7 +28,7 @@ std::vector<std::string> method_names() {
   return names;
 }
 
-/// The method that another tool's name stands for, or that is nearest; empty if none is.
+/// The method with this name in another tool, or with the nearest name; empty if none is.
 std::string likely_method(const std::string& name) {
   static constexpr std::array<std::pair<std::string_view, const char*>, 9> kOthers{{{"ode45", "erk5"},
                                                                                     {"rk45", "erk5"},
@@ -59,7 +59,7 @@ CLI::Validator positive_number() {
   const auto check = [](const std::string& text) {
     double value = 0.0;
     const bool number = CLI::detail::lexical_cast(text, value);
-    return number && value > 0.0 && std::isfinite(value) ? std::string() : text + " is no number above zero";
+    return number && value > 0.0 && std::isfinite(value) ? std::string() : text + " is not a number above zero";
   };
   return {check, ""};
 }

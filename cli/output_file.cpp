@@ -215,7 +215,7 @@ void OutputFile::lock_existing(const std::string& file) {
   Descriptor existing;
   existing = open_again(file.c_str(), O_RDONLY | O_NONBLOCK);
   if (existing.value >= 0 && lock_again(existing.value) != 0 && errno == EWOULDBLOCK)
-    fail("another output is being written to it; wait for its end, or name another file");
+    fail("another output is being written to it; wait until it ends, or name another file");
 }
 
 void OutputFile::open_beside(const std::string& file) {
@@ -244,7 +244,7 @@ void OutputFile::open_beside(const std::string& file) {
     if (!remove_stale()) break;
   }
   const std::string locked = std::exchange(partial_, "");
-  fail("another bgsim is writing it, into " + locked + "; wait for its end, or name another file");
+  fail("another bgsim is writing it, into " + locked + "; wait until it ends, or name another file");
 }
 
 /// Creates and locks the partial file.
@@ -268,7 +268,7 @@ bool OutputFile::remove_stale() {
   };
   struct stat found {};
   if (::fstatat(folder_.value, partial_.c_str(), &found, AT_SYMLINK_NOFOLLOW) != 0) return errno == ENOENT;
-  if (!S_ISREG(found.st_mode)) in_the_way("it is no regular file");
+  if (!S_ISREG(found.st_mode)) in_the_way("it is not a regular file");
   file_ = openat_again(folder_.value, partial_, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
   if (file_.value < 0) {
     if (errno == ENOENT) return true;
@@ -309,7 +309,7 @@ void OutputFile::open_in_place(const std::string& file) {
   if (target_.value < 0) target_ = open_again(file.c_str(), O_WRONLY | O_NONBLOCK);
   if (target_.value < 0) fail(errno);
   if (lock_again(target_.value) != 0 && errno == EWOULDBLOCK)
-    fail("another bgsim is writing it; wait for its end, or name another file");
+    fail("another bgsim is writing it; wait until it ends, or name another file");
   file_ = open_scratch();
   if (file_.value < 0) fail(std::string("no temporary file can be made: ") + std::strerror(errno));
 }
@@ -363,7 +363,7 @@ void OutputFile::copy_in_place() {
   }
   if (target.pubsync() == 0 && ::ftruncate(target_.value, size) == 0 && sync_again(target_.value) == 0) return;
   fail(std::string(std::strerror(target.error() != 0 ? target.error() : errno)) +
-       "; it was being overwritten in place, since its folder lets nothing be renamed onto it: what it held is lost");
+       "; it was being overwritten in place, because its folder does not allow renaming: its old content is lost");
 }
 
 std::string OutputFile::partial() const { return partial_.empty() ? std::string() : partial_path(path_); }

@@ -23,10 +23,10 @@ constexpr std::array kOtherCommands{
     Word{"simulate", "bgsim run simulates"},
     Word{"sim", "bgsim run simulates"},
     Word{"start", "bgsim run simulates"},
-    Word{"validate", "bgsim check looks at a model without running it"},
-    Word{"lint", "bgsim check looks at a model without running it"},
-    Word{"info", "bgsim check tells what is in a model"},
-    Word{"causality", "bgsim check tells the strokes and why"},
+    Word{"validate", "bgsim check checks a model without running it"},
+    Word{"lint", "bgsim check checks a model without running it"},
+    Word{"info", "bgsim check describes a model"},
+    Word{"causality", "bgsim check lists the strokes with reasons"},
     Word{"init", "bgsim new writes a starter model"},
     Word{"create", "bgsim new writes a starter model"},
     Word{"template", "bgsim new writes a starter model"},
@@ -35,13 +35,13 @@ constexpr std::array kOtherCommands{
     Word{"view", "bgsim draw draws the graph, bgsim plot a trace"},
     Word{"chart", "bgsim plot draws a trace"},
     Word{"latex", "bgsim equations --latex prints the equations"},
-    Word{"test", "bgsim verify holds scenes against their references"},
-    Word{"compare", "bgsim verify holds scenes against references, bgsim plot --against draws two traces"},
+    Word{"test", "bgsim verify compares scenes with their references"},
+    Word{"compare", "bgsim verify compares scenes with references, bgsim plot --against draws two traces"},
     Word{"html", "bgsim report writes a page"},
-    Word{"doc", "bgsim explain CODE prints what a message means"},
+    Word{"doc", "bgsim explain CODE explains a message"},
     Word{"sweep", "for several values call bgsim run once for each, with --set NAME=VALUE -o FILE"},
     Word{"linearize", "there is no such command; the library has linearize() (engine/include/bgsim/evaluator.hpp)"},
-    Word{"help", "bgsim --help tells what there is, bgsim COMMAND --help more about one"},
+    Word{"help", "bgsim --help lists the commands, bgsim COMMAND --help explains one"},
     Word{"version", "bgsim --version"},
 };
 
@@ -109,7 +109,7 @@ std::string unknown_option(const CLI::App& app, const std::string& argument) {
     if (word.other == name && has(word.help)) help = std::string("it is called ") + word.help;
   for (const std::string_view key : kSceneKeys)
     if (key == name && has("--scene"))
-      help = "that is said by the scene in the model: \"scenes\": { \"run\": { \"stop\": 1, \"samples\": 101 } }";
+      help = "this belongs in the scene of the model: \"scenes\": { \"run\": { \"stop\": 1, \"samples\": 101 } }";
   if (help.empty()) help = question(name, names);
   if (help.empty() && !name.starts_with("--") && name.size() > 2) help = question("-" + name, names);  // -scene
   if (help.empty()) {
@@ -169,7 +169,7 @@ std::string unknown_command(const std::string& first, std::span<const std::strin
     text += help + "\n";
   text += "commands:";
   for (const std::string& command : commands) text += " " + command;
-  return text + "; a model is run by bgsim model.json; bgsim --help tells more";
+  return text + "; bgsim model.json runs a model; bgsim --help lists the commands";
 }
 
 std::string unknown_argument(const CLI::App& app, const Arguments& arguments, const std::string& message) {
@@ -187,7 +187,7 @@ std::string unknown_argument(const CLI::App& app, const Arguments& arguments, co
   }
   if (text.empty() && message == "model.json is required") text = "which model? " + app.get_name() + " model.json";
   if (text.empty()) text = short_line(message, 500);
-  return text + "\nusage: " + app.get_name() + " --help tells what can be given";
+  return text + "\nusage: " + app.get_name() + " --help lists the options";
 }
 
 }  // namespace bgsim::cli

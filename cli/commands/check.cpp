@@ -16,8 +16,7 @@ namespace bgsim::cli {
 Exit check_command(const Arguments& arguments) {
   std::string file;
   ReadOptions reading;
-  CLI::App app("Reports strokes and why they stand where they stand, states, dependent stores, loops and units.",
-               "bgsim check");
+  CLI::App app("Reports causal strokes with reasons, states, dependent stores, loops and units.", "bgsim check");
   app.add_option("model.json", file, "the model")->required();
   SceneOverrides overrides;
   add_read_options(app, reading);
@@ -29,7 +28,7 @@ Exit check_command(const Arguments& arguments) {
   const Study study = read_study(file, reading);
   const Model& model = study.model();
   assign_causality(study);
-  // What is found out is told before the next stage may refuse the model: the strokes help to understand why.
+  // Results are printed before the next stage may refuse the model: the strokes help to understand why.
   std::cout << describe_causality(model, study.graph(), study.causality()) << std::endl;
   derive_equations(study);
   std::cout << describe_loops(model, study.equations(), study.order());

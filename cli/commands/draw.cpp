@@ -38,11 +38,9 @@ DrawArguments parse_draw(const Arguments& arguments) {
   app.add_option("-o,--output", options.output,
                  "the picture, .svg, .png or .dot by its ending; - for SVG on standard output (default: NAME.svg)")
       ->type_name("FILE");
-  app.add_flag("--effort-flow", options.how.effort_flow, "effort and flow at each bond, in place of its name");
-  app.add_flag("--no-bond-names", options.no_names, "without the names of bonds");
-  app.add_option("--zoom", options.zoom, "pixels of a PNG for each of the drawing's (default: 2)")
-      ->type_name("X")
-      ->check(CLI::Range(0.1, 20.0));
+  app.add_flag("--effort-flow", options.how.effort_flow, "effort and flow at each bond instead of its name");
+  app.add_flag("--no-bond-names", options.no_names, "no names of bonds");
+  app.add_option("--zoom", options.zoom, "scale of a PNG (default: 2)")->type_name("X")->check(CLI::Range(0.1, 20.0));
   parse_arguments(app, arguments);
   options.how.bond_names = !options.no_names;
   return options;

@@ -45,7 +45,7 @@ std::string_view section(const std::string& code) {
 
 Exit explain_command(const Arguments& arguments) {
   std::string code;
-  CLI::App app("Prints what a message's code means, and what can be done about it.", "bgsim explain");
+  CLI::App app("Explains the code of a message, and how to correct the model.", "bgsim explain");
   app.add_option("code", code, "BG301, bg301 or 301; none: a list of all codes");
   app.footer(
       "Examples:\n  bgsim explain BG301      two bonds set the effort of one junction\n  bgsim explain            all "

@@ -49,7 +49,7 @@ PlotArguments parse_plot(const Arguments& arguments) {
       "  bgsim plot run.csv --reference reference.csv         the reference dashed over each column that it has\n"
       "  bgsim plot run.csv --against reference.csv           both, and their difference below");
   app.add_option("trace.csv", options.file, "the trace")->required();
-  app.add_option("columns", options.columns, "columns to be drawn (default: all)");
+  app.add_option("columns", options.columns, "columns to draw (default: all)");
   app.add_option("-o,--output", options.output,
                  "the picture, .svg or .png; - for SVG on standard output (default: the trace's name with .svg)")
       ->type_name("FILE");
@@ -58,15 +58,13 @@ PlotArguments parse_plot(const Arguments& arguments) {
   app.add_option("--reference", options.reference, "a trace whose columns are drawn dashed over those of one name")
       ->type_name("CSV")
       ->excludes("--against");
-  app.add_option("--x", options.x, "the column to draw over (default: the first)")->type_name("COLUMN");
+  app.add_option("--x", options.x, "the column for the horizontal axis (default: the first)")->type_name("COLUMN");
   app.add_option("--from", options.from, "least value of the abscissa")->type_name("X");
   app.add_option("--to", options.to, "greatest value of the abscissa")->type_name("X");
   auto* one = app.add_flag("--one-panel", options.one_panel, "all columns in one panel");
-  app.add_flag("--each", options.each, "each column in a panel of its own")->excludes(one);
+  app.add_flag("--each", options.each, "each column in its own panel")->excludes(one);
   app.add_option("--title", options.title, "text above (default: the trace's name)")->type_name("TEXT");
-  app.add_option("--zoom", options.zoom, "pixels of a PNG for each of the picture's (default: 2)")
-      ->type_name("X")
-      ->check(CLI::Range(0.1, 20.0));
+  app.add_option("--zoom", options.zoom, "scale of a PNG (default: 2)")->type_name("X")->check(CLI::Range(0.1, 20.0));
   parse_arguments(app, arguments);
   if (options.from && options.to && !(*options.from < *options.to)) throw UsageError("--from is to be less than --to");
   return options;
@@ -116,7 +114,7 @@ std::map<std::string, std::string> read_units(const std::string& csv) {
     return nlohmann::json::parse(read_text(path, NamedBy::model)).get<std::map<std::string, std::string>>();
   } catch (const nlohmann::json::parse_error& error) {
     throw UsageError(short_path(path) + ", which is taken for the units of " + short_path(csv) +
-                     ", is not JSON: the fault is at byte " + std::to_string(error.byte));
+                     ", is not JSON: the error is at byte " + std::to_string(error.byte));
   } catch (const nlohmann::json::exception&) {
     throw UsageError(short_path(path) + ", which is taken for the units of " + short_path(csv) +
                      ", is no object of texts, such as { \"x\": \"m\" }");

@@ -61,8 +61,7 @@ ReduceArguments parse_reduce(const Arguments& arguments) {
   RecordOptions record;
   add_record_options(app, record, options.reading, "the reduced model's file (default: NAME.SCENE.reduced.json)");
   app.add_option("--csv", options.csv, "also write the activities as CSV, - for standard output")->type_name("FILE");
-  app.add_option("--json", options.json, "also write everything that is told as JSON, - for standard output")
-      ->type_name("FILE");
+  app.add_option("--json", options.json, "also write all results as JSON, - for standard output")->type_name("FILE");
   app.footer("Example: bgsim reduce models/bellow.json --scene tracking --error 1e-2");
   parse_arguments(app, arguments);
   take_columns(record, options.reading);

@@ -48,7 +48,7 @@ constexpr const char* kExamples =
     "  bgsim bellow.json --record all               every effort, flow, state and signal\n"
     "  bgsim bellow.json -o - --quiet | head        trace on standard output\n"
     "\n"
-    "Exit codes: 0 done, 1 the model is at fault, 2 wrong usage, 3 the numerics failed (or the run was\n"
+    "Exit codes: 0 done, 1 error in the model, 2 wrong usage, 3 numerical failure (or the run was\n"
     "interrupted; the trace up to there is kept), 4 a defect of bgsim.\n"
     "\n"
     "Further commands: bgsim --help";
@@ -105,7 +105,7 @@ void warn_of_units(const Model& model, const UnitReport& units, const std::strin
     problem.severity = Severity::warning;
     std::cerr << headline(problem, *model.sources);
   }
-  if (!units.problems.empty()) std::cerr << "  bgsim check " << short_path(shell_word(file)) << " tells more\n";
+  if (!units.problems.empty()) std::cerr << "  bgsim check " << short_path(shell_word(file)) << " explains them\n";
 }
 
 /// Columns without a unit in the model get the one that was inferred.
@@ -133,9 +133,9 @@ void note_dependent_stores(RunResult& result, const Study& study, const Program&
   if (text.empty()) return;
   if (program.dependent.size() > kListed)
     text += "; and " + std::to_string(program.dependent.size() - kListed) + " more";
-  result.report.notes.insert(result.report.notes.begin(),
-                             "dependent stores (derivative causality), without states of their own: " + text +
-                                 "; bgsim check " + file + " tells more");
+  result.report.notes.insert(
+      result.report.notes.begin(),
+      "dependent stores (derivative causality), without states of their own: " + text + "; see bgsim check " + file);
 }
 
 /// Where the results of a scene go; "" for what is not asked for.

@@ -44,7 +44,7 @@ std::string stage_text(const std::string& file, const ReadOptions& reading, cons
 Exit show_command(const Arguments& arguments) {
   std::string file, stage;
   ReadOptions reading;
-  CLI::App app("Prints what a stage of the pipeline makes of a model.", "bgsim show");
+  CLI::App app("Prints the value of a stage of the pipeline for a model.", "bgsim show");
   app.add_option("model.json", file, "the model")->required();
   add_read_options(app, reading);
   app.add_option("--stage", stage, "model, graph, units, causality, equations, order or program")

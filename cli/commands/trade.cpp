@@ -35,7 +35,7 @@ struct TradeArguments {
 TradeArguments parse_trade(const Arguments& arguments) {
   TradeArguments options;
   options.how.budget = 120.0;  // what a whole table of a seed model takes
-  CLI::App app("Runs a scene with every method over its tolerances or steps, and tells error and cost of each.",
+  CLI::App app("Runs a scene with every method over its tolerances or steps, and reports error and cost of each.",
                "bgsim trade");
   app.footer(
       "Writes NAME.SCENE.trade.csv, .json, .svg and .html (docs/performance.md).\n"
@@ -46,11 +46,12 @@ TradeArguments parse_trade(const Arguments& arguments) {
   add_set_option(app, options.overrides);
   add_parameters_option(app, options.reading);
   add_time_options(app, options.reading);
-  app.add_option("--accuracy", options.accuracy,
-                 "error wanted in the outputs, relative to their ranges: the cheapest setting that achieves it is told")
+  app.add_option(
+         "--accuracy", options.accuracy,
+         "required error of the outputs, relative to their ranges: reports the cheapest setting that achieves it")
       ->type_name("X")
       ->check(positive_number());
-  app.add_option("--budget", options.how.budget, "processor time for the whole in seconds, roughly (default: 120)")
+  app.add_option("--budget", options.how.budget, "approximate total processor time in seconds (default: 120)")
       ->type_name("S")
       ->check(positive_number());
   RecordOptions record;
@@ -152,7 +153,7 @@ Exit trade_command(const Arguments& arguments) {
     }
     html.stream() << trade_html(trade, svg);
     commit_all({&csv, &json, &html, picture ? &*picture : nullptr});
-    if (was_interrupted()) std::cerr << "bgsim: interrupted; the table holds what was measured up to there\n";
+    if (was_interrupted()) std::cerr << "bgsim: interrupted; the table has the measurements so far\n";
     if (!options.quiet) std::cerr << "table and picture: " << short_path(base) << ".csv, .json, .svg, .html\n";
     return was_interrupted() || (options.accuracy && !picked) ? Exit::numerics_failed : Exit::done;
   } catch (const TradeFailure& failure) {

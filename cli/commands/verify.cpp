@@ -27,7 +27,7 @@ std::vector<std::string> all_models() {
   for (const auto& entry : fs::directory_iterator("models", fault)) {
     if (entry.path().extension() == ".json") files.push_back(entry.path().string());
   }
-  if (fault) throw UsageError("there is no folder \"models\" here; name the models to be verified");
+  if (fault) throw UsageError("there is no folder \"models\" here; name the models to verify");
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -146,7 +146,7 @@ Exit verify_command(const Arguments& arguments) {
   Exit outcome = Exit::done;
   for (const std::string& file : files) {
     outcome = worse(outcome, verify_file_guarded(file, reading, limits, tally));
-    if (was_interrupted()) throw Interrupted("interrupted; what was verified up to there is above");
+    if (was_interrupted()) throw Interrupted("interrupted; the results so far are above");
   }
   for (const std::string& file : tally.without_reference)
     std::cout << short_path(file) << ": no scene names a reference\n";

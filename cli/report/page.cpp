@@ -173,9 +173,8 @@ std::string summary_section(const ReportContent& content) {
   for (const ReportedScene& scene : content.scenes)
     if (scene.result.failure)
       text += "<div class=\"failure\"><p>Scene <b>" + xml_text(scene.inputs.scene) +
-              "</b> did not run to its end. The curves show what there is up to t = " +
-              short_number(scene.result.report.reached, 6) + ".</p><pre tabindex=\"0\">" +
-              xml_text(render(*scene.result.failure, *model.sources)) + "</pre></div>\n";
+              "</b> did not complete. The curves end at t = " + short_number(scene.result.report.reached, 6) +
+              ".</p><pre tabindex=\"0\">" + xml_text(render(*scene.result.failure, *model.sources)) + "</pre></div>\n";
   std::vector<Diagnostic> warnings = model.warnings;
   for (const auto* const more : {&content.study.causality().warnings, &content.study.equations().warnings})
     warnings.insert(warnings.end(), more->begin(), more->end());
@@ -189,12 +188,12 @@ std::string summary_section(const ReportContent& content) {
 std::string drawing_section(const ReportContent& content) {
   std::string text = "<section id=\"drawing\"><span class=\"files\"></span><h2>Bond graph</h2>\n";
   if (!content.svg) return text + "<p class=\"note\">" + xml_text(content.why_no_drawing) + "</p>\n</section>\n";
-  // What stands before the element (XML declaration, document type) belongs to a file, not into a page.
+  // Text before the element (XML declaration, document type) belongs to a file, not into a page.
   return text + "<div class=\"drawing\" tabindex=\"0\">" + content.svg->substr(content.svg->find("<svg")) +
          "</div>\n</section>\n";
 }
 
-/// Least and greatest value of each output, and how it stands to its reference: what a plot shows, in numbers.
+/// Least and greatest value of each output, and its difference from the reference: what a plot shows, in numbers.
 std::string output_table(const ReportContent& content) {
   std::vector<Cells> rows;
   for (const ReportedScene& scene : content.scenes) {
@@ -244,8 +243,8 @@ std::string outputs_section(const ReportContent& content) {
 
 std::string energy_section(const ReportContent& content) {
   std::string text =
-      "<section id=\"energy\"><h2>Energy audit</h2>\n<p>What the sources supplied is what the stores "
-      "hold more than at the start, what the resistors took, and a residual, which is the error of the "
+      "<section id=\"energy\"><h2>Energy audit</h2>\n<p>The energy supplied by the sources is the increase of "
+      "stored energy, the energy taken by the resistors, and a residual, which is an error of the "
       "run. Energies are in the model's own units: joules if it is written in SI units.</p>\n";
   std::vector<Cells> rows;
   for (const ReportedScene& scene : content.scenes) {

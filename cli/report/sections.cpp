@@ -26,7 +26,7 @@ std::string folded(const std::string& title, const std::string& inside, bool ope
          "</details>\n";
 }
 
-/// Text that stands alone begins with a capital.
+/// A separate text begins with a capital.
 std::string capital(std::string text) {
   if (!text.empty()) text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
   return text;

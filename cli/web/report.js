@@ -112,7 +112,7 @@
   const showAll = () => show(...full);
 
   // ---- values between samples ------------------------------------------------------------------------------------
-  // Linear between the samples beside t; null before the first and after the last one, and beside what is no number.
+  // Linear between the samples beside t; null before the first and after the last one, and beside what is not a number.
   const valueOf = (xs, ys, t) => {
     let low = 0, high = xs.length - 1;
     if (!(t >= xs[low] && t <= xs[high])) return null;

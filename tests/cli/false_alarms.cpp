@@ -36,7 +36,7 @@ std::string trace_of(double small) {
   return rows.str();
 }
 
-/// Whether a number stands at an axis; gnuplot writes it with a blank before.
+/// Whether there is a number at an axis; gnuplot writes it with a blank before.
 bool has_tick(const std::string& svg, const std::string& text) {
   return svg.find(" " + text + "<") != std::string::npos;
 }

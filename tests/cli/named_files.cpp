@@ -181,7 +181,7 @@ TEST_CASE("a fault in one's own submodel or table is shown with its place and it
   CHECK_THAT(model.err, Contains("part.json:2:") && Contains("\"kind\": 1."));
   here.write("data.csv", "t,u\n0,1\n1,two\n");
   here.write("top.json", with_table("data.csv"));
-  CHECK_THAT(here.bgsim("check top.json").err, Contains("data.csv:3: \"two\" in column \"u\" is no number"));
+  CHECK_THAT(here.bgsim("check top.json").err, Contains("data.csv:3: \"two\" in column \"u\" is not a number"));
   here.write("data.csv", "t,v\n0,1\n1,2\n");
   CHECK_THAT(here.bgsim("check top.json").err, Contains("no column \"u\"") && Contains("\"v\""));
 }

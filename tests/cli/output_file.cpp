@@ -76,7 +76,7 @@ TEST_CASE("the partial file of a killed run is replaced, anything else of that n
   fs::create_directory(fs::path(here.folder()) / "z.csv.partial");
   const Outcome folder = here.bgsim("decay.json -o z.csv");
   CHECK(folder.code == 2);
-  CHECK_THAT(folder.err, Contains("z.csv.partial beside it is in the way: it is no regular file"));
+  CHECK_THAT(folder.err, Contains("z.csv.partial beside it is in the way: it is not a regular file"));
   CHECK_FALSE(here.has("z.csv"));
 }
 
@@ -117,7 +117,7 @@ TEST_CASE("a limit on the size of files is a message with the system's reason, a
   CHECK_FALSE(here.has("x.csv.partial"));
 }
 
-TEST_CASE("a closed standard output is told, and no file takes its place") {
+TEST_CASE("a closed standard output is reported, and no file takes its place") {
   const Workplace here;
   const Outcome closed = here.bgsim("decay.json -o -", ">&-");
   CHECK(closed.code == 2);

@@ -28,7 +28,7 @@ TEST_CASE("units written with a trace are found by its plot, wherever the trace 
   CHECK_THAT(here.bgsim("plot x.csv q -o -").out, Contains("<text>C</text>"));
 }
 
-TEST_CASE("two traces are drawn over each other, and the largest difference is told") {
+TEST_CASE("two traces are drawn over each other, and the largest difference is printed") {
   const Workplace here;
   here.write("a.csv", "t,x\n0,1\n1,2\n2,3\n");
   here.write("b.csv", "t,x,more\n0,1,0\n1,1.5,0\n2,3,0\n");
@@ -53,7 +53,7 @@ TEST_CASE("extremes of a long trace are in its picture, however short they last"
   CHECK(svg.size() < 200000);
 }
 
-TEST_CASE("what cannot be drawn is refused with its place and a mend") {
+TEST_CASE("what cannot be drawn is refused with its place and a fix") {
   const Workplace here;
   here.write("a.csv", "t,speed\n0,1\n1,2\n");
   const auto refused = [&](const std::string& arguments, const std::string& message) {
@@ -65,7 +65,7 @@ TEST_CASE("what cannot be drawn is refused with its place and a mend") {
   refused("a.csv --x time", "a.csv has no column \"time\"");
   refused("none.csv", "cannot read \"none.csv\": No such file or directory");
   here.write("bad.csv", "t,x\n0,1\n1,many\n");
-  refused("bad.csv", "bad.csv:3: \"many\" in column \"x\" is no number");
+  refused("bad.csv", "bad.csv:3: \"many\" in column \"x\" is not a number");
   here.write("empty.csv", "t,x\n");
   refused("empty.csv", "empty.csv has a header and no records");
   refused("a.csv --from 5", "no record between --from and --to");

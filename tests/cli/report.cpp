@@ -93,7 +93,7 @@ TEST_CASE("a scene that fails is on the page up to there, and the exit code says
   CHECK_THAT(run.err, Contains("BG605"));
   const std::string page = here.read("blow.report.html");
   const std::string texts = main_of(page);
-  CHECK_THAT(texts, Contains("did not run to its end"));
+  CHECK_THAT(texts, Contains("did not complete"));
   CHECK_THAT(texts, Contains("error BG605"));
   CHECK_THAT(texts, Contains("failed at t = 0.99"));
   CHECK_THAT(page, Contains("\"scene\":1,\"t\":7,\"v\":8,\"of\":5}"));  // t = 0 to 0.8

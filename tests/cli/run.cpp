@@ -140,7 +140,7 @@ TEST_CASE("wrong usage ends with exit code 2, naming what is wrong") {
   refused("show decay.json --stage strokes", "strokes");
 }
 
-TEST_CASE("a place that cannot be written to is told by name, with exit code 2") {
+TEST_CASE("a place that cannot be written to is named, with exit code 2") {
   const Workplace here;
   const Outcome folder = here.bgsim("decay.json -o nowhere/out.csv");
   CHECK(folder.code == 2);
@@ -156,7 +156,7 @@ TEST_CASE("a place that cannot be written to is told by name, with exit code 2")
   CHECK_THAT(full_output.err, Contains("cannot write to standard output: No space left on device"));
 }
 
-TEST_CASE("a closed pipe is a failed write that is told, not a silent end") {
+TEST_CASE("a closed pipe is a failed write that is reported, not a silent end") {
   const Workplace here;
   std::array<int, 2> ends{};
   REQUIRE(pipe(ends.data()) == 0);

@@ -26,7 +26,7 @@ TEST_CASE("files of a trade are named by -o, and --quiet prints nothing") {
   CHECK(here.has("it.csv"));
 }
 
-TEST_CASE("an accuracy that no setting of the table reaches is told with exit code 3") {
+TEST_CASE("an accuracy that no setting of the table reaches is reported with exit code 3") {
   const Workplace here;
   const Outcome trade = here.bgsim("trade decay.json --no-picture --budget 0.3 --accuracy 1e-16");
   CHECK(trade.code == 3);
@@ -48,7 +48,7 @@ TEST_CASE("a run takes the method, its step and its order from the command line"
   CHECK_THAT(unknown.err, Contains("there is no method \"rk45\"; did you mean erk5? There are auto, bdf"));
   const Outcome stepless = here.bgsim("decay.json --method verlet");
   CHECK(stepless.code == 2);
-  CHECK_THAT(stepless.err, Contains("takes steps of one length, which is not given"));
+  CHECK_THAT(stepless.err, Contains("needs a fixed step, which is not given"));
 }
 
 TEST_CASE("a run with an accuracy finds the setting, tells it, and runs with it") {

@@ -73,7 +73,7 @@ TEST_CASE("check tells units that contradict and ends with code 1, a run warns a
   CHECK_THAT(check.out, Contains("units inferred\n  output e, twice"));
   const Outcome run = here.bgsim("henry.json");
   CHECK(run.code == 0);
-  CHECK_THAT(run.err, Contains("warning BG161: ") && Contains("bgsim check henry.json tells more"));
+  CHECK_THAT(run.err, Contains("warning BG161: ") && Contains("bgsim check henry.json explains them"));
   CHECK_THAT(run.err, Contains("q [C], e, twice ["));
   const Outcome quiet = here.bgsim("decay.json --quiet");
   CHECK(quiet.err.empty());

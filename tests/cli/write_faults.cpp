@@ -64,7 +64,7 @@ constexpr const char* kWide = R"x({ "bgsim": 1, "name": "wide", "elements": {
   "bonds": [ { "from": "pull", "to": "line" }, { "from": "line", "to": "drop" }, { "from": "line", "to": "store" } ],
   "outputs": { "q": "store.q", "e": "drop.e" }, "scenes": { "one": { "stop": 1, "samples": 6001 } } })x";
 
-/// What stands beside the targets before and after.
+/// Files beside the targets before and after.
 std::set<std::string> listing(const Workplace& here) {
   std::set<std::string> names;
   for (const auto& entry : fs::directory_iterator(here.folder())) names.insert(entry.path().filename().string());

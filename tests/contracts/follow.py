@@ -1,11 +1,11 @@
-"""Follows a document as a reader would: writes the files it shows, types its commands, and holds what they answer
-against what it says they answer.
+"""Follows a document as a reader would: writes the files it shows, types its commands, and compares their output
+with what it shows.
 
     follow.py PROJECT BGSIM DOCUMENT            checks
-    follow.py PROJECT BGSIM DOCUMENT --update   makes the document's pictures anew
+    follow.py PROJECT BGSIM DOCUMENT --update   updates the document's pictures
 
 A block ```json NAME is a file of that name. In a block ```console, a line "$ COMMAND" is typed, and the lines behind it
-are found in its answer, in this order; "..." stands for any lines. It ends with 0, unless an error is among the lines
+are found in its answer, in this order; "..." means any lines. It ends with 0, unless an error is among the lines
 shown. In a block ```sh each line is typed, and so is the code of a table's cell that begins with scripts/. Every picture
 that the document shows is a file of the reader's folder by then.
 

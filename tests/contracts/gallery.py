@@ -29,5 +29,5 @@ for path in models:
     if missing:
         faults.append(f"{name}: not in its drawing: {', '.join(missing)}")
 faults += [f"docs/gallery.md shows {name}, which is no model" for name in sections]
-print("\n".join(faults + ["scripts/gallery makes it anew"]) if faults else f"{len(models)} models, all shown as they are")
+print("\n".join(faults + ["scripts/gallery updates it"]) if faults else f"{len(models)} models, all shown as they are")
 sys.exit(bool(faults))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Names that somebody chose to do harm, in every place of a model where a free name or text stands, through every command.
+"""Names that somebody chose to do harm, in every place of a model where a free name or text is allowed, through every command.
 
 usage: hostile.py COMMAND [--rounds N] [--seed S] [--all] [--keep]
 

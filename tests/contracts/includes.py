@@ -5,7 +5,7 @@ import re
 import sys
 
 ORDER = ["base", "expression", "model", "graph", "read", "scene", "units", "equations", "program", "run", "study", "draw", "describe"]
-ENDS = {"study", "draw", "describe"}  # nothing stands on these, not even each other
+ENDS = {"study", "draw", "describe"}  # nothing includes these, not even each other
 # The stage of each public header; its sources are in the folder of this name.
 PUBLIC = {
     "base": "csv diagnostic document id json_text unit visible_text xml_text",

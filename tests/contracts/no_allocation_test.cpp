@@ -81,6 +81,6 @@ TEST_CASE("a longer run allocates no more than a short one, but for its trace") 
   const auto [few, short_run] = count(10.0);
   const auto [many, long_run] = count(1000.0);
   CHECK(long_run > 10 * short_run);
-  // the scales of the states are estimated anew at 20, 160, 1280, ... steps
+  // the scales of the states are estimated again at 20, 160, 1280, ... steps
   CHECK(many < few + 200);
 }

@@ -1,7 +1,7 @@
 # Where npm cannot fetch uPlot, the project is configured all the same, with a warning, and the page's assets lack it.
 #   cmake -D SOURCE_DIR=... -D WORK_DIR=... -D GENERATOR=... -D COMPILER=... -P without_npm.cmake
 file(REMOVE_RECURSE ${WORK_DIR})
-# CMake itself stands for an npm that fails: it knows no command "ci".
+# CMake itself is used as an npm that fails: it knows no command "ci".
 execute_process(
   COMMAND ${CMAKE_COMMAND} -S ${SOURCE_DIR} -B ${WORK_DIR} -G ${GENERATOR} -D CMAKE_CXX_COMPILER=${COMPILER}
     -D BGSIM_TESTS=OFF -D NPM=${CMAKE_COMMAND}

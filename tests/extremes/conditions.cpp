@@ -31,7 +31,7 @@ std::string stopped(double relative, double limit) {
 
 const std::vector<Extreme> kEntries{
     {"relay x' = -sign(x), from x = 1",
-     "the model leaves open what happens at 0: stop, name the condition; plain CVODE takes two million steps there",
+     "the model does not define the motion at 0: stop, name the condition; plain CVODE takes two million steps there",
      [] {
        const Ran run = ran(filling("-sign(store.q)", "1", R"("stop": 2, "samples": 11)"));
        CHECK(run.result->report.steps < 1000);
@@ -49,15 +49,14 @@ const std::vector<Extreme> kEntries{
        return diagnosis(run, "BG604", {"ever faster towards t = 0.75", "sign(a.q)", "sign(b.q)"});
      }},
     {"Coulomb friction `0.08*sign(f)` under a mass on a spring, 50 s",
-     "six swings, each shorter by 0.16, then rest at x = 0.04; plain CVODE takes two million steps and is not through",
+     "six swings, each shorter by 0.16, then rest at x = 0.04; plain CVODE takes two million steps without completing",
      [] {
        const Ran run = ran(sliding("0.08*sign(f)", "50"));
        REQUIRE(run.completed());
        CHECK(std::abs(run.last("v")) < 1e-12);
        return within(std::abs(run.last("x") - 0.04), 1e-4) + ", at rest";
      }},
-    {"the same as `0.08*tanh(f/1e-6)`, 4000 s",
-     "creep is what this model says: x' = -1e-6 x/0.08 near rest, x(4000) = 0.038",
+    {"the same as `0.08*tanh(f/1e-6)`, 4000 s", "this model creeps: x' = -1e-6 x/0.08 near rest, x(4000) = 0.038",
      [] {
        const Ran run = ran(sliding("0.08*tanh(f/1e-6)", "4000"));
        REQUIRE(run.completed());
@@ -67,7 +66,7 @@ const std::vector<Extreme> kEntries{
     {"hard stop of stiffness 1e6, tolerance 1e-6", "back at 1 after pi/1000 s", [] { return stopped(1e-6, 1e-4); }},
     {"the same, tolerance 1e-3", "the same", [] { return stopped(1e-3, 1e-2); }},
     {"stick-slip: mass drawn by a spring at 0.1 m/s, friction falling from 1 to 0.5, 100 s",
-     "it sticks and slips for ever; what the drive gives is stored or lost in friction",
+     "it sticks and slips for ever; the energy of the drive is stored or lost in friction",
      [] {
        const Ran run = ran(model_of(R"("drive": { "kind": "Sf", "flow": 0.1 }, "pull": { "kind": "0" },
            "spring": { "kind": "C", "capacitance": 1 }, "body": { "kind": "1" }, "mass": { "kind": "I", "inertance": 1 },

@@ -16,13 +16,13 @@ const char* const kPath = BGSIM_SOURCE_DIR "/docs/extremes.md";
 const char* const kHead =
     R"(<!-- Written by the suite tests/extremes: BGSIM_UPDATE_GOLDEN=1 build/dev/tests/test_extremes. Do not edit. -->
 
-# The extremes
+# Extreme models
 
-What breaks simulators, and what bgsim does with it: the right result within a stated tolerance, or a diagnosis with
-names, time and mend. Each row is a test of the suite `tests/extremes`, which runs it, checks it and writes this table;
-errors are given as the power of ten above them, times and values in messages to three digits, so that they do not depend
+Models that break simulators, and the result with bgsim: correct within a stated tolerance, or an error message with
+names, time and fix. Each row is a test of the suite `tests/extremes`, which runs it, checks it and writes this table;
+errors are rounded up to a power of ten, times and values in messages to three digits, so that they do not depend
 on a machine's last bits. Unless a row says otherwise, runs have the default relative tolerance 1e-6 and method.
-What is said of plain CVODE, which gets the same equations as they are, is measured by `scripts/bench plain-cvode`
+Statements on plain CVODE, with the same equations, are measured by `scripts/bench plain-cvode`
 ([plain-cvode.md](plain-cvode.md)).
 
 )";
@@ -84,13 +84,14 @@ std::optional<Diagnostic> first_error(const ModelError& error) {
 }  // namespace
 
 const std::vector<std::string>& section_titles() {
-  static const std::vector<std::string> titles{"Sources",          "Values and units", "Laws at their borders",
-                                               "Loops and starts", "Conditions",       "Time, size and tolerance"};
+  static const std::vector<std::string> titles{
+      "Sources",          "Values and units", "Laws at the limits of their domain",
+      "Loops and starts", "Conditions",       "Time, size and tolerance"};
   return titles;
 }
 
 void check_section(const std::string& title, const std::vector<Extreme>& entries) {
-  std::string section = "## " + title + "\n\n| input | what must happen, and why | what bgsim does |\n|---|---|---|\n";
+  std::string section = "## " + title + "\n\n| input | required result, and why | result of bgsim |\n|---|---|---|\n";
   for (const Extreme& entry : entries) {
     INFO(entry.input);
     section += "| " + cell(entry.input) + " | " + cell(entry.must) + " | " + cell(entry.does()) + " |\n";

@@ -41,7 +41,7 @@ Ran ran(const std::string& text, const SceneOverrides& overrides = {}, const std
 /// The same of a compiled model.
 Ran ran(const CompiledModel& compiled);
 
-// What is told in the table
+// Texts of the table
 /// "error below 1e-05": the decade above, which rounding does not change. Checks that @p error is at most @p limit.
 std::string within(double error, double limit);
 /// "BG601: ...", digits cut to three. Checks the code, and that all of @p words are there.

@@ -52,13 +52,14 @@ Ran coupled(const std::string& k) {
 
 const std::vector<Extreme> kEntries{
     {"orifice `ssqrt(e, d)` between two tanks, d = 1e-3: through no pressure drop at t = 1",
-     "level difference (1 - t)^2, then 0, but for the linear law below d", [] { return orifice("1e-3", 1e-3); }},
+     "level difference (1 - t)^2, then 0, except for the linear law below d", [] { return orifice("1e-3", 1e-3); }},
     {"the same, d = 1e-6", "the same", [] { return orifice("1e-6", 1e-5); }},
     {"the same, d = 1e-9", "the same", [] { return orifice("1e-9", 1e-5); }},
     {"the same, d = 1e-12", "the same", [] { return orifice("1e-12", 1e-5); }},
     {"the same, d = 0: infinite slope at rest", "the same", [] { return orifice("0", 1e-5); }},
     {"tank with outflow `sqrt(q)/10` past the moment at which it is empty, t = 20",
-     "the root ends there: a word with the law and the argument; plain CVODE fails for its own reasons (\"corrector "
+     "the domain of the root ends: a message with the law and the argument; plain CVODE fails with its own message "
+     "(\"corrector "
      "convergence\")",
      [] {
        return diagnosis(ran(filling("-sqrt(store.q)/10", "1", kTank)), "BG601", {"sqrt(store.q)", "\"source\""})
@@ -71,7 +72,7 @@ const std::vector<Extreme> kEntries{
        REQUIRE(run.completed());
        return within(std::abs(run.last("q")), 1e-6);
      }},
-    {"the same, written as it is meant: `if(q > 0, sqrt(q), 0)/10`", "empty from t = 20 on",
+    {"the same, protected by a condition: `if(q > 0, sqrt(q), 0)/10`", "empty from t = 20 on",
      [] {
        const Ran run = ran(filling("-if(store.q > 0, sqrt(store.q), 0)/10", "1", kTank));
        REQUIRE(run.completed());
@@ -94,7 +95,7 @@ const std::vector<Extreme> kEntries{
        return diagnosis(ran(filling("log(-1 - store.q)", "0", R"("stop": 1, "samples": 11)")), "BG601",
                         {"log", "\"source\"", "t = 0"});
      }},
-    {"gas of no volume at the start: `1 - 1/q` with q = 0", "a word at the start",
+    {"gas of no volume at the start: `1 - 1/q` with q = 0", "a message at the start",
      [] {
        return diagnosis(ran(gas("0", "0")), "BG601", {"1/gas.q", "\"gas\"", "t = 0"});
      }},
@@ -104,7 +105,8 @@ const std::vector<Extreme> kEntries{
        return diagnosis(ran(gas("1", "-1000")), "BG613", {"gas.q", "\"gas\""});
      }},
     {"gas that starts from a negative volume: q = -0.01",
-     "the law has a value there, which is no gas's: a word; plain CVODE reports success with a negative volume",
+     "the law has a value there, but no gas has this volume: a note; plain CVODE reports success with a negative "
+     "volume",
      [] {
        const Ran run = ran(gas("-0.01", "0"));
        const std::string note = run.note("negative");
@@ -121,7 +123,7 @@ const std::vector<Extreme> kEntries{
        return "completed; energy balance: " + within(run.result->report.energy.relative, 1e-3);
      }},
     {"electrostatic gap above pull-in: force `V^2/(2*(1 - x)^2)`",
-     "the plates touch: the law is singular at x = 1; plain CVODE steps over the pole and beyond 1e11",
+     "the plates touch: the law is singular at x = 1; plain CVODE steps over the singularity and beyond 1e11",
      [] {
        return diagnosis(ran(model_of(R"("mass": { "kind": "I", "inertance": 1 }, "plate": { "kind": "1" },
            "spring": { "kind": "C", "capacitance": 1 }, "r": { "kind": "R", "resistance": 0.5 },
@@ -135,20 +137,20 @@ const std::vector<Extreme> kEntries{
        return diagnosis(ran(filling("store.q^2", "1", R"("stop": 2, "samples": 11)")), "BG605",
                         {"\"store.q\" grows without bound near t = 1"});
      }},
-    {"`sin(x)/x` with x through zero", "no pole: the quotient stays finite, q goes on",
+    {"`sin(x)/x` with x through zero", "no singularity: the quotient stays finite, q continues",
      [] {
        const Ran run = ran(filling("sin(store.q)/store.q", "-1", R"("stop": 3.7, "samples": 8)"));
        REQUIRE(run.completed());
        CHECK(run.last("q") > 1.0);
        return std::string("completed");
      }},
-    {"a field whose laws divide by 1e-15 of their numbers: two coils of coupling 1 - 1e-15",
-     "such laws lose 15 digits: a word that the energy balance is open",
+    {"a field whose laws divide by 1e-15 of their terms: two coils of coupling 1 - 1e-15",
+     "such laws lose 15 digits: a note that the energy balance does not close",
      [] {
        const Ran run = coupled("(1 - 1e-15)");
        REQUIRE(run.completed());
-       CHECK(!run.note("the energy balance is open").empty());
-       return std::string("note: the energy balance is open by some per cent");
+       CHECK(!run.note("the energy balance is off").empty());
+       return std::string("note: the energy balance is off by some per cent");
      }},
     {"two coils of coupling 1 - 1e-12", "the same laws with three digits left",
      [] {
@@ -156,7 +158,7 @@ const std::vector<Extreme> kEntries{
        REQUIRE(run.completed());
        return "completed; energy balance: " + within(run.result->report.energy.relative, 1e-4);
      }},
-    {"what an expression means: `-2^2`, `2^3^2`, `(-2)^3`, `sign(0)`, `min(1, sqrt(4))`",
+    {"meaning of expressions: `-2^2`, `2^3^2`, `(-2)^3`, `sign(0)`, `min(1, sqrt(4))`",
      "-4, 512, -8, 0, 1: a power binds tighter than a sign and goes from right to left (ngspice takes v^3 as |v|^3)",
      [] {
        const Ran run =
@@ -226,4 +228,4 @@ const std::vector<Extreme> kEntries{
 
 }  // namespace
 
-TEST_CASE("extremes: laws at their borders") { check_section("Laws at their borders", kEntries); }
+TEST_CASE("extremes: laws at their borders") { check_section("Laws at the limits of their domain", kEntries); }

@@ -19,7 +19,8 @@ Ran series(const std::string& effort, const std::string& law) {
 }
 
 const std::vector<Extreme> kEntries{
-    {"R with `e = f^3 - f` and 0.1 ohm on 0.1 V: three solutions", "the one chosen, its start and the others are told",
+    {"R with `e = f^3 - f` and 0.1 ohm on 0.1 V: three solutions",
+     "the chosen one, its initial guess and the others are reported",
      [] {
        const Ran run = series("0.1", "e = f^3 - f");
        REQUIRE(run.completed());
@@ -27,11 +28,11 @@ const std::vector<Extreme> kEntries{
        REQUIRE(!note.empty());
        return "note: " + note;
      }},
-    {"R with `e = f^2` and 0.1 ohm on -1 V: no solution", "a word with the elements of the loop",
+    {"R with `e = f^2` and 0.1 ohm on -1 V: no solution", "a message with the elements of the loop",
      [] {
        return diagnosis(series("-1", "e = f^2"), "BG602", {"r, r2", "t = 0"});
      }},
-    {"R with `e = f^2` on `1 - 2*t`: the solution folds away at t = 0.50125", "a word with the time",
+    {"R with `e = f^2` on `1 - 2*t`: the solution folds away at t = 0.50125", "a message with the time",
      [] {
        const Ran run = ran(model_of(R"("source": { "kind": "Se", "effort": "1 - 2*t" }, "loop": { "kind": "1" },
            "r": { "kind": "R", "law": "e = f^2" }, "r2": { "kind": "R", "resistance": 0.1 })",
@@ -77,7 +78,7 @@ const std::vector<Extreme> kEntries{
                                      "left>c left>one one>right left>two two>right right>r", "", kOne)),
                         "BG405", {"c.q = 1"});
      }},
-    {"a ring of two GY of modulus 1: unit gain", "the ring leaves its flow open: named before the run",
+    {"a ring of two GY of modulus 1: unit gain", "the ring does not determine its flow: reported before the run",
      [] {
        return diagnosis(ran(model_of(R"("source": { "kind": "Se", "effort": 1 }, "left": { "kind": "1" },
            "right": { "kind": "1" }, "one": { "kind": "GY", "modulus": 1 }, "two": { "kind": "GY", "modulus": 1 })",
@@ -121,7 +122,7 @@ const std::vector<Extreme> kEntries{
        return "U8: " + within(std::abs(run.last("U8") - 1.236995868091548), 1e-6);
      }},
     {"two C in parallel with different charges per farad",
-     "the contradiction is told, with both; nothing is moved in silence",
+     "the contradiction is reported, with both; nothing is changed silently",
      [] {
        return diagnosis(ran(model_of(R"("a": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } },
            "b": { "kind": "C", "capacitance": 1, "initial": { "q": 0 } }, "r": { "kind": "R", "resistance": 1 },
@@ -130,7 +131,7 @@ const std::vector<Extreme> kEntries{
                         "BG405", {"b.q = 0", "a.q"});
      }},
     {"the bellow with C2(x) put into its two laws (`tests/data/models/bellow_naive.json`)",
-     "such laws are not reciprocal: Maxwell's relation fails, energy comes from nowhere",
+     "such laws are not reciprocal: Maxwell's relation fails, energy is created",
      [] {
        std::ifstream in(BGSIM_SOURCE_DIR "/tests/data/models/bellow_naive.json");
        const std::string text(std::istreambuf_iterator<char>(in), {});

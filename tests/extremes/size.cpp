@@ -63,9 +63,9 @@ const std::vector<Extreme> kEntries{
      "below the resolution of double precision: refused, where plain CVODE fails with NaN for a state",
      [] {
        return diagnosis(ran(charging("1", "1", "1", R"("stop": 1e-320, "samples": 11)")), "BG144",
-                        {"cannot be told apart"});
+                        {"cannot be distinguished"});
      }},
-    {"a scene of 1e308 s with a time constant of 1 s", "refused: nothing can be followed there",
+    {"a scene of 1e308 s with a time constant of 1 s", "refused: the motion cannot be resolved",
      [] { return diagnosis(ran(charging("1", "1", "1", R"("stop": 1e308, "samples": 3)")), "BG614", {"\"c.q\""}); }},
     {"stop = start = 3", "one record: the start",
      [] {
@@ -97,19 +97,19 @@ const std::vector<Extreme> kEntries{
     {"tolerance 1e-12", "the same", [] { return period(1e-12, 1e-9); }},
     {"tolerance 1e-14", "the same; rounding leaves some 1e-12 after a thousand steps",
      [] { return period(1e-14, 1e-10); }},
-    {"tolerance 1e-17", "beyond double precision: a word on what is reachable",
+    {"tolerance 1e-17", "beyond double precision: a message with the limit",
      [] {
        return diagnosis(
            ran(oscillator("1", "1", "1", R"("stop": 6.283185307179586, "samples": 11)"), with_relative(1e-17)), "BG609",
-           {"more than double precision can give"});
+           {"beyond double precision"});
      }},
     {"a lossless oscillator over 1000 periods with BDF at 1e-6",
-     "its energy leaks by the method (plain CVODE loses 1.4 %): a word beside the balance",
+     "the method loses energy (plain CVODE 1.4 %): a note with the balance",
      [] {
        const Ran run = ran(oscillator("1", "1", "1", R"("stop": 6283.185307179586, "samples": 3)"));
        REQUIRE(run.completed());
-       CHECK(!run.note("the energy balance is open").empty());
-       return std::string("note: the energy balance is open by some per cent");
+       CHECK(!run.note("the energy balance is off").empty());
+       return std::string("note: the energy balance is off by some per cent");
      }},
     {"the same with Adams at 1e-10", "the energy is kept",
      [] {

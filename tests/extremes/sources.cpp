@@ -80,42 +80,42 @@ const std::vector<Extreme> kEntries{
      [] { return charge("1e8/sqrt(pi)*exp(-((t - 5)/1e-8)^2)", std::exp(-5.0), 1e-4); }},
     {"a triangle of the same width, `1e8*max(0, 1 - abs(t - 5)/1e-8)`", "q(10) = exp(-5)",
      [] { return charge("1e8*max(0, 1 - abs(t - 5)/1e-8)", std::exp(-5.0), 1e-4); }},
-    {"a pulse with broad feet, `1/(1 + ((t - 5)/1e-8)^2)`, of area 1", "q(12) = exp(-7), and 2e-9 by the feet",
+    {"a pulse with broad feet, `1/(1 + ((t - 5)/1e-8)^2)`, of area 1", "q(12) = exp(-7), and 2e-9 from the feet",
      [] { return charge("1e8/pi/(1 + ((t - 5)/1e-8)^2)", std::exp(-7.0), 1e-2, R"("stop": 12, "samples": 11)"); }},
     {"a hundred sources, each the sum of up to four pulses of areas 1, -1 and 0.3: bells, triangles, steps, hats, "
      "1e-10 to 1e-4 of the scene wide, scenes of 1e-6 to 1e5 s",
-     "what is low and broad counts as much as what is high and narrow: q = sum of area exp(-(stop - time)/tau)",
+     "low and broad pulses count as much as high and narrow ones: q = sum of area exp(-(stop - time)/tau)",
      [] { return random_pulses(100); }},
     {"a triangle of area 1 and width 1e-10, 1e-11 of the scene", "q(10) = exp(-5)",
      [] { return charge("1e10*max(0, 1 - abs(t - 5)/1e-10)", std::exp(-5.0), 1e-3); }},
-    {"a step pulse of area 1 and 1e-12 s", "q(10) = exp(-5), but for the 1e-3 by which doubles near 5 round the width",
+    {"a step pulse of area 1 and 1e-12 s", "q(10) = exp(-5), within the 1e-3 by which doubles near 5 round the width",
      [] { return charge("1e12*(step(t - 5) - step(t - 5 - 1e-12))", std::exp(-5.0), 1e-3); }},
-    {"a bell of 1e-12 s, `exp(-((t - 5)/1e-12)^2)`: 5000 neighbouring doubles", "a word that nothing follows it",
+    {"a bell of 1e-12 s, `exp(-((t - 5)/1e-12)^2)`: 5000 neighbouring doubles", "a message that it cannot be followed",
      [] {
        return diagnosis(ran(charging("exp(-((t - 5)/1e-12)^2)", "1", "1", kTen)), "BG615",
                         {"exp(-((t - 5)/1e-12)^2)", "t = 5"});
      }},
-    {"a step pulse of 1e-14 s: 11 of them", "the same",
+    {"a step pulse of 1e-14 s: 11 doubles", "the same",
      [] {
        return diagnosis(ran(charging("step(t - 5) - step(t - 5 - 1e-14)", "1", "1", kTen)), "BG615",
                         {"step(t - 5)", "t = 5"});
      }},
-    {"a flank of 1e-14 s, `1 + tanh((t - 5)/1e-14)`", "as good as a jump: q(10) = 2 (1 - exp(-5))",
+    {"a flank of 1e-14 s, `1 + tanh((t - 5)/1e-14)`", "equivalent to a jump: q(10) = 2 (1 - exp(-5))",
      [] { return charge("1 + tanh((t - 5)/1e-14)", -2.0 * std::expm1(-5.0), 1e-5); }},
-    {"1 kHz square wave `sign(sin(2*pi*1000*t))`, 1 s: 1999 edges on its way",
+    {"1 kHz square wave `sign(sin(2*pi*1000*t))`, 1 s: 1999 edges",
      "q(1) = -tanh(T/4)(1 - exp(-1)), T = 1e-3; plain CVODE takes 62540 steps",
      [] {
        return charge("sign(sin(2*pi*1000*t))", -std::tanh(0.25e-3) * (1.0 - std::exp(-1.0)), 2e-3,
                      R"("stop": 1, "samples": 11)");
      }},
-    {"`sin(2*pi*1e3*t)^2` summed up over 10 s: ten thousand periods", "q(10) = 5",
+    {"`sin(2*pi*1e3*t)^2` integrated over 10 s: ten thousand periods", "q(10) = 5",
      [] {
        const Ran run = ran(filling("sin(2*pi*1e3*t)^2", "0", kTen), with_relative(1e-4));
        REQUIRE(run.completed());
        return within(std::abs(run.last("q") - 5.0) / 5.0, 5e-2) + " (relative, at tolerance 1e-4)";
      }},
     {"`sin(2*pi*1e6*t)^2` over 10 s at tolerance 1e-3: 1e7 periods, far fewer steps",
-     "the mean, 1/2, or a word that the source was not followed: more than 0.2 periods a step are samples",
+     "the mean, 1/2, or a note that the source was only sampled: more than 0.2 periods a step",
      [] {
        const Ran run = ran(charging("sin(2*pi*1e6*t)^2", "1e6", "1", kTen), with_relative(1e-3));
        REQUIRE(run.completed());

@@ -140,7 +140,7 @@ const std::vector<Extreme> kEntries{
     {"the bellow (`models/bellow.json`, scene `step`, tolerance 1e-13) in mm and g", kSameTrace,
      [] { return bellow_in_units(false); }},
     {"the same in mm, g and ms", kSameTrace, [] { return bellow_in_units(true); }},
-    {"the oscillator with `\"absolute\": 1e-9`, far above all that happens", "a word that nothing was controlled",
+    {"the oscillator with `\"absolute\": 1e-9`, far above all values", "a note that nothing was controlled",
      [] {
        const Ran run = ran(oscillator("1e-150", "1e-150", "1e-160",
                                       R"("stop": 6.283185307179586e-150, "samples": 3, "absolute": 1e-9)"));
@@ -149,7 +149,7 @@ const std::vector<Extreme> kEntries{
        CHECK(note.find("\"l.p\", \"c.q\"") != std::string::npos);
        return "note: " + note;
      }},
-    {"`\"absolute\": 0`", "plain CVODE: CV_ILL_INPUT; here a message at the key",
+    {"`\"absolute\": 0`", "plain CVODE: CV_ILL_INPUT; here a message that points to the key",
      [] {
        return diagnosis(ran(oscillator("1", "1", "0", R"("stop": 1, "absolute": 0)")), "BG146", {"\"absolute\""});
      }},
@@ -157,14 +157,14 @@ const std::vector<Extreme> kEntries{
      [] { return two_time_constants("1e-3"); }},
     {"the same with 1e-9", "the same", [] { return two_time_constants("1e-9"); }},
     {"the same with 1e-15", "the same", [] { return two_time_constants("1e-15"); }},
-    {"C of 1e-30 F behind 1 ohm, 1 s", "u(1) = 1: the store is in balance at once",
+    {"C of 1e-30 F behind 1 ohm, 1 s", "u(1) = 1: the store is in equilibrium at once",
      [] {
        const Ran run = ran(charging("1", "1", "1e-30", kOne));
        REQUIRE(run.completed());
        CHECK(std::abs(run.last("u") - 1.0) <= 1e-6);
        return std::string("error below 1e-06");
      }},
-    {"C of 1e-100 F behind 1 ohm", "the same, or a word that the store had better be left out",
+    {"C of 1e-100 F behind 1 ohm", "the same, or a message to remove the store",
      [] {
        return diagnosis(ran(charging("1", "1", "1e-100", kOne)), "BG614", {"\"c.q\"", "1e-100"});
      }},
@@ -202,7 +202,7 @@ const std::vector<Extreme> kEntries{
        return diagnosis(ran(charging("1", "1/0", "1", kOne)), "BG142", {"\"r\"", "1/0"});
      }},
     {"TF of modulus 1/0", "the same", [] { return diagnosis(ran(transformer("TF", "1/0")), "BG142", {"\"x\""}); }},
-    {"TF of modulus 0 that is divided by", "refused where it is first used, with the element's name",
+    {"TF with modulus 0 as denominator", "refused where it is first used, with the element's name",
      [] {
        return diagnosis(ran(transformer("TF", "0")), "BG601", {"\"x\"", "i.p/0"});
      }},
@@ -212,17 +212,17 @@ const std::vector<Extreme> kEntries{
        REQUIRE(run.completed());
        return within(std::abs(run.last("f")), 0.0);
      }},
-    {"R = 0 between a source and a C with q0 = 0", "C follows the source: the start contradicts it, and both are named",
+    {"R = 0 between a source and a C with q0 = 0", "C follows the source, and the start contradicts it: both are named",
      [] {
-       return diagnosis(ran(charging("1", "0", "1", kOne, "0")), "BG405", {"c.q = 0", "it is 1"});
+       return diagnosis(ran(charging("1", "0", "1", kOne, "0")), "BG405", {"c.q = 0", "which 1 follows"});
      }},
-    {"capacitance `1 - t` over 2 s", "the law has a pole at t = 1; what comes behind is another system",
+    {"capacitance `1 - t` over 2 s", "the law has a singularity at t = 1; beyond it the system is another one",
      [] {
        const Ran run = ran(charging("1", "1", "1 - t", R"("stop": 2, "samples": 12)"));
        return diagnosis(run, run.said ? run.said->code : "", {"1 - t", "\"c\"", "t = 1"});
      }},
     {"resistance `1 - t` of a leak (it gives the flow)",
-     "the same; without a watch on what is divided by, the run completes with the energy of an active element",
+     "the same; without a check of denominators, the run completes with the energy of an active element",
      [] {
        const Ran run = ran(model_of(R"("source": { "kind": "Sf", "flow": 1 }, "node": { "kind": "0" },
            "r": { "kind": "R", "resistance": "1 - t" }, "c": { "kind": "C", "capacitance": 1 })",
@@ -233,7 +233,7 @@ const std::vector<Extreme> kEntries{
      [] {
        return diagnosis(ran(transformer("MTF", "1 - t")), "BG613", {"1 - t", "\"x\""});
      }},
-    {"MGY of modulus `1 - t`, which is multiplied by only", "the run goes through: the balance of energy closes",
+    {"MGY of modulus `1 - t`, used as factor only", "the run completes: the energy balance closes",
      [] {
        const Ran run = ran(transformer("MGY", "1 - t"));
        REQUIRE(run.completed());

@@ -220,6 +220,6 @@ TEST_CASE("erk8, whose error estimate is blind to what depends on time alone, sa
     for (const std::string& note : run_text(text, with_method(Method::erk8, kTight)).report.notes) all += note + "\n";
     return all;
   };
-  CHECK(notes("sin(t)").find("erk8 does not see its error") != std::string::npos);
+  CHECK(notes("sin(t)").find("erk8 does not estimate its error") != std::string::npos);
   CHECK(notes("sin(t) - x").find("erk8") == std::string::npos);
 }

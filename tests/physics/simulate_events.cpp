@@ -47,7 +47,7 @@ std::string charging(const std::string& effort, const std::string& r, const std:
 TEST_CASE("no pulse is too narrow to be seen") {
   const std::string pulse = "if(t >= 5 and t < 5 + width, height, 0)";
   const std::string text = charging(pulse, "1", "1", R"({ "stop": 10, "samples": 2 })");
-  // v(10) = height (1 - exp(-w)) exp(-(10 - (5 + w))) with w the width as it stands in double precision
+  // v(10) = height (1 - exp(-w)) exp(-(10 - (5 + w))) with w the width in double precision
   for (const double width : {1.0, 1e-3, 1e-6, 1e-9, 1e-12}) {
     const double seen = (5.0 + width) - 5.0;
     const RunResult result =

@@ -54,7 +54,7 @@ TEST_CASE("growth without bound is recognised and dated") {
   CHECK(result.trace.times.size() == 5);
 }
 
-TEST_CASE("growth beyond the range of numbers is told from a law without a value") {
+TEST_CASE("growth beyond the range of numbers is distinguished from a law without a value") {
   const RunResult result = run_text(integrator("store.q", 1, 2000), with_relative(1e-3));
   REQUIRE(result.stop == StopReason::failed);
   CHECK(says(result, "BG605", {"\"store.q\" outgrows the range of numbers"}));

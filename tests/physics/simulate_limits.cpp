@@ -85,7 +85,7 @@ TEST_CASE("a limit of time ends a model without states, and leaves one alone tha
   CHECK(run_text(with_samples("5"), {}, options).stop == StopReason::completed);
 }
 
-TEST_CASE("a run whose pace is steady and hopeless is told of, then ended, and names what is fast") {
+TEST_CASE("a run whose pace is steady and hopeless is reported, then ended, and names what is fast") {
   std::vector<Diagnostic> remarks;
   SimulateOptions options;
   options.clock = CountedClock{0.02};

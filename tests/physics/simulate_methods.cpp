@@ -170,7 +170,7 @@ TEST_CASE("absolute tolerances are used as given, and reported when nothing rise
   CHECK(result.report.absolute[0].second == 10.0);
   REQUIRE(result.report.notes.size() == 2);
   CHECK(result.report.notes[0].find("\"c.q\"") != std::string::npos);
-  CHECK(result.report.notes[1].find("the energy balance is open") != std::string::npos);
+  CHECK(result.report.notes[1].find("the energy balance is off") != std::string::npos);
   CHECK(run_text(kOscillator).report.notes.empty());
 }
 

@@ -88,7 +88,7 @@ TEST_CASE("branches that nobody looks at are left out by name, with their loops 
   CHECK(cut->system.states.size() == 1);
   CHECK(cut->order.blocks.empty());
   CHECK(cut->system.dependent.empty());
-  // The battery feeds branches that are left out, so its own power cannot be told.
+  // The battery feeds branches that are left out, so its own power is not known.
   CHECK(std::find(left_out.elements.begin(), left_out.elements.end(), "battery") == left_out.elements.end());
   CHECK(std::find(left_out.not_audited.begin(), left_out.not_audited.end(), "battery") != left_out.not_audited.end());
 }

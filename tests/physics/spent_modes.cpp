@@ -49,7 +49,7 @@ TEST_CASE("the angles in which BDF is stable are those of its boundary locus") {
 TEST_CASE("a weakly damped mode that is over limits the order of BDF, and the report names it") {
   const RunResult limited = run_text(ringing(""));
   CHECK(limited.report.method == "CVODE BDF of order up to 2, dense");
-  CHECK(limited.report.method_reason.find("a mode of 1e+04 rad per unit of time, which dies out in 0.01") !=
+  CHECK(limited.report.method_reason.find("an eigenmode of 1e+04 rad per unit of time, which dies out in 0.01") !=
         std::string::npos);
   // What is left is q = C sin(t), but for the mass: 1e-8 of it.
   CHECK(last(limited, "q") == Approx(1e-4 * std::sin(20.0)).epsilon(1e-4));

@@ -97,7 +97,7 @@ TEST_CASE("laws with inverse hyperbolic functions are turned round in closed for
   }
 }
 
-TEST_CASE("a denominator that passes zero inside of a function is told, unless the numerator does so too") {
+TEST_CASE("a denominator that passes zero inside a function is reported, unless the numerator does so too") {
   // 2 - 2.9 sin(t) passes zero at t = asin(2/2.9)
   for (const std::string f :
        {"log1p(2 - c.q)", "expm1(2 - c.q)", "asinh(2 - c.q)", "atanh((2 - c.q)/9)", "log(3 - c.q)", "log10(3 - c.q)",

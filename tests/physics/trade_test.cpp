@@ -192,7 +192,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("an output that is zero but for rounding is not judged, and stands in no accuracy's way") {
+TEST_CASE("an output that is zero except for rounding is not judged, and prevents no accuracy") {
   const CompiledModel model = compile_text(discharge("c.q - exp(-t)"));
   const Trade trade = trade_of(model, 5.0);
   CHECK(trade.outputs[0].judged());

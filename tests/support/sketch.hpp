@@ -22,7 +22,7 @@ struct Stages {
   [[nodiscard]] ElementId element(const std::string& name) const;
   /// "at tail" or "at head".
   [[nodiscard]] std::string stroke(const std::string& bond) const;
-  /// The element at the end where the stroke stands.
+  /// The element at the end of the stroke.
   [[nodiscard]] std::string stroke_at(const std::string& bond) const;
   [[nodiscard]] std::string states() const;     ///< port names of stores in integral causality: "a b"
   [[nodiscard]] std::string dependent() const;  ///< of the others

@@ -14,7 +14,7 @@ const std::string kField = R"("field": {"kind": "CC", "ports": ["a", "b"], "ener
 
 }  // namespace
 
-TEST_CASE("Every port of a bond graph stands at one end of one bond") {
+TEST_CASE("Every port of a bond graph is at one end of one bond") {
   const Model model = model_of(sketch("Se:s 1:x R:r TF:tf 0:y C:c", "s>x x>r x>tf tf>y y>c"));
   const BondGraph graph = graph_of(model);
   REQUIRE(graph.bonds.size() == 5);

@@ -41,7 +41,7 @@ TEST_CASE("Sources bonded to each other must not both be of one kind") {
   CHECK(problems_of(sketch("Sf:a Sf:b", "a>b")) == "BG302");
 }
 
-TEST_CASE("A junction whose effort or flow nobody sets is told with all its bonds") {
+TEST_CASE("A junction whose effort or flow nobody sets is reported with all its bonds") {
   CHECK(first_problem(sketch("Sf:a Sf:b 0:j", "a>j j>b")) ==
         "BG303: no bond sets the effort of 0-junction \"j\"\n"
         "b1: stroke at \"a\", because \"a\" is a flow source\n"
@@ -49,9 +49,9 @@ TEST_CASE("A junction whose effort or flow nobody sets is told with all its bond
   CHECK(problems_of(sketch("Se:a Se:b 1:j", "a>j j>b")) == "BG303");
 }
 
-TEST_CASE("Two effort sources that meet at a TF are told with the chain from each") {
+TEST_CASE("Two effort sources that meet at a TF are reported with the chain from each") {
   CHECK(first_problem(sketch("Se:a 0:x TF:tf 0:y Se:b", "a>x x>tf tf>y y>b")) ==
-        "BG304: TF \"tf\" is told the effort of b2 and the effort of b3, which its rule ties together\n"
+        "BG304: TF \"tf\" receives the effort of b2 and the effort of b3, but its rule relates the two\n"
         "b1: stroke at \"x\", because \"a\" is an effort source\n"
         "b4: stroke at \"y\", because \"b\" is an effort source\n"
         "b2: stroke at \"tf.1\", because 0-junction \"x\" has its effort from b1\n"
@@ -61,9 +61,9 @@ TEST_CASE("Two effort sources that meet at a TF are told with the chain from eac
   CHECK(problems_of(sketch("Se:a GY:g Se:b", "a>g g>b")) == "");
 }
 
-TEST_CASE("A law that can give its flow only cannot be told its flow") {
+TEST_CASE("A law that can only give its flow cannot receive its flow") {
   CHECK(first_problem(sketch("Sf:s 1:j R:r", "s>j j>diode j>r", kDiode)) ==
-        "BG305: the law of \"diode\" cannot give its effort, which the causality asks of it\n"
+        "BG305: the law of \"diode\" cannot give its effort, which causality requires\n"
         "b1: stroke at \"s\", because \"s\" is a flow source\n"
         "b2: stroke at \"j\", because 1-junction \"j\" has its flow from b1");
 }
@@ -83,7 +83,7 @@ TEST_CASE("Independent conflicts come out in one run, one message each") {
                            "a>bus b>bus c>bus bus>r u>line v>line line>q")) == "BG301 BG302");
 }
 
-TEST_CASE("A chain of thousands of strokes is told by its beginning and its end") {
+TEST_CASE("A chain of thousands of strokes is shown by its beginning and its end") {
   constexpr std::size_t kLength = 5000;
   std::string elements = "Se:a Se:b TF:tf", bonds = "a>x0";
   for (std::size_t i = 0; i < kLength; ++i) {

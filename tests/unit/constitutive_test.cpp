@@ -146,7 +146,7 @@ Reciprocity reciprocity_of(const std::string& laws, const std::string& kind = "C
 
 }  // namespace
 
-TEST_CASE("Reciprocity of a linear field is told") {
+TEST_CASE("Reciprocity of a linear field is recognised") {
   using Verdict = Reciprocity::Verdict;
   CHECK(reciprocity_of(R"(["air.e = 2*air.q + 3*wall.q", "wall.e = 3*air.q + 5*wall.q"])").verdict == Verdict::proved);
   const Reciprocity violated = reciprocity_of(R"(["air.e = 2*air.q + 3*wall.q", "wall.e = 4*air.q + 5*wall.q"])");

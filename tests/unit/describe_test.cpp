@@ -22,7 +22,7 @@ TEST_CASE("The description of a lever with two masses reads as a person would te
         R"(model "sketch": 5 elements and 2 junctions, 6 bonds
 1 state, 1 dependent store, no free choices of a stroke
 
-the bar | stands where effort acts on the element, > is the half-arrow
+the bar | is where effort acts on the element, > is the half-arrow
 strokes fixed by sources
   b1: F --->| v  "F" is an effort source
 strokes chosen: stores in integral causality
@@ -49,7 +49,7 @@ TEST_CASE("A free choice is described by the elements whose strokes it decides")
              "  b2  decides the strokes at \"j\", \"r1\" and \"r2\"\n"));
 }
 
-TEST_CASE("Laws that are turned round are told, those used as written are not") {
+TEST_CASE("Inverted laws are reported, those used as written are not") {
   const std::string law = R"json("d": {"kind": "R", "law": "f = e + e^3"})json";
   CHECK(says(description_of(sketch("I:i", "i>d", law)), "d  solved numerically during the run, to give its effort\n"));
   CHECK_FALSE(says(description_of(sketch("C:c", "c>d", law)), "laws not used as written"));

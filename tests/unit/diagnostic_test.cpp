@@ -16,7 +16,7 @@ Sources sources_of(std::string text) {
 
 }  // namespace
 
-TEST_CASE("a message shows place, excerpt, pointer, further places, rule, mend and link") {
+TEST_CASE("a message shows place, excerpt, pointer, further places, rule, help and link") {
   const Sources sources =
       sources_of("{\n  \"elements\": {\n    \"bus\":     { \"kind\": \"0\" },\n    \"battery\": 1\n  }\n}");
   const Document& file = sources.front();
@@ -70,7 +70,7 @@ TEST_CASE("a line of a megabyte is clipped around the place") {
   CHECK(message.find("1, ...") == std::string::npos);
   CHECK(message.find("1 | ...") != std::string::npos);
   CHECK(message.find("], \"b\": 2, \"c\": [0,1") != std::string::npos);
-  // The caret stands below the 2.
+  // The caret is below the 2.
   const auto line = message.find("   1 | "), caret = message.find("     | ");
   const auto column = message.find('^', caret) - caret;
   CHECK(message[line + column] == '2');
@@ -98,7 +98,7 @@ TEST_CASE("an error of several problems tells the first and how many there are")
         "error BG112: first\n  see docs/errors.md#bg112\n\nerror BG113: second\n  see docs/errors.md#bg113\n");
 }
 
-TEST_CASE("the nearest name is a slip of the pen away, or there is none") {
+TEST_CASE("the nearest name is a misspelling away, or there is none") {
   const std::vector<std::string> names{"resistance", "law", "kind", "R_b", "x_ref"};
   CHECK(nearest_name("resistence", names) == "resistance");
   CHECK(nearest_name("lwa", names) == "law");

@@ -105,20 +105,20 @@ TEST_CASE("the usual slips in JSON are called by their names") {
   const std::string prefix = "BG101 ";
   const std::string json = "this is not JSON: ";
   CHECK(fault("") == prefix + "[] " + json + "the file is empty; the file seems to be cut off");
-  CHECK(fault("{\"a\": 1,}") == prefix + "[,] " + json + "nothing follows this comma; take out the last comma");
-  CHECK(fault("[1,2,]") == prefix + "[,] " + json + "nothing follows this comma; take out the last comma");
-  CHECK(fault("[1,,2]") == prefix + "[,] " + json + "two commas stand together; take out one of them");
+  CHECK(fault("{\"a\": 1,}") == prefix + "[,] " + json + "nothing follows this comma; remove the last comma");
+  CHECK(fault("[1,2,]") == prefix + "[,] " + json + "nothing follows this comma; remove the last comma");
+  CHECK(fault("[1,,2]") == prefix + "[,] " + json + "there are two commas; remove one of them");
   CHECK(fault("{\"a\": 1 // x\n}") == prefix + "[/] " + json + "comments are not allowed; put remarks under \"about\"");
-  CHECK(fault("{'a': 1}") == prefix + "['] " + json + "names and texts stand in double quotes; write \"...\"");
-  CHECK(fault("{a: 1}") == prefix + "[a] " + json + "a name in double quotes should stand here, not a");
-  CHECK(fault("{\"a\" 1}") == prefix + "[1] " + json + "a colon should stand between a name and its value");
+  CHECK(fault("{'a': 1}") == prefix + "['] " + json + "names and texts are written in double quotes; write \"...\"");
+  CHECK(fault("{a: 1}") == prefix + "[a] " + json + "a name in double quotes is expected here, not a");
+  CHECK(fault("{\"a\" 1}") == prefix + "[1] " + json + "a colon is missing between a name and its value");
   CHECK(fault("{\"a\": 1 \"b\": 2}") ==
-        prefix + "[\"] " + json + "a comma or a closing bracket should stand before \"b\"");
-  CHECK(fault("[1 2]") == prefix + "[2] " + json + "a comma or a closing bracket should stand before 2");
-  CHECK(fault("{\"a\": NaN}") == prefix + "[N] " + json + "NaN is no number; write a finite number");
+        prefix + "[\"] " + json + "a comma or a closing bracket is missing before \"b\"");
+  CHECK(fault("[1 2]") == prefix + "[2] " + json + "a comma or a closing bracket is missing before 2");
+  CHECK(fault("{\"a\": NaN}") == prefix + "[N] " + json + "NaN is not a number; write a finite number");
   CHECK(fault("{\"a\": True}") ==
-        prefix + "[T] " + json + "True is no value; write true, false or null in small letters");
-  CHECK(fault("{\"a\": .5}") == prefix + "[.] " + json + ".5 is no value; write 0.5");
+        prefix + "[T] " + json + "True is not a value; write true, false or null in small letters");
+  CHECK(fault("{\"a\": .5}") == prefix + "[.] " + json + ".5 is not a value; write 0.5");
   CHECK(fault("{\"a\": 1}\n}") ==
         prefix + "[}] " + json + "something follows the end of the model; one file holds one model");
   CHECK(fault("{\"a\":\n{\"b\": 1") ==
@@ -136,7 +136,7 @@ TEST_CASE("the usual slips in JSON are called by their names") {
 
 TEST_CASE("duplicate keys are reported with both places, in small objects and large ones") {
   CHECK_THAT(fault("{\"a\": 1, \"b\": 2, \"a\": 3}"),
-             Catch::StartsWith("BG102 [\"a\"] the key \"a\" stands twice in the same object; r"));
+             Catch::StartsWith("BG102 [\"a\"] the key \"a\" occurs twice in the same object; r"));
   std::string large = "{";
   for (int i = 0; i < 1000; ++i) large += "\"k" + std::to_string(i) + "\": 0, ";
   CHECK(fault(large + "\"z\": 0}") == "none");

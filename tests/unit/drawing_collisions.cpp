@@ -37,7 +37,7 @@ bool about_strokes(const std::string& collision) {
   return collision.starts_with("the stroke of") || collision.find(" lies on ") != std::string::npos;
 }
 
-/// Where a group's first letter stands, from the upper left corner of a frame.
+/// Position of a group's first letter, from the upper left corner of a frame.
 std::pair<double, double> place_in_frame(const std::string& svg, const std::string& frame, const std::string& element) {
   const auto number = [&](std::size_t from, const std::string& name) {
     const std::size_t at = svg.find(" " + name + "=\"", from);

@@ -66,7 +66,7 @@ TEST_CASE("strokes stand upright on their bond at its right end, at any angle") 
   }
 }
 
-TEST_CASE("the stroke of a flow source stands at its own end") {
+TEST_CASE("the stroke of a flow source is at its own end") {
   const Model model = model_of(sketch("Sf:s C:c", "s>c"));
   const Layout layout{{{0.0, 0.0}, {100.0, 0.0}}};
   const std::string bond = group_of(drawing_svg(model, drawn_causality(model), layout), "bond", "b1");
@@ -108,7 +108,7 @@ TEST_CASE("a model whose causality conflicts is drawn with the strokes assigned 
 }
 
 TEST_CASE("a conflict that only choices lead to shows the strokes up to it") {
-  // A ring through a gyrator: with either stroke the other junction is told its effort twice, or never.
+  // A ring through a gyrator: with either stroke the other junction receives its effort twice, or never.
   const Model model = model_of(sketch("GY:g 0:a 0:b TF:n", "a>g g>b a>n n>b"));
   const DrawnCausality drawn = drawn_causality(model);
   REQUIRE(drawn.problems.size() == 1);
@@ -147,7 +147,7 @@ TEST_CASE("texts of a model are escaped, ids take the prefix, and effort and flo
   CHECK_THAT(svg, Contains(">e<tspan") && Contains(">f<tspan") && !Contains("bond-name\""));
 }
 
-TEST_CASE("what hangs on a junction is part of its node, and stands above and below it") {
+TEST_CASE("what hangs on a junction is part of its node, and is above and below it") {
   const Model model = model_of(sketch("Se:s 1:a I:i R:r C:c", "s>a a>i a>r a>c"));
   const std::string request = layout_request(model);
   CHECK_THAT(request,

@@ -252,7 +252,7 @@ TEST_CASE("initial values of dependent stores are checked against the states tha
     FAIL("accepted");
   } catch (const ModelError& error) {
     CHECK(error.diagnostics.at(0).code == "BG405");
-    CHECK(error.diagnostics.at(0).situation == "the initial value i2.p = 3.1 contradicts i1.p, from which it is 3");
+    CHECK(error.diagnostics.at(0).situation == "the initial value i2.p = 3.1 contradicts i1.p, from which 3 follows");
   }
 }
 

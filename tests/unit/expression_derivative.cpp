@@ -135,7 +135,7 @@ TEST_CASE("derivatives of random smooth expressions agree with difference quotie
     const std::vector<double> at{0.31, 0.47, 0.59, 0.83, 1.21, 0.67, 0.39};
     for (std::size_t i = 0; i < at.size(); ++i) {
       const double expected = numeric(w, e, at, i), value = w.value(w.derivative(e, w.names[i]), at);
-      // difference quotients of steep or huge functions say nothing; kinks closer than 1e-3 cannot be told apart
+      // difference quotients of steep or huge functions say nothing; kinks closer than 1e-3 cannot be separated
       if (!std::isfinite(expected) || std::fabs(expected) > 1e3 || std::fabs(w.value(e, at)) > 1e3) continue;
       CAPTURE(seed, w.text(e), w.names[i]);
       CHECK(value == Approx(expected).epsilon(1e-4).margin(1e-5));
@@ -187,7 +187,7 @@ TEST_CASE("second derivatives exist, of splines too; a third of measured data an
   CHECK(w.pool.is_constant(w.derivative(w.parse("der(x) + y"), "y"), 1.0));
 }
 
-TEST_CASE("jumps are told from kinks") {
+TEST_CASE("jumps are distinguished from kinks") {
   World w;
   const auto jumps = [&](const char* text) {
     return jumps_with(w.pool, w.parse(text), [&](SymbolId s) { return s == w.id("x"); });

@@ -21,18 +21,18 @@ std::string fault(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("faults of syntax are shown where they are, with the mend") {
+TEST_CASE("errors of syntax are shown where they are, with a fix") {
   CHECK(fault("") == "BG120 [] the expression is empty; write a number or an expression");
-  CHECK(fault("x +") == "BG120 [] a number, a name or \"(\" should stand here, not the end of the text");
-  CHECK(fault("x * / y") == "BG120 [/] a number, a name or \"(\" should stand here, not \"/\"");
+  CHECK(fault("x +") == "BG120 [] a number, a name or \"(\" is expected here, not the end of the text");
+  CHECK(fault("x * / y") == "BG120 [/] a number, a name or \"(\" is expected here, not \"/\"");
   CHECK(fault("(x + y") == "BG120 [(] this parenthesis is not closed; add \")\"");
   CHECK(fault("sin(x") == "BG120 [sin] this parenthesis is not closed; add \")\"");
   CHECK(fault("x + y)") == "BG120 [)] \")\" without \"(\"; take it out, or open a parenthesis before it");
   CHECK(fault("2x") == "BG120 [2x] no operator between 2 and x; write 2*x if a product is meant");
-  CHECK(fault("x y") == "BG120 [y] an operator should stand here, not \"y\"; write * if a product is meant");
-  CHECK(fault("(x)(y)") == "BG120 [(] an operator should stand here, not \"(\"; write * if a product is meant");
+  CHECK(fault("x y") == "BG120 [y] an operator is expected here, not \"y\"; write * if a product is meant");
+  CHECK(fault("(x)(y)") == "BG120 [(] an operator is expected here, not \"(\"; write * if a product is meant");
   CHECK(fault("x ** 2") == "BG120 [**] unknown operator \"**\"; write ^ for a power");
-  CHECK(fault("+x") == "BG120 [+] \"+\" before a value; leave it out: only the minus sign may stand alone");
+  CHECK(fault("+x") == "BG120 [+] \"+\" before a value; remove it: only the minus sign may be used alone");
   CHECK(fault("if(x < y < z, 1, 2)") ==
         "BG120 [< y <] comparisons cannot be chained; join two comparisons with and: a < b and b < c");
   CHECK(fault("if(x = y, 1, 2)") ==
@@ -44,7 +44,7 @@ TEST_CASE("faults of syntax are shown where they are, with the mend") {
   CHECK(fault("x × y") == "BG120 [×] \"×\" is not part of the language; write *");
   CHECK(fault("sin") == "BG120 [sin] sin is a function and needs arguments; write sin(x)");
   CHECK(fault("table('data.csv") == "BG120 ['data.csv] this text is not closed; add '");
-  CHECK(fault("'x' + 1") == "BG120 ['x'] a text may stand in table(...) only");
+  CHECK(fault("'x' + 1") == "BG120 ['x'] a text is allowed only in table(...)");
 }
 
 TEST_CASE("unknown names and functions come with the nearest known one") {
@@ -55,7 +55,7 @@ TEST_CASE("unknown names and functions come with the nearest known one") {
   CHECK(fault("x*y(z)") == "BG121 [y] unknown function y(...); if a product is meant, write y*(...)");
 }
 
-TEST_CASE("wrong arguments, numbers out of range and mixed types are told apart") {
+TEST_CASE("wrong arguments, numbers out of range and mixed types are distinguished") {
   CHECK(fault("sin(x, y)") == "BG122 [sin(x, y)] sin takes 1 argument, not 2; write sin(x)");
   CHECK(fault("sin()") == "BG122 [sin()] sin takes 1 argument, not 0; write sin(x)");
   CHECK(fault("min(x)") == "BG122 [min(x)] min takes 2 or more arguments, not 1; write min(x, y, ...)");

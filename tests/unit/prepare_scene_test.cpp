@@ -104,7 +104,7 @@ TEST_CASE("times that make no sense are refused") {
              Catch::StartsWith("BG143 [0] the scene \"run\": it stops before it starts; "));
   CHECK_THAT(fault_of(R"x("stop": 1, "samples": 1)x"), Catch::StartsWith("BG144 [1]"));
   CHECK_THAT(fault_of(R"x("start": 2, "stop": 2, "samples": 3)x"),
-             Catch::StartsWith("BG144 [3] the scene \"run\": 3 samples are asked for, but it stops whe"));
+             Catch::StartsWith("BG144 [3] the scene \"run\": 3 samples are requested, but it stops whe"));
   CHECK_THAT(fault_of(R"x("stop": 1, "interval": "-a")x"),
              Catch::StartsWith("BG144 [\"-a\"] the scene \"run\": \"interval\" must be greater than 0"));
   CHECK_THAT(fault_of(R"x("stop": 1, "interval": 1e-10)x"),
@@ -112,7 +112,7 @@ TEST_CASE("times that make no sense are refused") {
   CHECK_THAT(fault_of(R"x("stop": 1, "samples": 900000000)x"),
              Catch::StartsWith("BG144 [900000000] the scene \"run\": the trace would hold more than"));
   CHECK_THAT(fault_of(R"x("stop": 5e-324)x"),
-             Catch::StartsWith("BG144 [5e-324] the scene \"run\": its output times cannot be told apart "));
+             Catch::StartsWith("BG144 [5e-324] the scene \"run\": its output times cannot be distinguished "));
   CHECK_THAT(fault_of(R"x("start": 1e16, "stop": 10000000000000002, "samples": 3)x"), Catch::StartsWith("BG144"));
   CHECK_THAT(fault_of(R"x("start": -1.7e308, "stop": 1.7e308)x"), Catch::StartsWith("BG144"));
   CHECK(fault_of(R"x("stop": "1/(a - 2)")x") ==
@@ -121,13 +121,13 @@ TEST_CASE("times that make no sense are refused") {
         "or a function outside its domain");
 }
 
-TEST_CASE("a parameter that is no number is reported once, with its operands") {
+TEST_CASE("a parameter that is not a number is reported once, with its operands") {
   const Model m = model(R"x("run": { "stop": 1 })x", R"x("a": 0, "b": "log(a)", "c": "b + 1")x");
   try {
     prepare_scene(m, "");
     FAIL("accepted");
   } catch (const ModelError& error) {
-    REQUIRE(error.diagnostics.size() == 1);  // c, which follows from b, is not told
+    REQUIRE(error.diagnostics.size() == 1);  // c, which follows from b, is not reported
     CHECK_THAT(line_of(error.diagnostics[0], *error.sources),
                Catch::StartsWith("BG142 [\"log(a)\"] the parameter \"b\" is not a finite number: log(a) with a = 0; "));
   }
@@ -138,7 +138,7 @@ TEST_CASE("the option --set is understood or refused with its text") {
         "BG141 --set \"a\" is not of the form NAME=EXPR; write --set a=VALUE, without spaces around =");
   CHECK_THAT(fault_of("\"stop\": 1", {"=3"}), Catch::StartsWith("BG141"));
   CHECK(fault_of("\"stop\": 1", {"k.p=3"}) ==
-        "BG141 --set \"k.p=3\": \"k.p\" is no initial value of the element \"k\"; what can be set of it: \"b\" or "
+        "BG141 --set \"k.p=3\": \"k.p\" is not an initial value of the element \"k\"; these can be set: \"b\" or "
         "\"k.q\"");
   CHECK_THAT(fault_of("\"stop\": 1", {"a=2*"}), Catch::StartsWith("BG120 --set \"a=2*\": a numb"));
   CHECK_THAT(fault_of("\"stop\": 1", {"a=d"}), Catch::StartsWith("BG121 --set \"a=d\": unknown name \"d\""));
@@ -151,7 +151,7 @@ TEST_CASE("the option --set is understood or refused with its text") {
       "BG132 parameters depend on each other: a -> b -> a; give one of them a value that does not refer to the others");
 }
 
-TEST_CASE("a store of size 0 is refused, and one below 0 is told of, as is a resistance below 0") {
+TEST_CASE("a store of size 0 is refused, and one below 0 is reported, as is a resistance below 0") {
   CHECK_THAT(fault_of("\"stop\": 1", {"b=0"}), Catch::StartsWith("BG145 [\"b\"] the capacitance of \"k\" is 0; leav"));
   SceneOverrides negative;
   negative.set = {"b=-1"};
@@ -220,16 +220,15 @@ TEST_CASE("output times may be spaced by their logarithms") {
   CHECK(times(R"("start": 0.5, "stop": 8, "samples": { "log": 2 })") == std::vector<double>{0.5, 8.0});
   const std::vector<double> spaced = times(R"("start": "a", "stop": "2^5*a", "samples": { "log": 6 })");
   for (std::size_t i = 0; i < 6; ++i) CHECK(spaced[i] == Approx(std::ldexp(2.0, static_cast<int>(i))).epsilon(1e-15));
-  CHECK(
-      fault_of(R"("stop": 1, "samples": { "log": 5 })") ==
-      "BG144 [{ \"log\": 5 }] the scene \"run\": output times by logarithm cannot begin at its start; write \"from\": "
-      "the first output time, greater than 0");
+  CHECK(fault_of(R"("stop": 1, "samples": { "log": 5 })") ==
+        "BG144 [{ \"log\": 5 }] the scene \"run\": logarithmic output times cannot begin at its start; write \"from\": "
+        "the first output time, greater than 0");
   CHECK(fault_of(R"("stop": 1, "samples": { "log": 5, "from": "a - 2" })").find("must be greater than 0") !=
         std::string::npos);
   CHECK(fault_of(R"("stop": 1, "samples": { "log": 5, "from": 1 })").find("does not lie between") != std::string::npos);
   CHECK(fault_of(R"("start": 1, "stop": 2, "samples": { "log": 5, "from": 0.5 })").find("does not lie between") !=
         std::string::npos);
-  CHECK(fault_of(R"("start": 1, "stop": "1 + 1e-12", "samples": { "log": 100000 })").find("told apart") !=
+  CHECK(fault_of(R"("start": 1, "stop": "1 + 1e-12", "samples": { "log": 100000 })").find("distinguished") !=
         std::string::npos);
   CHECK(fault_of(R"("start": 1, "stop": 2, "samples": { "log": 1 })").substr(0, 5) == "BG144");
   CHECK(test::codes(R"("elements": {}, "scenes": { "r": { "stop": 1, "samples": { "from": 1 } } })").find("BG112") !=

@@ -145,7 +145,7 @@ TEST_CASE("a law has one variable of its element alone on the left, and relates 
   CHECK_THAT(law("2*e = R*f"), Catch::StartsWith("BG117 [2*e] the left side of this law is not e or f alone; "));
   CHECK_THAT(law("store.q = R*f"),
              Catch::StartsWith("BG117 [store.q] the left side of this law is not e or f alone; "));
-  CHECK_THAT(law("e = R*f + e"), Catch::StartsWith("BG117 [R*f + e] resistor.e stands on both sides of"));
+  CHECK_THAT(law("e = R*f + e"), Catch::StartsWith("BG117 [R*f + e] resistor.e is on both sides of"));
   CHECK_THAT(law("e = q"), Catch::StartsWith("BG121 [q] unknown name \"q\"; the law of R has no displacement"));
   CHECK_THAT(law("e = R*loop.f"), Catch::StartsWith("BG118 [\"e = R*loop.f\"] the R \"resistor\" is modulated by \"l"));
   CHECK_THAT(fault(loop(R"x("kind": "R", "law": "e = R*f")x", "", R"x("kind": "C", "law": "e = 2*q + f")x")),
@@ -225,7 +225,7 @@ TEST_CASE("a chain of a hundred thousand signals is read in either order without
   }
 }
 
-TEST_CASE("one cause gives one message, all causes are told in file order") {
+TEST_CASE("one cause gives one message, all causes are reported in file order") {
   const std::string text = R"x("parameters": { "R": "2*Q" }, "elements": {
     "source": { "kind": "Sx", "effort": 1 }, "loop": { "kind": "1" }, "2nd": { "kind": "R", "resistance": 1 },
     "store": { "kind": "C", "capacitance": "R*source.f", "inital": { "q": 1 } } },
@@ -248,7 +248,7 @@ TEST_CASE("more than a hundred problems end with their number") {
   }
 }
 
-TEST_CASE("every wrong type of value is told, with what it should be") {
+TEST_CASE("every wrong type of value is reported, with the right one") {
   CHECK(fault(R"("elements": [])") ==
         "BG113 [[]] \"elements\" must be an object, not an array; write an object: "
         "{ \"mass\": { \"kind\": \"I\", \"inertance\": 2 } }");
@@ -305,14 +305,13 @@ TEST_CASE("bonds say where they stand") {
   CHECK(bond("tf") == "none");
   CHECK(bond("tf.2") == "none");
   CHECK(bond("c.b") == "none");
-  CHECK(bond("c") ==
-        "BG131 [\"c\"] \"c\" has several ports: the bond must say at which one it stands; write \"c.a\" or \"c.b\"");
+  CHECK(bond("c") == "BG131 [\"c\"] \"c\" has several ports: the bond must name one of them; write \"c.a\" or \"c.b\"");
   CHECK(bond("c.d") == "BG131 [\"c.d\"] \"c\" has no port \"d\"; its ports are \"a\" and \"b\"");
   CHECK(bond("tf.3") == "BG131 [\"tf.3\"] \"tf\" has no port \"3\"; its ports are \"1\" and \"2\"");
   CHECK(bond("r.a") == "BG131 [\"r.a\"] \"r\" has one port only, without a name; write \"r\"");
   CHECK(bond("j.1") ==
         "BG131 [\"j.1\"] \"j\" is a junction: it has as many bonds as it needs, but no named ports; write \"j\"");
-  CHECK(bond("k") == "BG130 [\"k\"] \"k\" is no element");
+  CHECK(bond("k") == "BG130 [\"k\"] \"k\" is not an element");
   CHECK(bond("R") == "BG130 [\"R\"] there is no element \"R\" to bond to; did you mean \"r\"?");
   CHECK(bond("") ==
         "BG130 [\"\"] there is no element \"\" to bond to; the elements are \"j\", \"r\", \"tf\" and \"c\"");

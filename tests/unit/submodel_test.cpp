@@ -62,7 +62,7 @@ std::vector<std::string> names(const std::vector<T>& items) {
 
 }  // namespace
 
-TEST_CASE("a submodel is unfolded where its element stands, with its names prefixed") {
+TEST_CASE("a submodel is unfolded in place of its element, with its names prefixed") {
   Folder folder;
   folder.write("parts/part.json", kPart);
   folder.write("whole.json", R"x("parameters": { "k": 7 }, "types": { "half": "parts/part.json" }, "elements": {
@@ -118,7 +118,7 @@ TEST_CASE("a submodel knows its own names only, and shows only its ports") {
         "BG131 [\"left.ned\"] the submodel \"left\" has no port \"ned\"; did you mean \"left.end\"?");
 }
 
-TEST_CASE("a fault in a submodel that is used twice is told once") {
+TEST_CASE("a fault in a submodel that is used twice is reported once") {
   Folder folder;
   std::string part = kPart;
   part.replace(part.find("\"1/k2\""), 6, "\"1/k3\"");

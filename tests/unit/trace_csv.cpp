@@ -95,11 +95,11 @@ TEST_CASE("what is no table of numbers is refused with its line") {
   CHECK(fault("t,x\n0,1\n1,2,3\n") == "line 3: 3 fields where the header has 2 columns");
   CHECK(fault("t,x\n0,1\n1\n") == "line 3: 1 fields where the header has 2 columns");
   CHECK(fault("t,x\n0,1\n\n2,3\n") == "line 3: no value in column \"t\"");
-  CHECK(fault("t,x\n0,one\n") == "line 2: \"one\" in column \"x\" is no number");
-  CHECK(fault("t,x\n0,1.5m\n") == "line 2: \"1.5m\" in column \"x\" is no number");
-  CHECK(fault("t,x\n0,nan\n") == "line 2: \"nan\" in column \"x\" is no number");
-  CHECK(fault("t,x\n0,inf\n") == "line 2: \"inf\" in column \"x\" is no number");
-  CHECK(fault("t,x\n0,+-1\n") == "line 2: \"+-1\" in column \"x\" is no number");
+  CHECK(fault("t,x\n0,one\n") == "line 2: \"one\" in column \"x\" is not a number");
+  CHECK(fault("t,x\n0,1.5m\n") == "line 2: \"1.5m\" in column \"x\" is not a number");
+  CHECK(fault("t,x\n0,nan\n") == "line 2: \"nan\" in column \"x\" is not a number");
+  CHECK(fault("t,x\n0,inf\n") == "line 2: \"inf\" in column \"x\" is not a number");
+  CHECK(fault("t,x\n0,+-1\n") == "line 2: \"+-1\" in column \"x\" is not a number");
   CHECK(fault("t,x\n0,\n") == "line 2: no value in column \"x\"");
   CHECK(fault("t,\"two\nlines\"\n0,\"1\n") == "line 3: a quote is opened and never closed");
   CHECK(fault("t,x\n0,\"1\"2\n") == "line 2: a comma or the end of the line is missing after a field");

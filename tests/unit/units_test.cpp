@@ -168,7 +168,7 @@ TEST_CASE("temperature and heat flow make a pseudo bond graph, which is legal") 
   CHECK(c.report.regions.front().pseudo);
 }
 
-TEST_CASE("efforts and flows that make no power are told of, unless the flow is one of heat, mass or matter") {
+TEST_CASE("efforts and flows that make no power are reported, unless the flow is one of heat, mass or matter") {
   const auto codes = [](const std::string& resistance, const std::string& effort) {
     return Units(circuit(R"("R": { "value": 1, "unit": ")" + resistance + R"(" }, "e": { "value": 1, "unit": ")" +
                              effort + R"(" })",
@@ -402,7 +402,7 @@ TEST_CASE("a scene's values take the place of the model's") {
   }
 }
 
-TEST_CASE("one wrong unit in a shipped model is found wherever it stands") {
+TEST_CASE("one wrong unit in a shipped model is found wherever it is") {
   for (const auto& file : std::filesystem::directory_iterator(BGSIM_SOURCE_DIR "/models")) {
     if (file.path().extension() != ".json") continue;
     Model model = read_model(file.path().string());
@@ -426,7 +426,7 @@ TEST_CASE("one wrong unit in a shipped model is found wherever it stands") {
   }
 }
 
-TEST_CASE("one wrong unit that many equations contradict is told once, with the unit that would fit") {
+TEST_CASE("one wrong unit that many equations contradict is reported once, with the unit that would fit") {
   const Units c(circuit(
       R"("U": { "value": 1, "unit": "A" }, "R": { "value": 1, "unit": "Ohm" }, "C": { "value": 1, "unit": "F" })", "U",
       R"("kind": "R", "resistance": "R")", R"("kind": "C", "capacitance": "C")",

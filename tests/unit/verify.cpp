@@ -89,12 +89,12 @@ TEST_CASE("the tube ends where the reference ends") {
   CHECK(check_x({2.0, 1.0}, "t,x\n0,0\n1,1\n", reference_with(0.0, 0.0, 100.0)).error == 1.0);
 }
 
-TEST_CASE("a value that is no number is never accepted, whatever comes after it") {
+TEST_CASE("a value that is not a number is never accepted, whatever comes after it") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(check_x({nan, 1.0, 2.0}, "t,x\n0,0\n1,1\n2,2\n", reference_with(1.0, 1.0)).ok());
 }
 
-TEST_CASE("outputs are paired by name or as the scene says, and columns nobody uses are told") {
+TEST_CASE("outputs are paired by name or as the scene says, and unused columns are reported") {
   Reference reference = reference_with(0, 0);
   reference.columns = {{"x", "b"}};
   const auto check = hold_against(model_without_files(), trace_of({1.0}), parse_csv("t,x,b\n0,7,1\n"), reference);
@@ -114,7 +114,7 @@ TEST_CASE("a reference that shares no column, or lacks one that is named, is an 
   reference.columns = {{"x", "z"}};
   CHECK(against("t,x\n0,1\n", reference) == "BG152: reference \"reference.csv\" has no column \"z\"");
   reference.columns = {{"w", "x"}};
-  CHECK(against("t,x\n0,1\n", reference) == "BG152: the scene has no output \"w\" to be held against a reference");
+  CHECK(against("t,x\n0,1\n", reference) == "BG152: the scene has no output \"w\" to compare with a reference");
 }
 
 TEST_CASE("a reference is read strictly") {
@@ -122,7 +122,7 @@ TEST_CASE("a reference is read strictly") {
   CHECK(fault_in("x,t\n0,1\n") == "BG150: reference \"F\": the first column is not named t");
   CHECK(fault_in("t,x\n") == "BG150: reference \"F\": there are no records");
   CHECK(fault_in("t,x\n0,1\n0,2\n") == "BG150: reference \"F\": t = 0 comes after t = 0");
-  CHECK(fault_in("t,x\n0,1\n1,two\n") == "BG150: reference \"F\": line 3: \"two\" in column \"x\" is no number");
+  CHECK(fault_in("t,x\n0,1\n1,two\n") == "BG150: reference \"F\": line 3: \"two\" in column \"x\" is not a number");
   Reference reference = reference_with(0, 0);
   reference.file = "/nowhere/reference.csv";
   CHECK(fault([&] { read_reference(model_without_files(), reference); }) ==

@@ -44,8 +44,8 @@ void check_reference(const Model& model, const std::string& path, const Referenc
                      const ReadOptions& options);
 
 inline constexpr const char* kOutsideRule =
-    "files that a model names lie in its folder or below, links followed: a model from somebody else reads nothing "
-    "else";
+    "files named by a model lie in its folder or below, after links are resolved: a model from another person reads "
+    "nothing else";
 inline constexpr const char* kOutsideHelp = "move the file there, or run with --allow-outside if you trust the model";
 
 }  // namespace bgsim

@@ -104,7 +104,7 @@ double parse_number(std::size_t line, const CsvTable& table, std::size_t column,
     throw field_fault(line, table, column, field, " is beyond the range of a number");
   }
   if (fault != std::errc{} || stop != end || !std::isfinite(value)) {
-    throw field_fault(line, table, column, field, " is no number");
+    throw field_fault(line, table, column, field, " is not a number");
   }
   return value;
 }

@@ -116,25 +116,25 @@ class DocumentBuilder {
     const bool in_key_place = !open_.empty() && document_.nodes_[open_.back().index()].kind == JsonKind::object &&
                               separators.find(':') == std::string_view::npos && !after_key_;
     if (c == '/' || c == '#') return {"comments are not allowed", "put remarks under \"about\"", at};
-    if (c == '\'') return {"names and texts stand in double quotes", "write \"...\"", at};
+    if (c == '\'') return {"names and texts are written in double quotes", "write \"...\"", at};
     if (broken_text) return in_string(at, last);
     if ((c == '}' || c == ']') && separators.find(',') != std::string_view::npos)
-      return {"nothing follows this comma", "take out the last comma", after + separators.find(',')};
+      return {"nothing follows this comma", "remove the last comma", after + separators.find(',')};
     if (std::count(separators.begin(), separators.end(), ',') > 1)
-      return {"two commas stand together", "take out one of them", after + separators.rfind(',')};
+      return {"there are two commas", "remove one of them", after + separators.rfind(',')};
     if (c < 0x20 || c >= 0x7F) return {"there is a character that belongs in a text only", "", at};
     const std::string token = excerpt(at, c == '"' ? last + 1 : std::max(at + 1, end_of_word(at)));
     if (open_.empty() && !document_.nodes_.empty())
       return {"something follows the end of the model", "one file holds one model", at};
     if (in_key_place && c != '"') return behind_value(after, token, at);
     if (after_key_ && separators.find(':') == std::string_view::npos)
-      return {"a colon should stand between a name and its value", "", at};
+      return {"a colon is missing between a name and its value", "", at};
     if (!open_.empty() && separators.find_first_of(",:") == std::string_view::npos &&
         document_.nodes_[open_.back().index()].child_count > 0)
-      return {"a comma or a closing bracket should stand before " + token, "", at};
+      return {"a comma or a closing bracket is missing before " + token, "", at};
     if (token == "NaN" || token == "Infinity" || token == "-Infinity" || token == "nan" || token == "inf")
-      return {token + " is no number", "write a finite number", at};
-    return {token + " is no value", help_for_value(token), at};
+      return {token + " is not a number", "write a finite number", at};
+    return {token + " is not a value", help_for_value(token), at};
   }
 
   /// Where a name or the end of an object should stand: mostly what belongs to the value before it.
@@ -142,10 +142,10 @@ class DocumentBuilder {
     const bool number_before = after > 0 && is_digit(text_[after - 1]);
     const bool comma = text_.substr(after, at - after).find(',') != std::string_view::npos;
     if (number_before && comma && is_digit(token[0]) && at == after + 1)
-      return {"a comma stands inside a number", "the decimal sign is a point", after};
-    if (!number_before || comma) return {"a name in double quotes should stand here, not " + token, "", at};
-    return {token + " stands behind a number",
-            "a number stands alone: expressions are texts in double quotes, \"2*k\", and a unit goes into \"unit\"",
+      return {"there is a comma inside a number", "the decimal sign is a point", after};
+    if (!number_before || comma) return {"a name in double quotes is expected here, not " + token, "", at};
+    return {token + " follows a number",
+            "write the number alone: expressions are texts in double quotes, \"2*k\", and a unit goes into \"unit\"",
             at};
   }
 
@@ -155,7 +155,7 @@ class DocumentBuilder {
     if (token[0] == '+' && token.size() > 1 && is_digit(token[1])) return "write " + token.substr(1);
     if (token == "True" || token == "False" || token == "None") return "write true, false or null in small letters";
     const bool word = token[0] == '_' || std::isalpha(static_cast<unsigned char>(token[0])) != 0;
-    return (word ? "texts and expressions stand in double quotes: \"" + token + "\"; other " : std::string()) +
+    return (word ? "texts and expressions are written in double quotes: \"" + token + "\"; other " : std::string()) +
            "values are numbers, texts in double quotes, true, false, null, [...], {...}";
   }
 
@@ -281,9 +281,9 @@ class DocumentBuilder {
     if (problems_.size() >= kMostReported) return;
     problems_.push_back({Severity::error,
                          "BG102",
-                         "the key \"" + std::string(document_[second].key) + "\" stands twice in the same object",
+                         "the key \"" + std::string(document_[second].key) + "\" occurs twice in the same object",
                          document_.key_place(second),
-                         {{document_.key_place(first), "it stands here first"}},
+                         {{document_.key_place(first), "the first one is here"}},
                          "a name means one thing",
                          "rename or remove one of the two"});
   }

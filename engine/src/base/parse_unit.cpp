@@ -101,7 +101,7 @@ class UnitParser {
       const bool sign = take("**") ? false : take("*") || take("\xC2\xB7") || take("\xE2\x8B\x85") || take(".");
       if (!sign && !spaces && text_[here] != '(') return fail(here, here + 1, "a unit cannot go on with this sign");
       if (divided)
-        return fail(0, text_.size(), "a product after a division can be read in two ways",
+        return fail(0, text_.size(), "a product after a division is ambiguous",
                     "use parentheses: \"J/(kg K)\", or put the division last: \"N m/rad\"");
       skip_spaces();
       unit = unit * factor(depth);
@@ -146,7 +146,7 @@ class UnitParser {
         return fail(begin, at_, in_quotes(name) + " has another zero than K, and numbers are used as they are written",
                     "give temperatures in K; a difference of 1 " + std::string(name) + " is " +
                         (name.back() == 'C' ? "1 K" : "5/9 K"));
-      return fail(begin, at_, in_quotes(name) + " is no unit that is known", suggestion_for(name));
+      return fail(begin, at_, in_quotes(name) + " is not a known unit", suggestion_for(name));
     }
     const std::size_t digit = at_ < text_.size() && text_[at_] == '-' ? at_ + 1 : at_;
     if (digit < text_.size() && std::isdigit(static_cast<unsigned char>(text_[digit])) != 0)

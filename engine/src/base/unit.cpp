@@ -12,7 +12,7 @@ namespace {
 constexpr double kSameExponent = 1e-6;
 constexpr double kSameScale = 1e-6;
 
-/// Units that others are written with. Where two ways are equally short, the first one stands.
+/// Units that others are written with. Of two equally short ways the first one is used.
 constexpr const char* kDerived[] = {"N", "Pa", "J", "W", "V", "C", "F", "Ohm", "S", "Wb", "H", "T"};
 
 /// A factor of a unit's text: a name and its exponent.

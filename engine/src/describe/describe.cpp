@@ -94,7 +94,7 @@ void describe_strokes(Findings& findings, const View& view) {
        {StrokeReason::propagated, "strokes that follow"}}};
   std::vector<BondId> order(view.causal.strokes.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[view.causal.strokes[i].order] = BondId(i);
-  findings.push_back({"the bar | stands where effort acts on the element, > is the half-arrow", {}, 0, true});
+  findings.push_back({"the bar | is where effort acts on the element, > is the half-arrow", {}, 0, true});
   for (const auto& [reason, heading] : groups) {
     std::vector<TextRow> rows;
     for (const BondId bond : order)

@@ -1,4 +1,4 @@
-// Where bonds run: straight where they can, round what stands in the way where they cannot, their strokes clear of each
+// Where bonds run: straight where they can, round obstacles where they cannot, their strokes clear of each
 // other.
 #include <algorithm>
 #include <cmath>

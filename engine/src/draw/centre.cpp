@@ -1,4 +1,4 @@
-// Symmetry: Graphviz makes bonds short, and leaves it to chance where a node stands that may be anywhere between two
+// Symmetry: Graphviz makes bonds short, and places a node arbitrarily that may be anywhere between two
 // others.
 #include <algorithm>
 #include <cmath>
@@ -74,7 +74,7 @@ class Centring {
     at_ = best;
   }
 
-  /// Whether what is declared later stands rather above what is declared earlier.
+  /// Whether later declarations are mostly above earlier ones.
   bool upside_down() const {
     double order = 0.0, height = 0.0, same = 0.0, size = 0.0;
     for (const std::size_t host : hosts_) {

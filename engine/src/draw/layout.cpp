@@ -20,7 +20,7 @@ std::string number(double value) {
   return text.str();
 }
 
-/// A node as large as what stands there, with a port `c` at the host's centre, at which Graphviz lets bonds end.
+/// A node as large as its drawing, with a port `c` at the host's centre, at which Graphviz lets bonds end.
 std::string node_text(ElementId id, const Extent& extent) {
   const auto cell = [](double width, double height, const char* port = "") {
     return "<TD FIXEDSIZE=\"TRUE\" WIDTH=\"" + number(std::round(std::max(1.0, width))) + "\" HEIGHT=\"" +

@@ -28,7 +28,7 @@ struct Around {
   std::size_t sources = 0;                            ///< half-arrows from one-ports
   std::size_t fields_before = 0;                      ///< those to further ports of fields, counted as entering too
   [[nodiscard]] std::size_t bonds() const { return entering - fields_before + leaving; }
-  /// Whether something other than @p leaves one-ports stands right of it, or several bonds meet in it from the left.
+  /// Whether something other than @p leaves one-ports is right of it, or several bonds meet in it from the left.
   [[nodiscard]] bool goes_on(std::size_t leaves) const {
     return leaving - fields_before > leaves || chain_entering > 1 || (chain_entering == 1 && sources > 0);
   }
@@ -44,7 +44,7 @@ std::vector<Around> arounds(const Model& model) {
     from.chain_leaving += passes_power(head.kind) ? 1U : 0U;
     to.chain_entering += passes_power(tail.kind) ? 1U : 0U;
     to.sources += !is_junction(tail.kind) && port_count(tail) == 1 ? 1U : 0U;
-    // A field stands before the junctions at its further ports, though their half-arrows enter it.
+    // A field comes before the junctions at its further ports, though their half-arrows enter it.
     if (!is_field(head.kind) || bond.to.port.value_or(0) == 0) continue;
     ++from.fields_before;
     ++from.entering;
@@ -156,7 +156,7 @@ std::vector<Hand> hands(const Model& model) {
       const Element &element = model.elements[at.index()], &neighbour = model.elements[at_other.index()];
       const Around& other = around[at_other.index()];
       if (is_junction(element.kind) || port_count(element) > 1 || around[at.index()].bonds() != 1) continue;
-      // One of two at a junction alone stands on its left.
+      // One of two at a junction alone is on its left.
       const bool alone = is_junction(neighbour.kind) && other.chain_leaving == 0 &&
                          std::exchange(first_of_two[at_other.index()], 0) != 0;
       const bool first = !leaves && other.entering == 0 && (other.chain_leaving > 0 || alone);

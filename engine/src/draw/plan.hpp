@@ -1,4 +1,4 @@
-/// What stands beside what in a drawing, before anything has a place: elements that hang on junctions, signals.
+/// Neighbours in a drawing, before anything has a position: elements that hang on junctions, signals.
 #pragma once
 
 #include <map>
@@ -14,7 +14,7 @@ inline constexpr double kDrop = 68.0;
 
 enum class Side : std::uint8_t { none, above, below };
 
-/// Where an element stands: by itself, or above or below a junction.
+/// Place of an element: by itself, or above or below a junction.
 struct Standing {
   ElementId host;  ///< the element itself, or the junction it hangs on
   Side side = Side::none;
@@ -24,7 +24,7 @@ struct Standing {
 /// below. By ElementId.
 std::vector<Standing> standings(const Model& model);
 
-/// On which side of its neighbour a one-port that does not hang stands; its name is beyond it. Where its half-arrow
+/// On which side of its neighbour a one-port that does not hang is; its name is beyond it. Where its half-arrow
 /// comes from or goes to, but at the ends of a chain of junctions: there it goes on with the chain.
 enum class Hand : std::uint8_t { none, left, right };
 /// By ElementId; none for all but one-ports with one bond.

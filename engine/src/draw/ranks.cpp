@@ -1,4 +1,4 @@
-// Which element stands left of which: along the power, or to both sides of the middle.
+// Which element is left of which: along the power, or to both sides of the middle.
 #include <algorithm>
 #include <limits>
 #include <numeric>
@@ -106,7 +106,7 @@ bool high_and_narrow(const Model& model, const std::vector<Standing>& standings,
   std::vector<std::size_t> waiting;
   for (std::size_t i = 0; i < count; ++i)
     if (open[i] == 0 && standings[i].side == Side::none) waiting.push_back(i);
-  for (std::size_t next = 0; next < waiting.size(); ++next)  // what stands in circles is left out
+  for (std::size_t next = 0; next < waiting.size(); ++next)  // elements in circles are left out
     for (const std::size_t other : right[waiting[next]]) {
       column[other] = std::max(column[other], column[waiting[next]] + 1);
       if (--open[other] == 0) waiting.push_back(other);

@@ -38,7 +38,7 @@ struct Curve {
 };
 
 Point turned(Point a);  ///< by a quarter, from x to y
-/// The side of a line on which its flow is written and its barb stands: below, or right of an upright one.
+/// The side of a line for its flow and its barb: below, or right of an upright one.
 Point flow_side(Point tangent);
 
 inline constexpr double kLetterSize = 20.0;  ///< of the elements' letters, in px

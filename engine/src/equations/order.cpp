@@ -194,7 +194,7 @@ class Ordering {
       problem.notes.push_back({element.place, "the loop runs through \"" + element.name + "\""});
     }
     if (problem.notes.size() == 1) problem.notes.clear();  // the place itself says as much
-    problem.situation = "the algebraic loop through " + through + " is singular whatever the numbers";
+    problem.situation = "the algebraic loop through " + through + " is structurally singular";
     if (!block.elements.empty()) problem.place = model_.elements[block.elements.front().index()].place;
     problems_.push_back(std::move(problem));
   }

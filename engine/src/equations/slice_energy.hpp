@@ -13,7 +13,7 @@ namespace bgsim {
 
 inline constexpr std::uint32_t kNoBlock = 0xffffffffU;
 
-/// The elements whose powers can be told from what is kept, and the bonds over which they exchange energy with others.
+/// The elements whose powers are known from what is kept, and the bonds over which they exchange energy with others.
 struct AuditedPart {
   std::vector<bool> elements;  ///< by ElementId
   struct Border {

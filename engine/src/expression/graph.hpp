@@ -93,7 +93,7 @@ std::vector<char> depends_on(const ExprPool& pool, const std::vector<ExprId>& no
   return depends;
 }
 
-/// Where each expression stands in @p nodes.
+/// Position of each expression in @p nodes.
 inline IdMap<std::uint32_t> positions(const std::vector<ExprId>& nodes) {
   IdMap<std::uint32_t> position;
   for (std::size_t i = 0; i < nodes.size(); ++i) position.insert(nodes[i], static_cast<std::uint32_t>(i));

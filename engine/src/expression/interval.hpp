@@ -20,7 +20,7 @@ using Range = boost::numeric::interval<
 /// Evaluates one relation over stretches of time, with the parameters fixed.
 class TimeRelation {
  public:
-  /// @param cells  whether a table at the top stands for its cell's index instead of its value
+  /// @param cells  whether a table at the top means its cell's index instead of its value
   TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values,
                bool cells = true);
 
@@ -39,7 +39,7 @@ class TimeRelation {
 
   std::vector<Step> steps_;  ///< of what depends on time
   std::vector<Range> values_;
-  std::vector<std::uint32_t> time_;  ///< where time stands, if it occurs
+  std::vector<std::uint32_t> time_;  ///< where time occurs
   const Table* cells_ = nullptr;     ///< the relation is this table's cell
 };
 

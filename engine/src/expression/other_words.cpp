@@ -27,7 +27,7 @@ const Function* function_named(std::string_view name) {
 }
 
 constexpr const char* kIntegral =
-    "an integral is a signal of its own: \"x\": { \"integral\": \"body.f\", \"initial\": 0 } among \"signals\"; then "
+    "an integral is a separate signal: \"x\": { \"integral\": \"body.f\", \"initial\": 0 } among \"signals\"; then "
     "use its name x";
 constexpr const char* kDelay =
     "there is no delay: values are those of the time t; a first-order lag \"y\": { \"integral\": \"(u - y)/T\", "
@@ -173,7 +173,7 @@ constexpr std::array kNameWords{
     Word{"dt", "steps are chosen by the integrator: write der(x) for a rate, and signals with \"integral\" for sums"},
 };
 
-/// "y'" for what stands for a pair of bytes that are one sign.
+/// "y'" for a pair of bytes that are one sign.
 struct Sign {
   std::string_view text;
   const char* what;
@@ -211,11 +211,11 @@ constexpr std::array kSigns{
     Sign{"]", "", "write ( ) for parentheses"},
     Sign{"{", "", "write ( ) for parentheses"},
     Sign{"}", "", "write ( ) for parentheses"},
-    Sign{"$", "", "leave it out: names stand as they are"},
-    Sign{"@", "", "leave it out: names stand as they are"},
+    Sign{"$", "", "remove it: names are written without it"},
+    Sign{"@", "", "remove it: names are written without it"},
     Sign{"#", "", "leave it out: remarks go into \"about\""},
     Sign{"\\", "", "write / for a quotient"},
-    Sign{"`", "", "leave it out: names stand as they are"},
+    Sign{"`", "", "remove it: names are written without it"},
     Sign{"\xC3\x97", "", "write *"},                                     // multiplication sign
     Sign{"\xC2\xB7", "", "write *"},                                     // middle dot
     Sign{"\xE2\x8B\x85", "", "write *"},                                 // dot operator

@@ -32,7 +32,7 @@ std::size_t character_end(std::string_view text, std::size_t at) {
   return at;
 }
 
-/// What stands between operators: a number, a condition, or (in table only) a text.
+/// What is between operators: a number, a condition, or (in table only) a text.
 struct Operand {
   enum class Kind : std::uint8_t { number, condition, text } kind = Kind::number;
   ExprId id;
@@ -123,7 +123,7 @@ class Parser {
         groups_.back().operands == operands_.size() && operators_.size() == groups_.back().operators)
       wrong_count(*groups_.back().function, 0, groups_.back().begin, at_ + 1);
     const std::size_t end = character_end(text_, at_);
-    if (c == '+') fail("BG120", "\"+\" before a value", at_, end, "leave it out: only the minus sign may stand alone");
+    if (c == '+') fail("BG120", "\"+\" before a value", at_, end, "remove it: only the minus sign may be used alone");
     missing_operand(at_, end);
   }
 
@@ -132,7 +132,7 @@ class Parser {
     if (begin == end && operands_.empty() && operators_.empty() && groups_.empty())
       fail("BG120", "the expression is empty", 0, text_.size(), "write a number or an expression");
     const std::string what = begin == end ? "the end of the text" : quoted(begin, end);
-    fail("BG120", "a number, a name or \"(\" should stand here, not " + what, begin, end);
+    fail("BG120", "a number, a name or \"(\" is expected here, not " + what, begin, end);
   }
 
   [[noreturn]] void refuse_sign(const ForeignSign& sign, std::size_t begin) const {
@@ -141,7 +141,7 @@ class Parser {
          sign.help);
   }
 
-  /// What stands behind a number at byte @p at as if it were its unit, or its power of ten.
+  /// What follows a number at byte @p at as if it were its unit, or its power of ten.
   void refuse_unit(std::size_t number, std::size_t at) const {
     const auto found = unit_behind(text_.substr(number), at - number);
     if (!found) return;
@@ -255,7 +255,7 @@ class Parser {
     if (close == std::string_view::npos)
       fail("BG120", "this text is not closed", begin, text_.size(), std::string("add ") + quote);
     if (groups_.empty() || groups_.back().function == nullptr || groups_.back().function->op != Op::table)
-      fail("BG120", "a text may stand in table(...) only", begin, close + 1);
+      fail("BG120", "a text is allowed only in table(...)", begin, close + 1);
     operands_.push_back({Operand::Kind::text, {}, text_.substr(begin + 1, close - begin - 1), begin, close + 1});
     at_ = close + 1;
     return false;
@@ -313,8 +313,8 @@ class Parser {
     const std::string_view next = text_.substr(at_, end - at_);
     std::string help;
     if (next == "(" || begins_name(next[0]) || is_digit(next[0])) help = "write * if a product is meant";
-    if (next == "\"") help = "a text may stand in table(...) only";
-    fail("BG120", "an operator should stand here, not " + quoted(at_, end), at_, end, help);
+    if (next == "\"") help = "a text is allowed only in table(...)";
+    fail("BG120", "an operator is expected here, not " + quoted(at_, end), at_, end, help);
   }
 
   // --- parentheses and functions

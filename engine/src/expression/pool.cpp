@@ -336,7 +336,7 @@ double evaluate(const ExprPool& pool, ExprId root, std::span<const double> symbo
 
 namespace {
 
-/// The node with its arguments replaced, built anew so that it simplifies.
+/// The node with its arguments replaced, rebuilt so that it simplifies.
 template <class Argument>
 ExprId rebuild(ExprPool& pool, const ExprNode& node, const Argument& argument) {
   switch (arity(node.op)) {

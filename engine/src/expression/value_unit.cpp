@@ -72,19 +72,19 @@ std::optional<UnitBehind> unit_behind(std::string_view text, std::size_t at) {
                                          "C",
                                          "degC", "deg C", "Celsius"})
     if (rest.starts_with(celsius))
-      return UnitBehind{celsius.size(), "a temperature in degrees stands behind the number " + number,
+      return UnitBehind{celsius.size(), "a temperature in degrees follows the number " + number,
                         "temperatures are in K: add 273.15"};
   if (is_unit(bare))
-    return UnitBehind{unit.size(), "a unit, " + std::string(bare) + ", stands behind the number " + number,
+    return UnitBehind{unit.size(), "a unit, " + std::string(bare) + ", follows the number " + number,
                       bare == "m" ? "write the number alone; 1e-3 for the prefix milli" : "write the number alone"};
   for (const Power& power : kPowers)
     if (bare == power.prefix)
-      return UnitBehind{unit.size(), "a number has a letter behind it: " + number + std::string(unit),
+      return UnitBehind{unit.size(), "a number is followed by a letter: " + number + std::string(unit),
                         "write " + power_help(number, power.exponent) + " for the power of ten"};
   if (rest[0] != '[') return std::nullopt;
   const auto close = rest.find(']');
   if (close == std::string_view::npos) return std::nullopt;
-  return UnitBehind{close + 1, "brackets stand behind the number " + number,
+  return UnitBehind{close + 1, "brackets follow the number " + number,
                     "write the number alone; a unit goes into \"unit\""};
 }
 

@@ -7,7 +7,7 @@
 
 namespace bgsim {
 
-/// What stands behind a number and is no operator.
+/// What follows a number and is no operator.
 struct UnitBehind {
   std::size_t length = 0;  ///< bytes of it
   std::string situation, help;

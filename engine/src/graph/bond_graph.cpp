@@ -124,21 +124,20 @@ class GraphBuilder {
     const bool others_free = untold && !ends_[text(second).element.index()][1 - port].bond.valid();
     Diagnostic problem;
     problem.place = text(second).place;
-    problem.notes = {{text(first).place, "bond " + in_quotes(bond(first).name) + " stands at it already"}};
+    problem.notes = {{text(first).place, "bond " + in_quotes(bond(first).name) + " already ends there"}};
     if (others_free) {
       // Two half-arrows that both enter or both leave: complete, but for which bond is which.
       problem.code = "BG203";
       problem.situation = "the half-arrows of bonds " + in_quotes(bond(first).name) + " and " +
-                          in_quotes(bond(second).name) + " do not tell the ports of " + in_quotes(element.name) +
-                          " apart";
+                          in_quotes(bond(second).name) + " do not distinguish the ports of " + in_quotes(element.name);
       problem.rule = "port 1 of a TF or GY takes the bond whose half-arrow enters, port 2 the one that leaves";
       problem.help = "write " + in_quotes(element.name + ".1") + " and " + in_quotes(element.name + ".2") +
-                     " in the two bonds, or turn one half-arrow round";
+                     " in the two bonds, or reverse one half-arrow";
       untold_.push_back(text(second).element);
     } else {
       problem.code = "BG201";
-      problem.situation = "bond " + in_quotes(bond(second).name) + " stands at " + in_quotes(port_name(element, port)) +
-                          ", which has a bond already";
+      problem.situation = "bond " + in_quotes(bond(second).name) + " ends at " + in_quotes(port_name(element, port)) +
+                          ", which already has a bond";
       problem.rule = "a port carries one bond";
       problem.help = "put a 0-junction (same effort) or a 1-junction (same flow) between " + in_quotes(element.name) +
                      " and its bonds";
@@ -168,7 +167,7 @@ class GraphBuilder {
                              .situation = in_quotes(element.name) + " has no bonds",
                              .place = element.place,
                              .notes = {},
-                             .rule = "every element takes part through bonds",
+                             .rule = "every element has a bond",
                              .help = "add a bond from or to " + in_quotes(element.name) + ", or leave it out"});
       for (std::size_t k = 0; bonded > 0 && k < open.size(); ++k)
         problems_.push_back({.code = "BG202",

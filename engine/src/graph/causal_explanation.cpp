@@ -36,7 +36,7 @@ struct Words {
     for (std::size_t i = 0; i < list.size() && i < kMost; ++i) text += (i == 0 ? "" : ", ") + bond(list[i]);
     return list.size() > kMost ? text + " and " + std::to_string(list.size() - kMost) + " more" : text;
   }
-  /// The port of @p id at which the bond stands.
+  /// The port of @p id at which the bond ends.
   PortId port_at(ElementId id, BondId at) const {
     return graph[graph[at].tail].element == id ? graph[at].tail : graph[at].head;
   }
@@ -64,7 +64,7 @@ std::string forced_text(const Words& words, BondId bond) {
          words.bond(bond);
 }
 
-/// One line of a chain: what puts this stroke where it stands.
+/// One line of a chain: the reason for this stroke.
 Note chain_note(const Words& words, BondId bond) {
   const Stroke& stroke = words.strokes[bond.index()];
   const std::string text = words.bond(bond) + ": " + stroke_place_text(words.model, words.graph, words.strokes, bond) +
@@ -73,7 +73,7 @@ Note chain_note(const Words& words, BondId bond) {
   return {root ? words.element(stroke.element).place : words.model.bonds[bond.index()].place, text};
 }
 
-/// The setter of a junction when it is a root that stands right at it.
+/// The setter of a junction when it is a root directly at it.
 std::optional<Note> direct_setter_note(const Words& words, ElementId junction, BondId bond) {
   const Stroke& stroke = words.strokes[bond.index()];
   if (stroke.reason == StrokeReason::propagated || stroke.element == junction) return std::nullopt;
@@ -117,14 +117,14 @@ std::vector<ElementId> sources_behind(const Words& words, const std::vector<Bond
 std::string help_for_junction(const Words& words, const CausalConflict& conflict, const std::string& shared) {
   const std::vector<ElementId> sources = sources_behind(words, conflict.bonds);
   const bool effort = shared == "effort";
-  const std::string mend = effort ? "put an R on a 1-junction in series with " : "put an R on a 0-junction beside ";
+  const std::string fix = effort ? "put an R on a 1-junction in series with " : "put an R on a 0-junction beside ";
   if (!sources.empty()) {
     const Element& last = words.element(sources.front());
     const std::string instead = last.kind == ElementKind::effort_source ? "an Sf" : "an Se";
-    return mend + in_quotes(last.name) + ", or make " +
+    return fix + in_quotes(last.name) + ", or make " +
            (sources.size() > 1 ? "one source " : in_quotes(last.name) + " ") + instead;
   }
-  return "let an R or a C or I without a one-way law stand between the elements that set the " + shared;
+  return "put an R, or a C or I without a one-way law, between the elements that set the " + shared;
 }
 
 Diagnostic explain_junction(const Words& words, const CausalConflict& conflict) {
@@ -156,12 +156,12 @@ Diagnostic explain_two_port(const Words& words, const CausalConflict& conflict) 
   const std::string name = in_quotes(words.element(id).name);
   const bool transformer = words.graph.kinds[id.index()] == ElementKind::transformer;
   const auto given = [&](std::size_t i) { return words.given_at(id, conflict.bonds[i]); };
-  // What the element must give at a port is what it is not told there.
-  const auto told = [&](std::size_t i) { return std::string(given(i) == "effort" ? "flow" : "effort"); };
+  // The element gives one variable at a port and receives the other.
+  const auto received = [&](std::size_t i) { return std::string(given(i) == "effort" ? "flow" : "effort"); };
   return {.code = "BG304",
-          .situation = words.kind_and_name(id) + " is told the " + told(0) + " of " + words.bond(conflict.bonds[0]) +
-                       " and the " + told(1) + " of " + words.bond(conflict.bonds[1]) +
-                       ", which its rule ties together",
+          .situation = words.kind_and_name(id) + " receives the " + received(0) + " of " +
+                       words.bond(conflict.bonds[0]) + " and the " + received(1) + " of " +
+                       words.bond(conflict.bonds[1]) + ", but its rule relates the two",
           .place = words.element(id).place,
           .notes = {},
           .rule = transformer ? "a TF relates its two efforts and its two flows, so exactly one of its two bonds "
@@ -195,7 +195,7 @@ Diagnostic explain_law(const Words& words, const CausalConflict& conflict) {
     if (law.port == port.number) place = law.place;
   const std::string name = in_quotes(is_junction(element.kind) ? element.name : port_name(element, port.number));
   return {.code = "BG305",
-          .situation = "the law of " + name + " cannot give its " + asked + ", which the causality asks of it",
+          .situation = "the law of " + name + " cannot give its " + asked + ", which causality requires",
           .place = place,
           .notes = {},
           .rule =

@@ -22,7 +22,7 @@ struct CausalConflict {
   std::vector<BondId> bonds;
 };
 
-/// Whether the stroke of the bond at @p port stands at that port.
+/// Whether the stroke of the bond at @p port is at that port.
 inline bool stroke_at(const BondGraph& graph, std::span<const Stroke> strokes, PortId port) {
   const Port& at = graph[port];
   return (strokes[at.bond.index()].end == BondEnd::head) == at.head;
@@ -37,7 +37,7 @@ std::vector<BondId> strokes_behind(const BondGraph& graph, std::span<const Strok
 /// `stroke at "bus"`.
 std::string stroke_place_text(const Model& model, const BondGraph& graph, std::span<const Stroke> strokes, BondId bond);
 
-/// Why the stroke stands there: `"battery" is an effort source`, `0-junction "bus" has its effort from b1`.
+/// Why the stroke is there: `"battery" is an effort source`, `0-junction "bus" has its effort from b1`.
 std::string stroke_reason_text(const Model& model, const BondGraph& graph, std::span<const Stroke> strokes,
                                BondId bond);
 

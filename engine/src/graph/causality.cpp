@@ -76,7 +76,7 @@ class Scap {
   const Element& element(PortId port) const { return model_.elements[graph_[port].element.index()]; }
   ElementKind kind(PortId port) const { return graph_.kinds[graph_[port].element.index()]; }
   static BondEnd end_at(const Port& port) { return port.head ? BondEnd::head : BondEnd::tail; }
-  /// Where the stroke of the port's bond stands when the port gives effort or flow.
+  /// Where the stroke of the port's bond is when the port gives effort or flow.
   BondEnd end_for(PortId port, Gives gives) const {
     const BondEnd here = end_at(graph_[port]);
     return gives == Gives::flow ? here : other(here);
@@ -494,7 +494,7 @@ class Scap {
          .place = field.laws.front().place,
          .notes = {{std::nullopt, test.text}},
          .rule = "laws that come from one stored energy have equal cross derivatives (Maxwell reciprocity); others "
-                 "make energy out of nothing on a closed path",
+                 "create energy on a closed path",
          .help = "give the field its \"energy\" instead of laws, or check the cross terms"});
   }
 

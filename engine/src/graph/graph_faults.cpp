@@ -100,13 +100,12 @@ std::vector<Diagnostic> part_warnings(const Model& model, const BondGraph& graph
   if (parts.size() < 2) return {};
   constexpr std::size_t kListed = 5;
   Diagnostic warning{Severity::warning, "BG206", {}, {}, {}, {}, {}};
-  warning.situation =
-      "the graph falls into " + std::to_string(parts.size()) + " parts that neither bonds nor signals connect";
+  warning.situation = "the graph falls into " + std::to_string(parts.size()) + " parts that no bond or signal connects";
   for (std::size_t i = 0; i < parts.size() && i < kListed; ++i)
     warning.notes.push_back({model.elements[parts[i].front().index()].place, "a part: " + names_of(model, parts[i])});
   if (parts.size() > kListed) warning.notes.push_back({{}, std::to_string(parts.size() - kListed) + " further parts"});
   warning.place = model.elements[parts[1].front().index()].place;
-  warning.rule = "parts that nothing connects have no effect on each other";
+  warning.rule = "parts without a connection have no effect on each other";
   warning.help = "add the bond that is missing, or leave it so if they are meant to be separate";
   return {warning};
 }

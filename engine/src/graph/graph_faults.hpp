@@ -23,7 +23,7 @@ std::vector<Diagnostic> graph_faults(const Model& model, const BondedElsewhere& 
 /// @param model  gets a law where it has none, and is of no use for anything else afterwards.
 std::vector<Diagnostic> causal_faults(Model& model);
 
-/// BG206 (warning) if the graph falls into parts that neither bonds nor signals connect. Linear in the model.
+/// BG206 (warning) if the graph falls into parts that no bond or signal connects. Linear in the model.
 std::vector<Diagnostic> part_warnings(const Model& model, const BondGraph& graph);
 
 }  // namespace bgsim

@@ -24,8 +24,8 @@ void check_step(PreparedTimes& prepared, double start, double stop, double step)
   const double least = std::max(4.0 * std::numeric_limits<double>::epsilon() * largest,
                                 std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon());
   if (step >= least) return;
-  prepared.fault = "its output times cannot be told apart in double precision";
-  prepared.help = "ask for fewer samples or a longer scene, or measure time in another unit or from another origin";
+  prepared.fault = "its output times cannot be distinguished in double precision";
+  prepared.help = "use fewer samples or a longer scene, or measure time in another unit or from another origin";
 }
 
 }  // namespace
@@ -67,7 +67,7 @@ PreparedTimes times_by_number(double start, double stop, std::optional<std::size
   const bool instant = start == stop;
   const std::size_t count = samples.value_or(instant ? 1 : kDefaultSamples);
   if (instant && count > 1) {
-    prepared.fault = std::to_string(count) + " samples are asked for, but it stops where it starts";
+    prepared.fault = std::to_string(count) + " samples are requested, but it stops where it starts";
     prepared.help = "write \"samples\": 1, or a later \"stop\"";
   } else if (!instant && count < 2) {
     prepared.fault = "one sample cannot include both \"start\" and \"stop\"";
@@ -94,7 +94,7 @@ PreparedTimes times_at_interval(double start, double stop, double interval) {
   constexpr double kMostSteps = 1e9, kSameTime = 1e-9;
   const double steps = (stop - start) / interval;
   if (steps > kMostSteps) {
-    prepared.fault = "more than 1e9 output times are asked for";
+    prepared.fault = "more than 1e9 output times are requested";
     prepared.help = "write a longer \"interval\"";
     return prepared;
   }
@@ -113,7 +113,7 @@ PreparedTimes times_by_logarithm(double start, double stop, std::size_t samples,
   if (!prepared.fault.empty()) return prepared;
   const double from = first.value_or(start);
   if (!(from > 0.0)) {
-    prepared.fault = first ? "\"from\" must be greater than 0" : "output times by logarithm cannot begin at its start";
+    prepared.fault = first ? "\"from\" must be greater than 0" : "logarithmic output times cannot begin at its start";
     prepared.help = "write \"from\": the first output time, greater than 0";
   } else if (from < start || from >= stop) {
     prepared.fault = "the first of its output times does not lie between \"start\" and \"stop\"";
@@ -138,11 +138,11 @@ PreparedTimes times_listed(double start, double stop, std::vector<double> list) 
   check_span(prepared, start, stop);
   for (std::size_t i = 0; i < list.size() && prepared.fault.empty(); ++i) {
     if (list[i] < start || list[i] > stop) {
-      prepared.fault = "an output time does not lie between \"start\" and \"stop\"";
+      prepared.fault = "an output time is not between \"start\" and \"stop\"";
       prepared.help =
           list[i] > stop ? "leave it out, or write a later \"stop\"" : "leave it out, or write an earlier \"start\"";
     } else if (i > 0 && list[i] <= list[i - 1]) {
-      prepared.fault = "an output time does not lie after the one before it";
+      prepared.fault = "an output time is not later than the one before it";
       prepared.help = "list the times in increasing order, each once";
     } else if (i > 0) {
       check_step(prepared, list[i - 1], list[i], list[i] - list[i - 1]);

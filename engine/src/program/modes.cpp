@@ -93,7 +93,7 @@ bool Evaluator::initialize_modes(double t, const double* x) {
   }
   impl.fault = {Fault::Kind::loop_no_convergence,
                 t,
-                "the conditions contradict each other whichever way they stand",
+                "the conditions contradict each other in every state",
                 program.relations[program.guarded.front()].text,
                 {},
                 {}};

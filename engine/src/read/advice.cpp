@@ -63,7 +63,7 @@ void Reader::expression_fault(const Context& context, NodeId value, std::string_
   problem(error.code.c_str(), situation, place, help);
 }
 
-/// How a number with its unit is written where it stands; nothing if what stands behind the number is no unit.
+/// How a number with its unit is written in this place; nothing if what follows the number is no unit.
 std::string Reader::unit_advice(const Context& context, NodeId value, std::string_view number_text,
                                 std::string_view unit_text) {
   const std::string number = trimmed(number_text), unit(bare_unit(unit_text));

@@ -101,13 +101,13 @@ std::optional<BondEndText> Reader::bond_end_at(std::size_t scope, NodeId value) 
   if (found == names_.end()) return no_element(scope, value);
   if (found->second.kind == Entity::Kind::instance) {
     lost_bonds_ = true;
-    problem("BG131", in_quotes(text) + " is a submodel: a bond stands at one of its ports", place,
+    problem("BG131", in_quotes(text) + " is a submodel: a bond must name one of its ports", place,
             "write " + in_quotes(std::string(text) + ".port") + " with a name from \"ports\" in its file");
     return std::nullopt;
   }
   if (found->second.kind != Entity::Kind::element) {
     lost_bonds_ = true;
-    problem("BG130", in_quotes(text) + " is no element", place, {}, "bonds join elements",
+    problem("BG130", in_quotes(text) + " is not an element", place, {}, "bonds join elements",
             {{found->second.place, "this is what has the name"}});
     return std::nullopt;
   }
@@ -117,7 +117,7 @@ std::optional<BondEndText> Reader::bond_end_at(std::size_t scope, NodeId value) 
     for (const std::string& port : model_.elements[element.index()].ports)
       ports.push_back(std::string(text) + "." + port);
     meant_.insert(element.value);
-    problem("BG131", in_quotes(text) + " has several ports: the bond must say at which one it stands", place,
+    problem("BG131", in_quotes(text) + " has several ports: the bond must name one of them", place,
             "write " + list_of(ports));
     return std::nullopt;
   }

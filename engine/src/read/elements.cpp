@@ -54,16 +54,16 @@ std::optional<NodeId> Reader::chosen_way(std::size_t index) {
     const NodeId value = file.find(node, way);
     if (!value.valid()) continue;
     if (chosen) {
-      problem("BG112", "the element " + in_quotes(file[node].key) + " says twice what it does", file.key_place(value),
+      problem("BG112", "the element " + in_quotes(file[node].key) + " defines its law twice", file.key_place(value),
               "keep one of " + wanted(), "an element has one law",
-              {{file.key_place(*chosen), "it is said here first"}});
+              {{file.key_place(*chosen), "it is defined here first"}});
       return std::nullopt;
     }
     chosen = value;
   }
   if (!chosen)
     missing(file, node, "the element " + in_quotes(file[node].key) + " has no " + wanted(), file.key_place(node),
-            "say what this " + std::string(row.text) + " does", "physical values have no defaults");
+            "define this " + std::string(row.text), "physical values have no defaults");
   return chosen;
 }
 
@@ -75,7 +75,7 @@ void Reader::parse_energy(std::size_t index, NodeId value) {
   for (const ExprId e : reachable(model_.pool, std::array{energy}))
     if (model_.pool[e].op == Op::der)
       return problem("BG117", "the energy contains a time derivative", document(scopes_[scope]).place(value),
-                     "what follows a rate dissipates and belongs into an R or RR of its own; a rate that comes from "
+                     "a part that depends on a rate dissipates and belongs in a separate R or RR; a rate from "
                      "elsewhere is a signal",
                      "the energy of a field is a function of what its ports hold, of parameters, t and signals");
   model_.elements[index].energy = energy;
@@ -150,11 +150,11 @@ void Reader::parse_law(std::size_t index, NodeId value) {
     const ModelSymbol* other = own(id);
     if (other == nullptr) continue;
     if (id == model_.pool.symbol_of(left))
-      return problem("BG117", symbol_name(model_, id) + " stands on both sides of this law", right_place,
+      return problem("BG117", symbol_name(model_, id) + " is on both sides of this law", right_place,
                      "solve the law for it", "a law has one variable of its element alone on the left");
     if (!law_relates(element.kind, other->variable))
       return problem("BG117", "this law contains the element's own " + symbol_name(model_, id), right_place,
-                     "put what dissipates into an R of its own",
+                     "put the dissipation into a separate R",
                      "the law of " + kind_text(element.kind, element.modulated) + " relates " +
                          law_letters(element.kind)[0] + " and " + law_letters(element.kind)[5]);
   }
@@ -211,9 +211,9 @@ void Reader::parse_initial(std::size_t index, NodeId value) {
     const bool conjugate = named(stored) == ports.end();
     const auto at = named(conjugate ? other : stored);
     if (at == ports.end()) {
-      problem("BG135", in_quotes(key) + " is no initial value of this element", file.key_place(node),
+      problem("BG135", in_quotes(key) + " is not an initial value of this element", file.key_place(node),
               initial_advice(model_.elements[index], key, {}),
-              "an initial value says what is stored, q of C and CC, p of I and II; or e or f, from which it follows");
+              "an initial value is what is stored, q of C and CC, p of I and II; or e or f, which determine it");
       continue;
     }
     const auto port = static_cast<std::uint32_t>(at - ports.begin());

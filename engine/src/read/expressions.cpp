@@ -13,7 +13,7 @@ ExprId Reader::expression(const Context& context, NodeId value, const std::strin
   problem("BG113", what + " must be a number or an expression, not " + json_kind_name(file[value].kind),
           file.place(value),
           unit ? "units belong to parameters: declare one with this value and unit, and write its name here"
-          : file[value].kind == JsonKind::array ? "write one value; where there are several, each has a name of its own"
+          : file[value].kind == JsonKind::array ? "write one value; several values have separate names"
                                                 : "");
   return {};
 }
@@ -90,7 +90,7 @@ std::optional<ExprId> Reader::meaning(const Context& context, std::string_view n
   return model_.pool.symbol(*variable);
 }
 
-/// A name that stands alone: a parameter or a signal.
+/// A name without a dot: a parameter or a signal.
 std::optional<ExprId> Reader::quantity(const Context& context, const Entity& entity, std::string_view name) {
   switch (entity.kind) {
     case Entity::Kind::parameter:

@@ -88,7 +88,7 @@ class StoreStart {
       if (meaning.kind == ModelSymbol::Kind::parameter || meaning.kind == ModelSymbol::Kind::time) continue;
       const bool own = meaning.kind == ModelSymbol::Kind::port_variable && meaning.element == id_;
       const bool holds = own && meaning.variable == stored_variable(element_.kind);
-      if (!own) return fail(i, "its law depends on " + name(symbol) + ", which is known during the run only");
+      if (!own) return fail(i, "its law depends on " + name(symbol) + ", which is known only during the run");
       if (gives_stored ? (holds || std::isnan(at(symbol))) : !holds)
         return fail(i, "its law depends on " + name(symbol) + ", which is not given");
     }

@@ -93,7 +93,7 @@ void Reader::check_keys(const Document& file, NodeId object, std::span<const std
     if (help.empty()) help = suggestion(key, names);
     if (help.empty()) help = what + " may have " + list_of(names);
     problem("BG111", what + " has no key " + in_quotes(key), file.key_place(child), help,
-            "unknown keys are errors, so that a slip of the pen is never passed over");
+            "unknown keys are errors, so that a misspelt key is never ignored");
   }
 }
 

@@ -54,7 +54,7 @@ bool Reader::claim(const std::string& full_name, const Entity& entity) {
   broken_.insert(full_name);
   const std::string name = full_name.substr(scopes_[unfolding_.back()].prefix.size());
   problem("BG116", "the name " + in_quotes(name) + " is used twice", entity.place, "rename one of the two",
-          "parameters, signals, elements and bonds of a model share one space of names",
+          "parameters, signals, elements and bonds of a model share one namespace",
           {{there->second.place, "it is used here first"}});
   return false;
 }

@@ -119,7 +119,7 @@ bool Reader::check_file_unit(Parameter& parameter, const Document& file, NodeId 
     problem("BG191",
             "the parameter " + in_quotes(parameter.name) + " is in " + in_quotes(parameter.unit) +
                 ", the file gives it in " + in_quotes(text),
-            file.place(node), "write its value in " + in_quotes(parameter.unit), "no unit is converted without a word",
+            file.place(node), "write its value in " + in_quotes(parameter.unit), "no unit is converted silently",
             {{parameter.unit_place, "its unit is given here"}});
   return same;
 }

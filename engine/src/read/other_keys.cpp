@@ -48,12 +48,12 @@ constexpr std::array kStoreInitialKeys{
 };
 constexpr std::array kEffortKeys{
     Key{" voltage force torque pressure temperature u U v V e E F f tau T P p amplitude source moment ",
-        "a source of effort says it as \"effort\", whatever its domain"},
+        "a source of effort has the key \"effort\" in every domain"},
     Key{" flow current velocity speed ", "Se gives an effort; a source of flow is of kind \"Sf\" or \"MSf\""},
 };
 constexpr std::array kFlowKeys{
     Key{" current velocity speed flow_rate angular_velocity omega i I v V f F q Q w amplitude source ",
-        "a source of flow says it as \"flow\", whatever its domain"},
+        "a source of flow has the key \"flow\" in every domain"},
     Key{" effort voltage force torque pressure ", "Sf gives a flow; a source of effort is of kind \"Se\" or \"MSe\""},
 };
 constexpr std::array kTransformerKeys{
@@ -70,7 +70,7 @@ constexpr std::array kJunctionKeys{
         "a junction takes as many bonds as name it; they are listed in \"bonds\""},
 };
 constexpr std::array kElementKeys{
-    Key{" type class component model ", "what an element is, is its \"kind\""},
+    Key{" type class component model ", "the kind of an element is its \"kind\""},
     Key{" name id label ", "the name of an element is its key in \"elements\""},
     Key{" description comment comments remark note notes doc title caption ", "remarks go into \"about\""},
     Key{" unit units ",

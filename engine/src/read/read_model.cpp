@@ -83,7 +83,7 @@ void Reader::give_up() {
                          {},
                          {},
                          {},
-                         "mend the first ones and try again"});
+                         "correct the first ones and try again"});
   throw ModelError(std::move(problems_), sources_);
 }
 
@@ -102,7 +102,7 @@ void Reader::read_head() {
 /// The same fault in words that show nothing of the file: it is no model, so it may be anything.
 static Diagnostic without_text(Diagnostic fault) {
   if (fault.code == "BG104") return fault;
-  fault.situation = fault.code == "BG102"   ? "a key stands twice in the same object"
+  fault.situation = fault.code == "BG102"   ? "a key occurs twice in the same object"
                     : fault.code == "BG103" ? "a number is beyond the range of a double"
                                             : "this is not JSON, and no model";
   fault.help = "a model is JSON and begins with { \"bgsim\": 1";
@@ -117,7 +117,7 @@ DocumentId Reader::load(const std::string& path, std::optional<std::string> text
   DocumentId& result = loaded_[key];
   if (!text) {
     if (!may_be_named(path, options_)) {
-      problem("BG170", "the submodel " + in_quotes(path) + " lies outside of the model's folder", from, kOutsideHelp,
+      problem("BG170", "the submodel " + in_quotes(path) + " is outside the model's folder", from, kOutsideHelp,
               kOutsideRule);
       return {};
     }
@@ -176,7 +176,7 @@ std::string Reader::submodel_file(DocumentId id, std::string_view file) const {
   return first;
 }
 
-/// Whether a file is a model at all. One that is not may be anything: nothing of what is in it is told.
+/// Whether a file is a model at all. One that is not may be anything: none of its content is shown.
 bool Reader::is_model(DocumentId id) {
   const Document& file = document(id);
   const NodeId root = Document::root();

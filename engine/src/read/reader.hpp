@@ -22,22 +22,22 @@
 
 namespace bgsim {
 
-/// One use of a file: the model itself, or a submodel where its element stands.
+/// One use of a file: the model itself, or a submodel in place of its element.
 struct Scope {
   std::string prefix;  ///< "" or "left."
   DocumentId document;
-  std::size_t parent = 0;  ///< scope in which the instance stands
+  std::size_t parent = 0;  ///< scope of the instance
   NodeId instance;         ///< the instance's element in the parent's file; none for the model itself
 };
 
-/// What a full name stands for.
+/// Meaning of a full name.
 struct Entity {
   enum class Kind : std::uint8_t { parameter, signal, element, bond, instance } kind;
   std::uint32_t index;  ///< into the model's table; the scope for instances
   Place place;
 };
 
-/// Where the text of something declared stands.
+/// Where the text of a declaration is.
 struct Written {
   std::uint32_t names = 0;  ///< scope whose names the text uses (for overrides by an instance: the parent)
   NodeId value;             ///< JSON value in that scope's document
@@ -79,7 +79,7 @@ class Reader {
   [[nodiscard]] bool enough_problems() const { return problems_.size() >= kMostProblems; }
   void check_keys(const Document& file, NodeId object, std::span<const std::string_view> allowed,
                   const std::string& what, std::optional<ElementKind> kind = std::nullopt);
-  /// A required key is not there; not told of an object with an unknown key, which is likely to be meant for it.
+  /// A required key is missing; not reported for an object with an unknown key, which is probably that key misspelt.
   void missing(const Document& file, NodeId object, std::string situation, const Place& place, std::string help,
                std::string rule = {});
   bool expect(const Document& file, NodeId value, JsonKind kind, const std::string& what);
@@ -251,7 +251,7 @@ class Reader {
   std::unordered_map<std::uint64_t, SymbolId> bond_symbols_;
   std::vector<Varies> signal_varies_;  ///< by SignalId
 
-  /// Why the last name has no meaning where it stands, if more is known than that.
+  /// Why the last name has no meaning in its place, if more is known than that.
   struct Refusal {
     std::string code, situation, help;
     std::vector<Note> notes = {};

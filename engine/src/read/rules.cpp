@@ -109,7 +109,7 @@ void Reader::check_equalities() {
       const Op op = model_.pool[e].op;
       if ((op != Op::eq && op != Op::ne) || variation(e) == Varies::never) continue;
       problem("BG119", "quantities that vary in time are compared by " + std::string(name_of(op)), place,
-              "compare by < or >=", "two quantities that vary are equal for an instant only");
+              "compare with < or >=", "two quantities that vary are equal for an instant only");
       return;
     }
   };

@@ -154,7 +154,7 @@ void Reader::parse_scene_initial(NodeId node, Scene& scene) {
     const auto [first, is_new] = given.emplace(std::pair(symbol.element, symbol.port), file.key_place(child));
     if (store && !is_new) {
       problem("BG184", "two initial values are given for one store", file.key_place(child), "keep one of them",
-              "what a store holds and its effort or flow follow from each other by its law",
+              "what a store holds and its effort or flow determine each other by its law",
               {{first->second, "this is the other one"}});
       continue;
     }
@@ -238,8 +238,7 @@ void Reader::parse_tolerances(NodeId node, Scene& scene) {
   if (const NodeId value = file.find(node, "relative"); value.valid()) {
     scene.relative = positive(value, "\"relative\"");
     if (scene.relative.value_or(0.0) >= 1.0)
-      problem("BG146", "a relative tolerance of 1 or more asks for no accuracy at all", file.place(value),
-              "write 1e-6, say");
+      problem("BG146", "a relative tolerance of 1 or more gives no accuracy", file.place(value), "write 1e-6, say");
   }
   const NodeId absolute = file.find(node, "absolute");
   if (!absolute.valid()) return;

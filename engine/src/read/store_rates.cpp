@@ -150,7 +150,7 @@ class RateSearch {
     return is(*same_, rate) && (is(*exactly_, rate) || !is(*exactly_, given));
   }
 
-  /// Whether a rate of the element stands in an expression itself.
+  /// Whether a rate of the element occurs in an expression itself.
   bool holds_rate(ElementId id, ExprId expression) {
     const std::vector<SymbolId> symbols = symbols_in(model_.pool, std::array{expression});
     return std::any_of(symbols.begin(), symbols.end(),
@@ -198,9 +198,9 @@ class RateSearch {
       for (const Signal& candidate : model_.signals)
         if (candidate.name == signal)
           problem.notes.push_back({candidate.place, in_quotes(signal) + " is computed here"});
-    problem.rule = "what a store gives is a function of what it holds, its " + std::string(q ? "q" : "p") +
-                   "; a part that follows the rate dissipates";
-    problem.help = std::string("put that part into an R of its own, at a ") + (q ? "1" : "0") + "-junction with " +
+    problem.rule = "the law of a store is a function of what it stores, its " + std::string(q ? "q" : "p") +
+                   "; a part that depends on the rate dissipates";
+    problem.help = std::string("put that part into a separate R, at a ") + (q ? "1" : "0") + "-junction with " +
                    in_quotes(element.name);
     problems_.push_back(std::move(problem));
   }

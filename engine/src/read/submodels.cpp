@@ -102,7 +102,7 @@ void Reader::survey(DocumentId root) {
       for (const Frame& frame : stack)
         if (!chain.empty() || frame.file == type.file) chain += document(frame.file).path() + " -> ";
       problem("BG133", "a submodel contains itself: " + chain + document(type.file).path(),
-              document(top.file).place(type.node), "break the circle", "submodels are unfolded to their last element");
+              document(top.file).place(type.node), "break the circle", "submodels are unfolded completely");
       type.refused = true;
     }
   }
@@ -237,16 +237,17 @@ void Reader::declare_exports(std::size_t scope) {
       }
       std::string help = suggestion(junction, candidates);
       if (help.empty() && !candidates.empty()) help = "the junctions are " + list_of(candidates, " and ");
-      problem("BG138",
-              "the port " + in_quotes(name) + " names " + in_quotes(junction) + ", which is no junction of this model",
-              file.place(node), help, "the ports of a submodel are junctions: who uses it bonds to them");
+      problem(
+          "BG138",
+          "the port " + in_quotes(name) + " names " + in_quotes(junction) + ", which is not a junction of this model",
+          file.place(node), help, "the ports of a submodel are junctions, to which other models bond");
       continue;
     }
     // A port may have its junction's own name; any other name must be free.
     if (name != junction)
       if (const auto taken = names_.find(prefix + name); taken != names_.end()) {
         problem("BG116", "the name " + in_quotes(name) + " is used twice", file.key_place(node),
-                "rename one of the two", "a port has its junction's name or one of its own",
+                "rename one of the two", "a port has its junction's name or another one",
                 {{taken->second.place, "it is used here first"}});
         continue;
       }

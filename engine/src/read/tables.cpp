@@ -58,7 +58,7 @@ TableId Reader::load_table(const Scope& scope, std::string_view text, std::strin
   };
   if (!may_be_named(path, options_)) {
     const auto begin = static_cast<std::size_t>(file.data() - text.data());
-    throw ExpressionError("BG170", "the data file " + in_quotes(path) + " lies outside of the model's folder", begin,
+    throw ExpressionError("BG170", "the data file " + in_quotes(path) + " is outside the model's folder", begin,
                           begin + file.size(), kOutsideHelp);
   }
   const CsvTable& data =

@@ -59,7 +59,7 @@ Diagnostic fault_failure(const Fault& fault) {
       diagnostic = failure("BG603", fault.target + " is singular" + at(fault.time) +
                                         (fault.what.empty() ? "" : ", where " + fault.what));
       diagnostic.rule = "the laws on an algebraic loop must determine its variables";
-      diagnostic.help = "two laws on the loop say the same thing here, or the loop's gain is exactly 1";
+      diagnostic.help = "two laws on the loop are equivalent here, or the loop's gain is exactly 1";
       break;
     case Fault::Kind::outside_table:
       diagnostic =
@@ -135,9 +135,9 @@ Diagnostic chattering_failure(const Program& program, std::span<const std::size_
 
 Diagnostic contradiction_failure(const Program& program, std::span<const std::size_t> relations, double t) {
   Diagnostic diagnostic =
-      failure("BG604", first_relation(program, relations) + " contradicts itself whichever way it stands" + at(t));
+      failure("BG604", first_relation(program, relations) + " contradicts itself in either state" + at(t));
   name_relations(diagnostic, program, relations);
-  diagnostic.rule = "the conditions of a model must be able to hold together with what they bring about";
+  diagnostic.rule = "the conditions of a model must be consistent with their own effects";
   diagnostic.help = "a condition that undoes itself at once needs a hysteresis or a delay (a store) on its way";
   return diagnostic;
 }
@@ -153,10 +153,10 @@ Diagnostic pole_failure(const Program& program, std::size_t relation, double t) 
   diagnostic.rule = structural
                         ? "a resistance that gives a flow, a capacitance, an inertance or a modulus that is divided "
                           "by must keep its sign"
-                        : "where a law divides by zero it has a pole, and its other side is another system";
-  diagnostic.help = structural
-                        ? "keep it away from zero: max(value, least), or turn the causality round with a store"
-                        : "add what keeps the state from there (a stop, a residual volume), or end the scene before";
+                        : "a denominator must not reach zero: beyond this singularity the system is another one";
+  diagnostic.help =
+      structural ? "keep it away from zero: max(value, least), or change the causality with a store"
+                 : "add what keeps the denominator from zero (a stop, a residual volume), or end the scene earlier";
   return diagnostic;
 }
 
@@ -184,8 +184,8 @@ Diagnostic stuck_failure(const StuckPoint& point) {
                                            : state + " grows without bound near t = " + number_text(blow_up->time, 4));
     diagnostic.place = point.places[blow_up->state];
     diagnostic.notes.push_back({std::nullopt, state + " is " + number_text(point.y[blow_up->state], 2) + at(point.t)});
-    diagnostic.rule = "a run can only be followed while its states are finite";
-    diagnostic.help = "the laws feed on their own growth: look for a missing limit, a wrong sign, or an active element";
+    diagnostic.rule = "the states of a run must be finite";
+    diagnostic.help = "the state grows faster and faster: look for a missing limit, a wrong sign, or an active element";
     return diagnostic;
   }
   Diagnostic diagnostic = failure("BG605", "the step size went to nothing" + at(point.t) + ": " + point.words);
@@ -215,7 +215,7 @@ Diagnostic stuck_failure(const StuckPoint& point) {
 Diagnostic time_constant_failure(const std::string& state, double time_constant, double span, const Place& place) {
   Diagnostic diagnostic =
       failure("BG614", "the time constant of \"" + state + "\" is " + number_text(time_constant, 2) +
-                           ", beside a scene of " + number_text(span, 2));
+                           ", for a scene of " + number_text(span, 2));
   diagnostic.place = place;
   diagnostic.rule = "a time constant may be 1e70 times shorter than the scene at most";
   diagnostic.help =
@@ -228,11 +228,10 @@ Diagnostic narrow_pulse_failure(const std::string& source, double begin, double 
   Diagnostic diagnostic = failure("BG615", "the source " + source + " has a pulse" + at(begin) +
                                                " that lasts no longer than " + number_text(width, 2));
   diagnostic.place = place;
-  diagnostic.rule = "double precision tells times apart to 1e-16 of them, and a pulse takes 1e5 of these steps";
-  diagnostic.help =
-      "let it last " + number_text(wide_enough, 2) +
-      " or longer, with the same area; a blow without extent in time is an initial value: add its impulse to the "
-      "momentum or displacement of a store, in a scene that starts there";
+  diagnostic.rule = "double precision resolves times to 1e-16 of their value, and a pulse needs 1e5 of these steps";
+  diagnostic.help = "let it last " + number_text(wide_enough, 2) +
+                    " or longer, with the same area; an impulse of no duration is an initial value: add it to the "
+                    "momentum or displacement of a store, in a scene that starts there";
   return diagnostic;
 }
 
@@ -246,9 +245,9 @@ Diagnostic step_limit_failure(double t, double stop, std::uint64_t steps) {
 }
 
 Diagnostic accuracy_failure(double t, double relative) {
-  Diagnostic diagnostic = failure("BG609", "the relative tolerance " + number_text(relative, 3) +
-                                               " asks for more than double precision can give" + at(t));
-  diagnostic.rule = "rounding limits what can be asked for: about 1e-14 of each state, less where large terms cancel";
+  Diagnostic diagnostic =
+      failure("BG609", "the relative tolerance " + number_text(relative, 3) + " is beyond double precision" + at(t));
+  diagnostic.rule = "rounding limits the accuracy to about 1e-14 of each state, or worse where large terms cancel";
   diagnostic.help = "use a relative tolerance of 1e-12 or more";
   return diagnostic;
 }

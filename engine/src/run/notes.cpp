@@ -26,7 +26,7 @@ std::optional<std::string> fast_sources_note(double frequency, double span, std:
   if (steps == 0 || !(frequency * step > kFollowedPeriods)) return std::nullopt;
   return "a source goes up and down about " + number_text(frequency, 1) +
          " times per unit of time, of which the steps (" + number_text(step, 1) +
-         " on average) saw samples only: tighten the tolerance, or put its mean in its place";
+         " on average) saw samples only: tighten the tolerance, or replace it by its mean";
 }
 
 std::optional<std::string> unseen_error_note(const Program& program) {
@@ -45,16 +45,16 @@ std::optional<std::string> unseen_error_note(const Program& program) {
   }
   if (count == 0) return std::nullopt;
   if (count > kMost) text += " and " + std::to_string(count - kMost) + " more";
-  return "erk8 does not see its error where a rate depends on time alone, and so in " + text +
-         " and what depends on it: take erk6 or another method";
+  return "erk8 does not estimate its error where a rate depends on time alone, and so in " + text +
+         " and what depends on it: use erk6 or another method";
 }
 
 std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative) {
   constexpr double kOpen = 1e-3, kTimesTolerance = 3.0;
   if (!energy.done || !(energy.relative > std::max(kOpen, kTimesTolerance * relative))) return std::nullopt;
-  return "the energy balance is open by " + number_text(100.0 * energy.relative, 2) +
-         " %: the run is less accurate than its tolerance, or a law makes or swallows energy; a smaller relative "
-         "tolerance tells which";
+  return "the energy balance is off by " + number_text(100.0 * energy.relative, 2) +
+         " %: the run is less accurate than its tolerance, or a law creates or absorbs energy; a smaller relative "
+         "tolerance shows which";
 }
 
 std::optional<std::string> negative_start_note(const Program& program, const std::vector<double>& x) {
@@ -65,13 +65,13 @@ std::optional<std::string> negative_start_note(const Program& program, const std
     const double start = x[static_cast<std::size_t>(state - program.state_names.begin())];
     if (start < 0.0)
       return "a law divides by " + relation.text + ", which is negative at the start (" + number_text(start, 4) +
-             "): where that is a volume or a distance, the run is beyond the end of its law";
+             "): if this is a volume or a distance, the run is outside the domain of its law";
   }
   return std::nullopt;
 }
 
 std::string spent_mode_words(const SpentMode& mode) {
-  return "higher orders would be unstable for a mode of " + number_text(mode.frequency, 2) +
+  return "higher orders would be unstable for an eigenmode of " + number_text(mode.frequency, 2) +
          " rad per unit of time, which dies out in " + number_text(1.0 / mode.damping, 1);
 }
 

@@ -18,7 +18,7 @@ std::optional<std::string> quiet_states_note(const Tolerances& tolerances, const
 /// @param frequency  of the fastest source; @param span  of the scene, in which @p steps were made.
 std::optional<std::string> fast_sources_note(double frequency, double span, std::uint64_t steps);
 
-/// The energy balance is open by more than the tolerance explains.
+/// The energy balance is off by more than the tolerance explains.
 std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative);
 
 /// A law that divides by a state which is negative at the start: a volume or a distance had better not be.

@@ -262,7 +262,7 @@ class ScenePreparation {
       }
       problem("BG132", "parameters depend on each other: " + chain + model_.parameters[cycle.front()].name, {},
               "give one of them a value that does not refer to the others",
-              "an override takes the place of the value that it overrides");
+              "an override replaces the value in the model");
       problems_.back().notes = std::move(notes);
     }
     stop_if_wrong();
@@ -333,9 +333,9 @@ class ScenePreparation {
     const std::string name = port_name(owner, at.port) + ".";
     problem("BG183",
             "the initial value " + name + initial_letter(owner, true) + " = " + number_text(at.value, 6) +
-                " does not say what " + in_quotes(owner.name) + " holds: " + found.fault,
+                " does not determine what " + in_quotes(owner.name) + " holds: " + found.fault,
             initial_[key(element, at.port)].place, "give " + name + initial_letter(owner, false) + " instead",
-            "an initial effort or flow stands for what is stored where the law of the store can be inverted");
+            "an initial effort or flow determines what is stored if the law of the store can be inverted");
   }
 
   void prepare_times(const Scene& scene) {
@@ -365,7 +365,7 @@ class ScenePreparation {
             order || !place.node.valid() ? scene.stop_place : place, times.help);
   }
 
-  /// None if one of them is no number, which is reported.
+  /// None if one of them is not a number, which is reported.
   std::optional<PreparedTimes> output_times(const Scene& scene, double start, double stop) {
     if (scene.interval.valid()) {
       const auto interval = number(scene.interval, "\"interval\"", scene.interval_place);
@@ -388,7 +388,7 @@ class ScenePreparation {
     if (scene.outputs.empty()) {
       for (std::size_t i = 0; i < model_.outputs.size(); ++i) inputs_.outputs.push_back(i);
       if (model_.outputs.empty())
-        warn("BG149", "the model " + in_quotes(model_.name) + " has no outputs: its trace holds the times only", head(),
+        warn("BG149", "the model " + in_quotes(model_.name) + " has no outputs: its trace has only the times", head(),
              "add \"outputs\": { \"x\": \"spring.q\" }, say");
       return;
     }
@@ -418,15 +418,15 @@ class ScenePreparation {
     const std::string method = "the method " + in_quotes(facts.name);
     const std::optional<Place> place = overrides_.method ? std::nullopt : std::optional(scene.method_place);
     if (facts.fixed_step() && !step)
-      problem("BG146", method + " takes steps of one length, which is not given", place,
+      problem("BG146", method + " needs a fixed step, which is not given", place,
               "give the step in units of t: \"step\": 1e-3 in the scene, or --step 1e-3");
     if (!facts.fixed_step() && step)
       problem("BG146", method + " chooses its steps by the tolerances; a step cannot be given", place,
-              "leave the step out, or take euler, implicit_euler, rk4 or verlet");
+              "remove the step, or use euler, implicit_euler, rk4 or verlet");
     if (step && !(*step > 0.0 && std::isfinite(*step)))
       problem("BG146", "the step must be a finite number greater than 0", place);
     if (max_order && facts.most_order == 0)
-      problem("BG146", method + " is of one order; it cannot be limited", place, "leave out the order's limit");
+      problem("BG146", method + " has a fixed order, which cannot be limited", place, "remove the limit of the order");
     else if (max_order && (*max_order < 1 || *max_order > facts.most_order))
       problem("BG146", "the order of " + method + " is limited to 1 to " + std::to_string(facts.most_order), place);
     inputs_.step = step.value_or(0.0);
@@ -457,11 +457,11 @@ class ScenePreparation {
                 "a store takes energy in as it fills: its capacitance or inertance is not 0");
       } else if ((element.kind == ElementKind::capacitor || element.kind == ElementKind::inertia) && *value < 0.0) {
         warn("BG180", what + " is " + number_text(*value, 6) + ": the store is unstable", element.coefficient_place,
-             "check the sign, if it is not meant (a linearised inverted pendulum has such a spring)",
-             "a store of less than 0 gives energy off as it fills");
+             "if this is not intended, check the sign (a linearised inverted pendulum has such a spring)",
+             "a negative store gives off energy as it fills");
       } else if (element.kind == ElementKind::resistor && *value < 0.0) {
         warn("BG148", what + " is " + number_text(*value, 6) + ": the element is active", element.coefficient_place,
-             "check the sign, if it is not meant to supply power", "a resistance of less than 0 supplies power");
+             "if it should not supply power, check the sign", "a negative resistance supplies power");
       }
     }
   }

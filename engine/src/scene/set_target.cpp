@@ -36,7 +36,7 @@ std::string help_for_element(const Model& model, const Element& element) {
   for (std::size_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
     names.push_back(port_name(element, port) + "." + letter(stored_variable(element.kind)));
   if (names.empty()) return "give its value a name among \"parameters\", and set that";
-  return "what can be set of it: " + list_of(names, " or ", 6);
+  return "these can be set: " + list_of(names, " or ", 6);
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ UnknownTarget unknown_target_words(const Model& model, const std::string& name) 
     if (dot != std::string::npos && element.name == name.substr(0, dot)) owner = &element;
   }
   if (owner != nullptr)
-    return {in_quotes(name) + " is no initial value of the element " + in_quotes(owner->name),
+    return {in_quotes(name) + " is not an initial value of the element " + in_quotes(owner->name),
             help_for_element(model, *owner)};
   for (const Output& output : model.outputs)
     if (output.name == name)

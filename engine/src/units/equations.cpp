@@ -28,7 +28,7 @@ UnitForm bond_form(const UnitEquations& equations, BondId bond, Variable wanted)
 struct Part {
   UnitForm form;
   bool pure = false;      ///< a number or a function's value, whatever it is computed from
-  bool number = false;    ///< a number stands in it as a factor, which may carry a unit
+  bool number = false;    ///< it has a number as a factor, which may carry a unit
   bool nameless = false;  ///< made of numbers and t only
   bool adapts = false;    ///< takes the unit that is wanted
   bool free = false;      ///< has no unit of its own even as a factor
@@ -117,7 +117,7 @@ class UnitBuilder {
           instead != nullptr ? instead->second : parameter.place);
   }
 
-  /// Outputs come last: where one contradicts what the model is made of, it is the one to be told of.
+  /// Outputs come last: where one contradicts what the model is made of, it is the one to be reported.
   void outputs() {
     for (std::uint32_t i = 0; i < model_.outputs.size(); ++i) {
       const Output& output = model_.outputs[i];
@@ -274,7 +274,7 @@ class UnitBuilder {
 
   // --- expressions
 
-  /// What an expression's unit is, with equations for what stands in it.
+  /// What an expression's unit is, with equations for its parts.
   Part expression(const UnitSite& site, ExprId root, const Place& place) {
     if (!root.valid()) return {{}, false, false, false, true, true};
     const auto none = [](std::uint32_t) -> const Part& { throw std::logic_error("a name has no arguments"); };
@@ -475,7 +475,7 @@ class UnitBuilder {
   static constexpr std::size_t kLongest = 12;
   // Steps that equations are put behind others: what says most of a quantity goes first, so that a contradiction shows
   // in what says least.
-  static constexpr std::uint32_t kInside = 5;   ///< what stands inside of an expression
+  static constexpr std::uint32_t kInside = 5;   ///< parts of an expression
   static constexpr std::uint32_t kFitted = 20;  ///< a resistor's law
   static constexpr std::uint32_t kScaled = 30;  ///< an output in mm or L/min, which wishes rather than knows
 

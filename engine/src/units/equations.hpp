@@ -35,7 +35,7 @@ struct UnitEquation {
   UnitSite site;
   Op operation = Op::add;
   ExprId left, right;
-  UnitForm left_form;  ///< what `left` stands for; right is what makes the equation hold
+  UnitForm left_form;  ///< meaning of `left`; right makes the equation hold
   std::string name;    ///< kinds value and quotient: the left side in words
   Place place;
 };

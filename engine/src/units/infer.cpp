@@ -133,7 +133,7 @@ class UnitInference {
     d.situation = "the unit \"" + text + "\" of " + what + " \"" + name + "\" is not understood: " + parsed.fault;
     const Document& file = (*model_.sources)[place.document.index()];
     d.place = file.place_in_string(place.node, parsed.begin, std::max(parsed.end, parsed.begin + 1));
-    d.rule = "what is not understood is kept as it is, and not checked";
+    d.rule = "units that are not understood are kept, but not checked";
     d.help = parsed.help.empty()
                  ? "units are written as \"N m\", \"J/(kg K)\", \"m^3/s\", \"kPa\", pure numbers as \"1\""
                  : parsed.help;

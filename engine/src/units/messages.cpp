@@ -1,7 +1,8 @@
 // What contradicting units say in words.
 //
-// One mistake makes many equations fail. Contradictions that rest on one equation are therefore told together: if it is
-// a unit that the model gives, that unit is named with all that speaks against it; else the first of them is told.
+// One mistake makes many equations fail. Contradictions that rest on one equation are therefore reported together: if
+// it is a unit that the model gives, that unit is named with the evidence against it; else the first of them is
+// reported.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -19,10 +20,11 @@ namespace {
 
 constexpr std::size_t kMostNotes = 6;
 constexpr std::size_t kMostOperands = 8;
-constexpr std::size_t kMostTrials = 5;  ///< units left out to see whether they are to blame; each solves all anew
+constexpr std::size_t kMostTrials = 5;  ///< units left out to see whether they are the cause; each solves all again
 constexpr std::size_t kLongestText = 72;
 constexpr const char* kEqualUnits =
-    "both sides of an equation, and whatever is added or compared, have one unit; numbers are used as they are written";
+    "the sides of an equation, and terms that are added or compared, have one unit; numbers are used as they are "
+    "written";
 constexpr const char* kPureNumbers =
     "only powers, roots and abs, min, max, hypot, mod, ssqrt take quantities with a unit";
 
@@ -47,7 +49,7 @@ class UnitWords {
     const std::string left = !own_text.empty() ? " is in " + own_text : left_unit ? is(left_unit) : " is in one unit";
     const std::string right = right_unit ? is(right_unit) : " is in another";
     switch (e.kind) {
-      case UnitEquation::Kind::given:  // these come first: what contradicts them is told
+      case UnitEquation::Kind::given:  // these come first: contradictions to them are reported
         return support(e, left_unit);
       case UnitEquation::Kind::value: {
         const bool own = e.site.kind == UnitSite::Kind::parameter || e.site.kind == UnitSite::Kind::signal;
@@ -314,7 +316,7 @@ class UnitJudge {
     for (const std::uint32_t number : c.equations)
       if (!is_given(number)) told_.insert(number);
   }
-  /// Whether it rests on an equation that has been told to be in question.
+  /// Whether it rests on an equation that has been reported as doubtful.
   [[nodiscard]] bool follows(const UnitContradiction& c) const {
     return std::any_of(c.equations.begin(), c.equations.end(), [&](std::uint32_t n) { return told_.contains(n); });
   }
@@ -419,7 +421,7 @@ class UnitJudge {
     d.help =
         instead_ ? "all of them hold if it is" + words_.is(instead_).substr(3) : "all of them hold without this unit";
     if (instead_ && same_dimension(*instead_, *sides(suspect).left))
-      d.help += "; conversions are written out, as " + conversion(*instead_, *sides(suspect).left);
+      d.help += "; conversions are explicit, as " + conversion(*instead_, *sides(suspect).left);
     emit(std::move(d));
   }
 
@@ -448,21 +450,21 @@ class UnitJudge {
     if (same_dimension(*s.left, *s.right)) {
       const bool sides_are_written = e.kind == UnitEquation::Kind::value || e.kind == UnitEquation::Kind::sum;
       if (sides_are_written)
-        return "conversions are written out: multiply what is in " + right + " by " + conversion(*s.left, *s.right);
+        return "conversions are explicit: multiply what is in " + right + " by " + conversion(*s.left, *s.right);
       return "they differ by the factor " + number_text(std::exp(std::abs(ratio.log_scale)), 6) +
-             ": somewhere among the notes a unit is not meant so; conversions are written out, as a parameter "
+             ": somewhere among the notes a unit is not meant so; conversions are explicit, as a parameter "
              "{ \"value\": 100000, \"unit\": \"Pa/bar\" }";
     }
     if (e.kind == UnitEquation::Kind::pure) return "divide by a quantity in " + right;
     std::string text = "the two differ by the factor " + unit_text(ratio);
     const Unit molar = *parse_unit("kg/mol").unit;
     if (same_dimension(ratio, molar) || same_dimension(ratio, power(molar, -1.0)))
-      return text + ", a molar mass: a molar quantity stands where a specific one is meant, or the reverse";
+      return text + ", a molar mass: a molar quantity is used instead of a specific one, or the reverse";
     if (same_dimension(ratio, second()) || same_dimension(ratio, power(second(), -1.0)))
-      return text + ": a rate stands where an amount is meant, or the reverse";
+      return text + ": a rate is used instead of an amount, or the reverse";
     if (const auto number = factor(e.right))
       return text + "; beside quantities a number is a pure number: if " + number_text(*number, 6) +
-             " stands for a quantity, make it a parameter in " + unit_text(ratio);
+             " represents a quantity, make it a parameter in " + unit_text(ratio);
     return text;
   }
 
@@ -504,7 +506,7 @@ Diagnostic no_power(const Model& model, const BondGraph& graph, const UnitEquati
   d.code = "BG163";
   d.situation = "bond \"" + model.bonds[bond].name + "\" and those it shares a junction with have efforts in " +
                 name(effort) + " and flows in " + name(flow) + ": their product, in " + name(effort * flow) +
-                ", is no power";
+                ", is not a power";
   d.place = model.bonds[bond].place;
   std::set<std::uint32_t> noted;
   for (const std::uint32_t variable : {2 * region, 2 * region + 1})

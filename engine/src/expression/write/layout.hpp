@@ -9,7 +9,7 @@
 
 namespace bgsim {
 
-/// How strongly an operator binds what stands beside it, weakest first. The parser and the writers share it.
+/// How strongly an operator binds its operands, weakest first. The parser and the writers share it.
 enum class Binding : std::uint8_t {
   none,
   either,      ///< or

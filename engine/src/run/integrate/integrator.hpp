@@ -24,7 +24,7 @@ class Integrator {
   Integrator(const Integrator&) = delete;
   Integrator& operator=(const Integrator&) = delete;
 
-  /// Starts anew at (t, x) with the modes as they are, towards @p limit. False if the equations cannot be evaluated
+  /// Reinitializes at (t, x) with the modes as they are, towards @p limit. False if the equations cannot be evaluated
   /// there: the evaluator's fault tells.
   virtual bool restart(double t, const double* x, double limit) = 0;
   /// One step, not beyond the limit. False if there is none: failure() tells.

@@ -83,8 +83,8 @@ Diagnostic not_separable_failure(const Program& program, const NotSeparable& obs
     diagnostic.notes.push_back({std::nullopt, "the graph is not lossless: it has " + names});
   }
   diagnostic.rule =
-      "Störmer-Verlet moves one half of the states by the other half alone, as in separable, lossless graphs";
-  diagnostic.help = "take another method: auto, or rk4 if the steps shall be of one length";
+      "Störmer-Verlet needs two groups of states, each driven by the other only, as in separable, lossless graphs";
+  diagnostic.help = "use another method: auto, or rk4 for fixed steps";
   return diagnostic;
 }
 

@@ -15,7 +15,7 @@ namespace bgsim {
 /// causality these are the momenta and the displacements; gyrators may mix them.
 using Halves = std::vector<bool>;
 
-/// What stands in the way.
+/// What prevents it.
 struct NotSeparable {
   std::size_t state = 0, other = 0;  ///< the rate of `state` depends on `other`, which is itself or of the same half
   std::vector<std::string> losses;   ///< names of the resistors (R, RR)

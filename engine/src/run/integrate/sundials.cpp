@@ -99,7 +99,7 @@ void SolverMessages::capture(int code, const char* /*module*/, const char* /*fun
 std::string cvode_words(int flag) {
   switch (flag) {
     case CV_TOO_MUCH_ACC:
-      return "more accuracy was asked for than double precision can give";
+      return "the tolerance is beyond double precision";
     case CV_ERR_FAILURE:
       return "the estimated error stayed too large however small the step";
     case CV_CONV_FAILURE:
@@ -126,7 +126,7 @@ std::string cvode_words(int flag) {
 std::string arkode_words(int flag) {
   switch (flag) {
     case ARK_TOO_MUCH_ACC:
-      return "more accuracy was asked for than double precision can give";
+      return "the tolerance is beyond double precision";
     case ARK_ERR_FAILURE:
       return "the estimated error stayed too large however small the step";
     case ARK_CONV_FAILURE:
@@ -152,7 +152,7 @@ std::string arkode_words(int flag) {
 std::string ida_words(int flag) {
   switch (flag) {
     case IDA_TOO_MUCH_ACC:
-      return "more accuracy was asked for than double precision can give";
+      return "the tolerance is beyond double precision";
     case IDA_ERR_FAIL:
       return "the estimated error stayed too large however small the step";
     case IDA_CONV_FAIL:

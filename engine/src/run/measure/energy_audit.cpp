@@ -71,7 +71,7 @@ EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, bool 
       energy_before_(program.energy_roles.size()),
       energy_after_(program.energy_roles.size()) {
   if (!wanted) why_not_ = "switched off";
-  if (wanted && program.energy_roles.empty()) why_not_ = "no element of what is run turns over energy";
+  if (wanted && program.energy_roles.empty()) why_not_ = "no element of the run exchanges energy";
   const std::size_t ports = program.first_displacement.empty() ? 0 : program.first_displacement.back();
   displaced_before_.resize(ports);
   displaced_after_.resize(ports);

@@ -99,7 +99,7 @@ std::vector<std::optional<std::size_t>> pair_columns(const Model& model, const s
   for (const auto& [output, column] : reference.columns) {
     if (position(outputs, output) == outputs.size()) {
       fail(model, reference, "BG152",
-           "the scene has no output \"" + short_name(output) + "\" to be held against a reference",
+           "the scene has no output \"" + short_name(output) + "\" to compare with a reference",
            "\"columns\" maps outputs of the scene to columns of the reference",
            "add it to the model's outputs, or leave it out here");
     }
@@ -120,7 +120,7 @@ std::vector<std::optional<std::size_t>> pair_columns(const Model& model, const s
   if (!any) {
     fail(model, reference, "BG152",
          "no output of the scene is a column of reference \"" + short_name(reference.file) + '"',
-         "outputs are held against columns of the same name", "map them by \"columns\": { \"output\": \"column\" }");
+         "outputs are compared with columns of the same name", "map them by \"columns\": { \"output\": \"column\" }");
   }
   return pairs;
 }
@@ -134,7 +134,7 @@ bool ReferenceCheck::ok() const {
 void check_reference(const Model& model, const std::string& path, const Reference& reference,
                      const ReadOptions& options) {
   if (may_be_named(reference.file, with_folder_of(path, options))) return;
-  fail(model, reference, "BG170", "the reference \"" + reference.file + "\" lies outside of the model's folder",
+  fail(model, reference, "BG170", "the reference \"" + reference.file + "\" is outside the model's folder",
        kOutsideRule, kOutsideHelp);
 }
 

@@ -95,7 +95,7 @@ bool EventWatch::changes_mode(std::size_t guard, int side) const {
   return side != mode;  // sign
 }
 
-/// Undecided guards that moved the way their mode stands anyway.
+/// Undecided guards that moved to the side of their mode.
 void EventWatch::decide(const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (side_[i] == 0 && values[i] != 0.0) side_[i] = sign_of(values[i]);

@@ -14,7 +14,7 @@
 namespace bgsim {
 
 /// Watches the guards of a run on the dense output. A guard has crossed when it is on the other side of zero than the
-/// mode stands for; a guard that is exactly zero at a start is undecided until it moves.
+/// mode means; a guard that is exactly zero at a start is undecided until it moves.
 class EventWatch {
  public:
   /// @param hold  whether signs of resistors may be held at their border (see Stiction).
@@ -78,7 +78,7 @@ class EventWatch {
   Stiction stiction_;
   std::vector<std::size_t> relation_;  ///< by guard
   std::vector<bool> border_;           ///< by guard: of a floor or table cell
-  std::vector<int> side_;              ///< by guard: where the mode stands; 0 undecided
+  std::vector<int> side_;              ///< by guard: side of its mode; 0 undecided
   std::vector<double> hold_;           ///< by guard: not seen as crossed up to this size; see take_across
   std::vector<bool> idle_;             ///< by guard: beyond the last border, nothing left to change
   std::vector<bool> just_crossed_;     ///< by guard

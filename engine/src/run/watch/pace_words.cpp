@@ -70,7 +70,7 @@ Diagnostic slow_run_remark(const Program& program, const PaceFacts& facts) {
   remark.code = "BG616";
   remark.situation = "the run is slow: " + pace_text(facts);
   remark.help =
-      "leave out what moves so fast, choose another method, or loosen the tolerance; a limit of time keeps "
+      "remove the fast motion, choose another method, or loosen the tolerance; a limit of time keeps "
       "what is computed until then";
   return with_limit(std::move(remark), program, facts);
 }
@@ -79,12 +79,9 @@ Diagnostic endless_run_failure(const Program& program, const PaceFacts& facts, d
   Diagnostic failure;
   failure.severity = Severity::error;
   failure.code = "BG617";
-  failure.situation = "the run was ended, since it would take too long: " + pace_text(facts);
-  failure.rule =
-      "a run that keeps a steady pace at which it takes more than " + duration_words(longest_run) + " is ended";
-  failure.help =
-      "leave out what moves so fast, or choose another method; bgsim run --no-time-limit lets it go on all the "
-      "same";
+  failure.situation = "the run was ended, because it would take too long: " + pace_text(facts);
+  failure.rule = "a run at a steady pace that would take more than " + duration_words(longest_run) + " is ended";
+  failure.help = "remove the fast motion, or choose another method; bgsim run --no-time-limit lets it go on";
   return with_limit(std::move(failure), program, facts);
 }
 

@@ -113,7 +113,8 @@ class PulseSearch {
     moving_ = drop_still(std::exchange(still_, {}));
     while (!moving_.empty()) {
       if (length(moving_) + length(settled_) > kLargestPart * span_) return false;
-      if (evaluations_ + kParts * moving_.size() > kMostCells) break;  // the rest is told as coarsely as it is known
+      if (evaluations_ + kParts * moving_.size() > kMostCells)
+        break;  // the rest is reported as coarsely as it is known
       refine();
     }
     settled_.insert(settled_.end(), moving_.begin(), moving_.end());

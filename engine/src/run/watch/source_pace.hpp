@@ -35,8 +35,8 @@ struct SourcePlan {
   std::vector<double> edges;
   /// About how many times in a unit of time the fastest source goes up and down; 0 if all are slower than the scene.
   double frequency = 0.0;
-  /// No longer step may be made, lest it pass over the part of a period in which something happens; 0: any. A source
-  /// that would take more than a million steps that way is sampled, and a note says so.
+  /// No longer step may be made, so that it cannot pass over the part of a period in which something happens; 0: any. A
+  /// source that would take more than a million steps that way is sampled, and a note says so.
   double longest_step = 0.0;
 
   [[nodiscard]] std::optional<double> next_edge(double t) const;
