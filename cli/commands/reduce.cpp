@@ -39,10 +39,9 @@ struct ReduceArguments {
 ReduceArguments parse_reduce(const Arguments& arguments) {
   ReduceArguments options;
   CLI::App app(
-      "Cuts out of a model what a scene does not require: the least active elements first, as long as no output of\n"
-      "the scene strays further from the full model's than allowed. Writes what remains as an ordinary model, with "
-      "the\n"
-      "full model's trace beside it as its reference.",
+      "Removes elements that a scene does not require, the least active first, as long as the error of every output\n"
+      "stays within --error. Writes the rest as an ordinary model, with the trace of the full model beside it as its\n"
+      "reference.",
       "bgsim reduce");
   app.add_option("model.json", options.file, "the model")->required();
   add_read_options(app, options.reading);

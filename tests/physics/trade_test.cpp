@@ -196,7 +196,7 @@ TEST_CASE("an output that is zero except for rounding is not judged, and prevent
   const CompiledModel model = compile_text(discharge("c.q - exp(-t)"));
   const Trade trade = trade_of(model, 5.0);
   CHECK(trade.outputs[0].judged());
-  CHECK_THAT(trade.outputs[1].why_not, Contains("not told from zero"));
+  CHECK_THAT(trade.outputs[1].why_not, Contains("not distinguishable from zero"));
   CHECK_FALSE(trade.outputs[1].unresolved);
   CHECK(pick_row(trade, 1e-4));
   TradeOptions options;
@@ -251,5 +251,5 @@ TEST_CASE("what cannot be measured is refused with the reason") {
   std::string nothing_moves = oscillator("0.2");
   nothing_moves.replace(nothing_moves.find("\"q\": 1 }"), 8, "\"q\": 0 }");
   CHECK_THAT(words(nothing_moves, 1e-3), Contains("BG611 no output of the scene moves"));
-  CHECK_THAT(words(oscillator("0.2"), 1e-15), Contains("BG612 the accuracy 1e-15 cannot be told"));
+  CHECK_THAT(words(oscillator("0.2"), 1e-15), Contains("BG612 the accuracy 1e-15 cannot be verified"));
 }

@@ -59,7 +59,7 @@ class Reducer {
     if (inputs_.outputs.empty())
       refuse("BG710", "the scene \"" + inputs_.scene + "\" records no outputs, so nothing can be in error",
              "a model is reduced to what the outputs of a scene require",
-             "add \"outputs\" to the model: what you want to know of it");
+             "add \"outputs\" to the model: the quantities to record");
     std::vector<std::string> names;
     for (const Element& element : full_.model().elements) names.push_back(element.name);
     for (const std::string& name : options_.keep)
@@ -72,10 +72,10 @@ class Reducer {
     if (!(options_.error >= kClear * inputs_.relative))
       refuse("BG711",
              "an error of " + number_text(options_.error, 3) +
-                 " cannot be told from the solver's own at the relative tolerance " + number_text(inputs_.relative, 3) +
-                 " of the scene \"" + inputs_.scene + "\"",
+                 " cannot be distinguished from the solver's own at the relative tolerance " +
+                 number_text(inputs_.relative, 3) + " of the scene \"" + inputs_.scene + "\"",
              "the error allowed must be ten times the relative tolerance or more",
-             "ask for a larger error, or give the scene a smaller \"relative\"");
+             "allow a larger error, or give the scene a smaller \"relative\"");
   }
 
   /// As `bgsim run` does it, without the audit.

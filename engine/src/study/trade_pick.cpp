@@ -145,7 +145,7 @@ class Search {
     const TradeReference& facts = reference_.facts;
     const bool unresolved = !facts.unresolved.empty();
     diagnostic.situation =
-        "the accuracy " + number_text(accuracy_, 3) + " cannot be told: the best reference, " +
+        "the accuracy " + number_text(accuracy_, 3) + " cannot be verified: the best reference, " +
         setting_flags(facts.setting) + ", differs from " + setting_flags(facts.second) + " by " +
         (unresolved ? "as much as \"" + facts.unresolved + "\" varies" : number_text(facts.error, 2));
     diagnostic.rule = "what is measured must be larger than what it is measured with";

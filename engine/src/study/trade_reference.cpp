@@ -74,7 +74,7 @@ double compare(const Trace& trace, const Trace& second, const Zeros& zeros, std:
     if (zeros[c]) {
       output.why_not = "zero throughout";
     } else if (output.range <= kNoise * difference[c]) {
-      output.why_not = "not told from zero: two tight runs differ by as much as it varies";
+      output.why_not = "not distinguishable from zero: two tight runs differ by as much as it varies";
       output.unresolved = true;
     } else {
       output.reference = difference[c] / output.range;
