@@ -9,7 +9,6 @@
 #include "base/stopwatch.hpp"
 
 namespace bgsim {
-namespace {
 
 /// A value that is made when it is first asked for. Others wait; where it cannot be made, each one is told why.
 template <class Value>
@@ -26,6 +25,8 @@ class Lazy {
   std::mutex mutex_;
   std::optional<Value> value_;
 };
+
+namespace {
 
 /// Calls @p work and appends its wall time.
 template <class Work>
