@@ -29,7 +29,7 @@ struct EngineMotion {
     std::vector<std::string> sources;
     for (const Parameter& parameter : p.model->parameters) sources.push_back(parameter.name);
     const std::vector<double> zero(p.system.states.size());
-    const Linearization l = linearize(*p.model, p.system, p.order, p.inputs, 0.0, zero, sources);
+    const Linearization l = linearize(p.model, p.system, p.order, p.inputs, 0.0, zero, sources);
     a = matrix(l.a, l.states, l.states);
     b = matrix(l.b, l.states, l.inputs);
     c = matrix(l.c, l.outputs, l.states);

@@ -68,7 +68,7 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 
 Linearization linear_at(const Stages& stages, const RunInputs& inputs, double t, const std::vector<double>& x,
                         const std::vector<std::string>& parameters) {
-  return linearize(*stages.model, stages.system, stages.order, inputs, t, x, parameters);
+  return linearize(stages.model, stages.system, stages.order, inputs, t, x, parameters);
 }
 
 Linearization linear(const Stages& stages, const std::string& scene, const std::vector<std::string>& inputs,

@@ -131,8 +131,8 @@ struct Linearization {
 };
 /// Exact partial derivatives of the expressions, loops eliminated. Dense: for systems up to some thousand states.
 /// @throws ModelError BG406 unknown input parameter; BG407 the linearization is singular or not finite at this point.
-Linearization linearize(const Model& model, const EquationSystem& system, const BlockOrder& order,
-                        const RunInputs& inputs, double t, std::span<const double> x,
+Linearization linearize(const std::shared_ptr<const Model>& model, const EquationSystem& system,
+                        const BlockOrder& order, const RunInputs& inputs, double t, std::span<const double> x,
                         const std::vector<std::string>& input_parameters);
 
 }  // namespace bgsim

@@ -14,6 +14,19 @@ using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowM
   throw ModelError({{Severity::error, code, std::move(situation), {}, {}, {}, std::move(help)}}, model.sources);
 }
 
+std::string words_of(const Fault& fault) {
+  switch (fault.kind) {
+    case Fault::Kind::loop_singular:
+      return fault.target + " is singular";
+    case Fault::Kind::loop_no_convergence:
+      return fault.target + " has no solution";
+    case Fault::Kind::outside_table:
+      return "a table is read outside its data: " + fault.what;
+    default:
+      return fault.what + " is not a finite number";
+  }
+}
+
 /// Values of all nodes of a pool that some roots need, at one point.
 class PointValues {
  public:
@@ -49,20 +62,20 @@ class PointValues {
 
 }  // namespace
 
-Linearization linearize(const Model& model, const EquationSystem& system, const BlockOrder& order,
-                        const RunInputs& inputs, double t, std::span<const double> x,
+Linearization linearize(const std::shared_ptr<const Model>& model, const EquationSystem& system,
+                        const BlockOrder& order, const RunInputs& inputs, double t, std::span<const double> x,
                         const std::vector<std::string>& input_parameters) {
   // The point: loops solved by the evaluator.
   CompileOptions options;
   options.energies = false;
-  const Program program = compile(std::make_shared<const Model>(model), system, order, options);
+  const Program program = compile(model, system, order, options);
   Evaluator evaluator(program, inputs.parameters);
   std::vector<double> rates(system.states.size());
   std::vector<std::string> found;
   if (!evaluator.initialize_modes(t, x.data()) || !evaluator.explore_loops(t, x.data(), found) ||
       !evaluator.rates(t, x.data(), rates.data()))
-    fail(model, "BG407", "the system cannot be linearized here: " + evaluator.fault().what,
-         "choose a point at which " + evaluator.fault().target + " is defined");
+    fail(*model, "BG407", "the system cannot be linearized here: " + words_of(evaluator.fault()),
+         "choose a point at which " + evaluator.fault().target + " has a value");
 
   // Columns: states, tears, inputs.
   std::unordered_map<SymbolId, Eigen::Index> column;
@@ -88,12 +101,12 @@ Linearization linearize(const Model& model, const EquationSystem& system, const 
   const auto m = static_cast<Eigen::Index>(residuals.size());
   for (const std::string& name : input_parameters) {
     bool known = false;
-    for (std::size_t i = 0; i < model.parameters.size(); ++i) {
-      if (model.parameters[i].name != name) continue;
+    for (std::size_t i = 0; i < model->parameters.size(); ++i) {
+      if (model->parameters[i].name != name) continue;
       column[system.parameters[i]] = columns++;
       known = true;
     }
-    if (!known) fail(model, "BG406", "there is no parameter \"" + name + "\" to serve as input", "name a parameter");
+    if (!known) fail(*model, "BG406", "there is no parameter \"" + name + "\" to serve as input", "name a parameter");
   }
 
   ExprPool pool = order.pool;
@@ -112,8 +125,16 @@ Linearization linearize(const Model& model, const EquationSystem& system, const 
   Matrix others(m, n + k);
   others << of_loops.leftCols(n), of_loops.rightCols(k);
   Matrix tears_by_others(m, n + k);
+  const auto check_finite = [&](const Matrix& values_there) {
+    if (!values_there.allFinite())
+      fail(*model, "BG407", "the system cannot be linearized here: a partial derivative is not finite",
+           "choose a point at which every law has a slope");
+  };
+  check_finite(of_loops);
+  // Not by full pivoting, which leaves out what is small beside the largest: loops may differ by any scale. That none
+  // is singular the evaluator has found.
   if (m > 0 && n + k > 0)
-    tears_by_others = -Eigen::FullPivLU<Eigen::MatrixXd>(of_loops.middleCols(n, m)).solve(Eigen::MatrixXd(others));
+    tears_by_others = -Eigen::PartialPivLU<Eigen::MatrixXd>(of_loops.middleCols(n, m)).solve(Eigen::MatrixXd(others));
   const auto eliminate = [&](const Matrix& of) {
     Matrix result(of.rows(), n + k);
     result << of.leftCols(n), of.rightCols(k);
@@ -121,9 +142,8 @@ Linearization linearize(const Model& model, const EquationSystem& system, const 
     return result;
   };
   const Matrix ab = eliminate(of_rates), cd = eliminate(of_outputs);
-  if (!ab.allFinite() || !cd.allFinite())
-    fail(model, "BG407", "the system cannot be linearized here: a partial derivative is not finite",
-         "choose a point at which every law has a slope");
+  check_finite(ab);
+  check_finite(cd);
 
   Linearization result;
   result.states = system.states.size();
