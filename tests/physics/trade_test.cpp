@@ -239,6 +239,7 @@ TEST_CASE("what cannot be measured is refused with the reason") {
     try {
       find_setting(model.program, model.inputs, accuracy, options);
     } catch (const TradeFailure& failure) {
+      CHECK(failure.what() == failure.diagnostic.code + ": " + failure.diagnostic.situation);
       return failure.diagnostic.code + " " + failure.diagnostic.situation;
     }
     return std::string();

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -85,8 +86,9 @@ struct TradeOptions {
 };
 
 /// Why there is no trade, or no pick: BG611.
-struct TradeFailure : std::exception {
-  explicit TradeFailure(Diagnostic what) : diagnostic(std::move(what)) {}
+struct TradeFailure : std::runtime_error {
+  explicit TradeFailure(Diagnostic why)
+      : std::runtime_error(why.code + ": " + why.situation), diagnostic(std::move(why)) {}
   Diagnostic diagnostic;
 };
 

@@ -173,7 +173,6 @@ class Reader {
   void parse_energy(std::size_t index, NodeId value);
   void parse_laws(std::size_t index, NodeId value);
   void parse_law(std::size_t index, NodeId value);
-  bool check_law_variables(std::size_t index, const Law& law, NodeId value);
   void warn_of_euler(std::size_t index, ExprId right, const Place& place);
   void parse_initial(std::size_t index, NodeId value);
   void parse_priority(std::size_t index, NodeId value);

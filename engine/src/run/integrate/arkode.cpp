@@ -148,8 +148,7 @@ class ArkodeIntegrator final : public OdeIntegrator {
   }
 
   bool failed(int flag) {
-    failure_.flag = flag;
-    failure_.words = arkode_words(flag);
+    failure_.words = arkode_words(flag, messages_.last_error);
     failure_.too_accurate = flag == ARK_TOO_MUCH_ACC;
     failure_.fault = faulted_;
     return false;

@@ -67,8 +67,7 @@ class CvodeIntegrator final : public OdeIntegrator {
     double reached = time_ / unit_;
     const int flag = CVode(cvode_.get(), limit_ / unit_, y_.get(), &reached, CV_ONE_STEP);
     if (flag < 0) {
-      failure_.flag = flag;
-      failure_.words = cvode_words(flag);
+      failure_.words = cvode_words(flag, messages_.last_error);
       failure_.too_accurate = flag == CV_TOO_MUCH_ACC;
       failure_.fault = faulted_;
       return false;

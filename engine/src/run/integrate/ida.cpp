@@ -68,8 +68,7 @@ class IdaIntegrator final : public Integrator {
     double reached = time_ / unit_;
     const int flag = IDASolve(ida_.get(), limit_ / unit_, &reached, y_.get(), rate_.get(), IDA_ONE_STEP);
     if (flag < 0) {
-      failure_.flag = flag;
-      failure_.words = ida_words(flag);
+      failure_.words = ida_words(flag, messages_.last_error);
       failure_.too_accurate = flag == IDA_TOO_MUCH_ACC;
       failure_.fault = faulted_;
       return false;

@@ -52,7 +52,6 @@ class Integrator {
   [[nodiscard]] std::size_t size() const { return size_; }
 
   struct Failure {
-    int flag = 0;
     std::string words;
     bool too_accurate = false;  ///< more than double precision gives
     bool fault = false;         ///< the equations could not be evaluated: last_fault() tells

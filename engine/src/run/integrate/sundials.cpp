@@ -12,6 +12,8 @@
 #include <cstdlib>
 #include <new>
 
+#include "bgsim/visible_text.hpp"
+
 namespace bgsim {
 
 void ContextDeleter::operator()(SUNContext context) const { SUNContext_Free(&context); }
@@ -31,6 +33,10 @@ Handle own(Raw raw) {
 }
 
 sunindextype index(std::size_t size) { return static_cast<sunindextype>(size); }
+
+std::string returned(const char* integrator, const char* flag, const std::string& own_text) {
+  return std::string(integrator) + " returned " + flag + (own_text.empty() ? "" : ": " + visible_line(own_text));
+}
 
 }  // namespace
 
@@ -96,7 +102,7 @@ void SolverMessages::capture(int code, const char* /*module*/, const char* /*fun
   if (code < 0) static_cast<SolverMessages*>(self)->last_error = text;
 }
 
-std::string cvode_words(int flag) {
+std::string cvode_words(int flag, const std::string& own_text) {
   switch (flag) {
     case CV_TOO_MUCH_ACC:
       return "the tolerance is beyond double precision";
@@ -118,12 +124,12 @@ std::string cvode_words(int flag) {
     default: {
       // The library allocates the name with malloc and hands it over.
       const std::unique_ptr<char, void (*)(void*)> name(CVodeGetReturnFlagName(flag), std::free);
-      return std::string("CVODE returned ") + name.get();
+      return returned("CVODE", name.get(), own_text);
     }
   }
 }
 
-std::string arkode_words(int flag) {
+std::string arkode_words(int flag, const std::string& own_text) {
   switch (flag) {
     case ARK_TOO_MUCH_ACC:
       return "the tolerance is beyond double precision";
@@ -144,12 +150,12 @@ std::string arkode_words(int flag) {
       return "the stretch of time is shorter than the resolution of the time itself";
     default: {
       const std::unique_ptr<char, void (*)(void*)> name(ARKStepGetReturnFlagName(flag), std::free);
-      return std::string("ARKODE returned ") + name.get();
+      return returned("ARKODE", name.get(), own_text);
     }
   }
 }
 
-std::string ida_words(int flag) {
+std::string ida_words(int flag, const std::string& own_text) {
   switch (flag) {
     case IDA_TOO_MUCH_ACC:
       return "the tolerance is beyond double precision";
@@ -167,7 +173,7 @@ std::string ida_words(int flag) {
       return "the equations could not be evaluated";
     default: {
       const std::unique_ptr<char, void (*)(void*)> name(IDAGetReturnFlagName(flag), std::free);
-      return std::string("IDA returned ") + name.get();
+      return returned("IDA", name.get(), own_text);
     }
   }
 }

@@ -81,9 +81,10 @@ struct SolverMessages {
   static void capture(int code, const char* module, const char* function, char* text, void* self);
 };
 
-/// A CVODE, ARKODE or IDA return flag in words: "the error test failed repeatedly or with the smallest step".
-std::string cvode_words(int flag);
-std::string arkode_words(int flag);
-std::string ida_words(int flag);
+/// A CVODE, ARKODE or IDA return flag in words: "the error test failed repeatedly or with the smallest step". A flag
+/// that a run is not known to end with is told by its name and SUNDIALS' own text.
+std::string cvode_words(int flag, const std::string& own_text);
+std::string arkode_words(int flag, const std::string& own_text);
+std::string ida_words(int flag, const std::string& own_text);
 
 }  // namespace bgsim
