@@ -133,10 +133,7 @@ TEST_CASE(
 
 TEST_CASE("a capacitor on a source follows it: its current is C du/dt") {
   const Pipeline p(model_text(R"~("elements": { "s": { "kind": "Se", "effort": "5*sin(3*t)" }, "j": { "kind": "0" },
-      "c": { "kind": "C", "capacitance": 0.2 }, "r": {
-  "kind" : "R", "resistance" : 10
-}
-},
+      "c": { "kind": "C", "capacitance": 0.2 }, "r": { "kind": "R", "resistance": 10 } },
     "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "c" }, { "from": "j", "to": "r" } ],
     "outputs": { "i": "s.f" }, )~" +
                               std::string(kScene)));
@@ -147,10 +144,9 @@ TEST_CASE("a capacitor on a source follows it: its current is C du/dt") {
 
 TEST_CASE("a capacitor on a stepping source is refused: a jump has no derivative") {
   try {
-    const Pipeline p(model_text(R"~("elements": { "s": { "kind": "Se", "effort": "step(t - 1)"
-  }
-  , "j" : {"kind" : "0"}, "c" : { "kind" : "C", "capacitance" : 0.2 }
-}, "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "c" } ], )~" +
+    const Pipeline p(model_text(R"~("elements": { "s": { "kind": "Se", "effort": "step(t - 1)" },
+      "j": { "kind": "0" }, "c": { "kind": "C", "capacitance": 0.2 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "c" } ], )~" +
                                 std::string(kScene)));
     FAIL("accepted");
   } catch (const ModelError& error) {
@@ -215,12 +211,10 @@ TEST_CASE("a loop of gain one is reported as singular, with its elements") {
 }
 
 TEST_CASE("a law's fault names the operator and its arguments' values") {
-  const Pipeline p(model_text(R"~("elements": { "c": { "kind": "C", "law": "e = sqrt(q)" }, "r": {
-  "kind" : "R", "resistance" : 2
-}
-},
+  const Pipeline p(
+      model_text(R"~("elements": { "c": { "kind": "C", "law": "e = sqrt(q)" }, "r": { "kind": "R", "resistance": 2 } },
     "bonds": [ { "from": "c", "to": "r" } ], "outputs": { "i": "r.f" }, )~" +
-                              std::string(kScene)));
+                 std::string(kScene)));
   Evaluator evaluator(p.program, p.inputs.parameters);
   const double q = -0.25;
   double rate = 0.0;
@@ -270,7 +264,7 @@ TEST_CASE("the linearization agrees with the evaluator's own Jacobian") {
                  std::string(kScene)));
   std::vector<double> x(p.system.states.size());
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = 0.3 + 0.2 * static_cast<double>(i);
-  const Linearization lin = linearize(*p.model, p.system, p.order, p.inputs, 0.0, x, {"F"});
+  const Linearization lin = linearize(p.model, p.system, p.order, p.inputs, 0.0, x, {"F"});
   const std::vector<double> j = jacobian_at(p, 0.0, x);
   REQUIRE(lin.a.size() == j.size());
   for (std::size_t i = 0; i < j.size(); ++i) CHECK(lin.a[i] == Approx(j[i]).epsilon(1e-12).margin(1e-13));

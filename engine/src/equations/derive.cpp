@@ -40,7 +40,6 @@ class Derivation {
 
  private:
   // --- symbols
-  // ---------------------------------------------------------------------------------------------------------
 
   SymbolId add_symbol(SystemSymbol::Kind kind, std::size_t index, std::string name) {
     system_.symbols.push_back({kind, static_cast<std::uint32_t>(index), std::move(name)});
@@ -159,7 +158,6 @@ class Derivation {
   }
 
   // --- equations
-  // -------------------------------------------------------------------------------------------------------
 
   /// Expressions made since the last call are this element's or signal's.
   void claim(Origin origin) { system_.origins.resize(system_.pool.size(), origin); }
@@ -347,7 +345,6 @@ class Derivation {
   }
 
   // --- energy
-  // ----------------------------------------------------------------------------------------------------------
 
   void add_energy(EnergyPart part) { system_.energy.push_back(std::move(part)); }
 
@@ -398,7 +395,6 @@ class Derivation {
   }
 
   // --- derivatives
-  // -----------------------------------------------------------------------------------------------------
 
   /// The total time derivative of an expression: an unknown whose equation is written once everything else is known.
   ExprId derivative_of(ExprId argument) {

@@ -150,7 +150,6 @@ class Compiler {
   }
 
   // --- partial derivatives
-  // ---------------------------------------------------------------------------------------------
 
   static constexpr std::uint32_t kNotWanted = std::numeric_limits<std::uint32_t>::max();
 
@@ -190,7 +189,6 @@ class Compiler {
   }
 
   // --- slots
-  // -----------------------------------------------------------------------------------------------------------
 
   void assign_slots() {
     const auto next = [this] { return static_cast<std::uint32_t>(program_.slot_expression.size()); };
@@ -246,7 +244,6 @@ class Compiler {
   }
 
   // --- routines
-  // --------------------------------------------------------------------------------------------------------
 
   /// Appends the instructions that @p roots need of levels in [lowest, highest] and that this routine does not have
   /// yet. What lies below is taken as done; constants and the parameters' part go to `once`.
@@ -464,7 +461,6 @@ class Compiler {
   }
 
   // --- sparsity
-  // --------------------------------------------------------------------------------------------------------
 
   static Sparsity pattern(std::size_t size, std::vector<std::pair<std::uint32_t, std::uint32_t>> column_row) {
     for (std::uint32_t i = 0; i < size; ++i) column_row.emplace_back(i, i);

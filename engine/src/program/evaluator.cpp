@@ -99,7 +99,6 @@ bool Evaluator::Impl::take(const Routine& routine, double* values, const char* w
 }
 
 // --- faults
-// --------------------------------------------------------------------------------------------------------------
 
 std::string Evaluator::Impl::text(ExprId expression) const {
   constexpr std::size_t kLongest = 160;
@@ -195,7 +194,6 @@ void Evaluator::Impl::fail_loop(std::size_t block, LoopOutcome outcome) {
 }
 
 // --- the public face
-// -------------------------------------------------------------------------------------------------------
 
 Evaluator::Evaluator(const Program& program, std::span<const double> parameters)
     : impl_(std::make_unique<Impl>(program, parameters)) {}

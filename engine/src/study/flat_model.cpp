@@ -97,7 +97,6 @@ class FlatWriter {
 
  private:
   // --- expressions
-  // -----------------------------------------------------------------------------------------------------
 
   /// What expressions say of cut elements: replaced, or nothing left to say.
   void replace_cut_variables(const BondGraph& graph) {
@@ -204,7 +203,6 @@ class FlatWriter {
   }
 
   // --- sections
-  // --------------------------------------------------------------------------------------------------------
 
   static void add_texts(Json& object, const std::string& unit, const std::string& about) {
     if (!unit.empty()) object["unit"] = unit;

@@ -1,12 +1,11 @@
 #include "bgsim/study.hpp"
 
-#include <array>
-#include <charconv>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
 
 #include "base/stopwatch.hpp"
+#include "base/text.hpp"
 
 namespace bgsim {
 
@@ -138,13 +137,11 @@ void Simulation::check(const RunInputs& inputs) const {
 
 Simulation Simulation::with(std::string_view name, double value) const {
   if (!overrides_) throw std::logic_error("a scene that was not asked for by its name takes no other values");
-  std::array<char, 32> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
   const std::string target = std::string(name) + '=';
   Simulation result = *this;
   std::vector<std::string>& set = result.overrides_->set;
   std::erase_if(set, [&](const std::string& before) { return before.starts_with(target); });
-  set.push_back(target + std::string(digits.data(), end));
+  set.push_back(target + shortest_number(value));
   result.inputs_ = prepare_scene(model(), inputs_.scene, *result.overrides_);
   check(result.inputs_);
   return result;
