@@ -45,7 +45,7 @@ struct BondGraph {
 /// Places the elements: gives every end of every bond its port.
 /// @throws ModelError BG201 port bonded twice, BG202 port without a bond, BG203 two-port whose ports the half-arrows do
 ///         not tell apart, BG204 element without bonds, BG205 bond from an element to itself. A graph of several
-///         unconnected parts is legal and is told by describe.
+///         unconnected parts is legal and is reported by describe.
 /// @throws std::invalid_argument  a bond's end is no port of its element: read_model lets no such model pass.
 /// @note Time O(B + E).
 BondGraph build_bond_graph(const Model& model);

@@ -1,6 +1,6 @@
-/// CausalGraph: one causal stroke per bond, and why it stands there.
+/// CausalGraph: one causal stroke per bond, with its reason.
 ///
-/// The stroke stands at the end of the bond at which effort is imposed on the element. Hence a 0-junction has exactly
+/// The stroke is at the end of the bond at which effort is imposed on the element. Hence a 0-junction has exactly
 /// one stroke at it; a 1-junction exactly one bond without a stroke at it; TF exactly one of its two; GY both or none;
 /// Se has its stroke at the far end, Sf at its own; C in integral causality at the far end; I at its own. (Karnopp,
 /// Margolis, Rosenberg: System Dynamics.)
@@ -17,7 +17,7 @@ namespace bgsim {
 
 enum class BondEnd : std::uint8_t { tail, head };
 
-/// Why a stroke stands where it stands.
+/// Reason for a stroke.
 enum class StrokeReason : std::uint8_t {
   source,          ///< `element` is a source
   one_way_law,     ///< the law of `element` can be used in this direction only
@@ -60,7 +60,7 @@ struct CausalGraph {
   std::vector<FreeChoice> free_choices;  ///< in order of assignment
   std::vector<Diagnostic> warnings;
 
-  /// What the element gives at @p port: effort if the stroke stands at the other end.
+  /// What the element gives at @p port: effort if the stroke is at the other end.
   [[nodiscard]] Gives gives(const BondGraph& graph, PortId port) const {
     const bool stroke_here = (strokes[graph[port].bond.index()].end == BondEnd::head) == graph[port].head;
     return stroke_here ? Gives::flow : Gives::effort;
@@ -81,7 +81,7 @@ struct CausalGraph {
 /// @note Time O(B + E), unless choices have to be taken back. Ties follow the order of elements in the model.
 CausalGraph assign_causality(const Model& model, const BondGraph& graph);
 
-/// What assign_causality comes to, also where no strokes keep all rules: for pictures of a model that is being mended.
+/// What assign_causality comes to, also where no strokes keep all rules: for pictures of a model with errors.
 struct CausalAttempt {
   std::vector<std::optional<Stroke>> strokes;  ///< by BondId; those assigned up to the conflict
   std::vector<ElementId> conflicts;            ///< whose rule or law cannot be kept; empty if all are

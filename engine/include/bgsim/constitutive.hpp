@@ -14,7 +14,7 @@ enum class Gives : std::uint8_t { effort, flow };
 
 /// How a law yields the variable that the causality asks for.
 enum class LawUse : std::uint8_t {
-  as_written,  ///< it stands alone on the left
+  as_written,  ///< it is alone on the left
   inverted,    ///< closed-form inverse
   implicit,    ///< equation to be solved during the run (smooth law without a closed-form inverse)
   impossible,  ///< the law cannot be used in this direction (sign, if, abs, min, ..., or the variable does not occur)

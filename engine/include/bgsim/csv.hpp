@@ -20,7 +20,7 @@ struct CsvTable {
   std::vector<std::vector<double>> columns;  ///< by name, all of the same length
 };
 
-/// A fault in a CSV text, with the line (from 1) at which it stands.
+/// An error in a CSV text, with its line (from 1).
 class CsvError : public std::runtime_error {
  public:
   CsvError(std::size_t line_, const std::string& message) : CsvError(line_, message, message) {}

@@ -17,7 +17,7 @@ struct Finding {
   std::string heading;
   std::vector<std::pair<std::string, std::string>> rows;
   std::size_t more = 0;      ///< rows cut
-  bool new_section = false;  ///< set apart from what stands before
+  bool new_section = false;  ///< separated from what comes before
 };
 
 /// Counts; strokes and their reasons, states, dependent stores and why, free choices, laws not used as written, fields'

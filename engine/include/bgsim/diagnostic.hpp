@@ -1,4 +1,4 @@
-/// Messages: what is wrong, where, by which rule, and how to mend it.
+/// Messages: the error, its location, the rule, and a fix.
 #pragma once
 
 #include <memory>
@@ -27,7 +27,7 @@ struct Diagnostic {
   std::optional<Place> place;
   std::vector<Note> notes;
   std::string rule;  ///< the rule that is broken, one line; may be empty
-  std::string help;  ///< the mend, one line; may be empty
+  std::string help;  ///< the fix, one line; may be empty
 };
 
 /// Thrown by the stages up to compile when the model is at fault; holds every problem found, at most one per cause.
@@ -46,7 +46,7 @@ std::string render(const ModelError& error);
 /// Its first line alone: `file:line:col: severity CODE: situation`.
 std::string headline(const Diagnostic& diagnostic, const Sources& sources);
 
-/// The candidate nearest to @p name by edit distance, if near enough to be a slip of the pen; else empty.
+/// The candidate nearest to @p name by edit distance, if near enough to be a misspelling; else empty.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& candidates);
 
 }  // namespace bgsim

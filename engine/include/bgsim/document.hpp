@@ -1,4 +1,4 @@
-/// A JSON text in which every value knows where it stands, so that each message can show its place.
+/// A JSON text in which every value has its location, so that each message can show it.
 #pragma once
 
 #include <cstdint>
@@ -62,8 +62,8 @@ class Document {
   /// The JSON Pointer (RFC 6901) of a value, e.g. "/elements/bus/kind".
   [[nodiscard]] std::string pointer(NodeId id) const;
 
-  [[nodiscard]] Place place(NodeId id) const;      ///< where the value stands
-  [[nodiscard]] Place key_place(NodeId id) const;  ///< where its key stands (the value itself for array items)
+  [[nodiscard]] Place place(NodeId id) const;      ///< location of the value
+  [[nodiscard]] Place key_place(NodeId id) const;  ///< location of its key (the value itself for array items)
   /// Where bytes [begin, end) of a decoded string value stand in the file (escapes are accounted for).
   [[nodiscard]] Place place_in_string(NodeId id, std::size_t begin, std::size_t end) const;
 

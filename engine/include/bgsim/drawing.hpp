@@ -10,10 +10,10 @@
 
 namespace bgsim {
 
-/// What a drawing shows of the causality, as far as it goes: a model that is being mended is drawn as well.
+/// What a drawing shows of the causality, as far as it could be assigned: a model with errors is drawn as well.
 struct DrawnCausality {
   std::vector<std::optional<BondEnd>> strokes;  ///< by BondId; none where nothing is assigned
-  std::vector<std::string> reasons;             ///< by BondId: why the stroke stands there, in words; "" without one
+  std::vector<std::string> reasons;             ///< by BondId: reason for the stroke, in words; "" without one
   std::vector<BondId> dependent;                ///< bonds at ports in derivative causality
   std::vector<BondId> free;                     ///< bonds whose stroke was a free choice: loops run through them
   std::vector<ElementId> faulty;                ///< elements at which a rule is broken, or that lack a bond

@@ -8,7 +8,7 @@
 
 namespace bgsim {
 
-/// What a symbol in an EquationSystem's pool stands for.
+/// Meaning of a symbol in an EquationSystem's pool.
 struct SystemSymbol {
   enum class Kind : std::uint8_t { time, parameter, state, unknown };
   Kind kind = Kind::unknown;
@@ -97,7 +97,7 @@ struct EquationSystem {
   std::vector<Diagnostic> warnings;
 };
 
-/// Writes each element's law in the causality it was given: as it stands, inverted, or implicit; junctions, TF and GY
+/// Writes each element's law in the assigned causality: as written, inverted, or implicit; junctions, TF and GY
 /// as their rules; dependent stores through symbolic differentiation (d/dt of moduli included).
 ///
 /// @throws ModelError BG402 derivative of a jump (a store tied to a stepping source), BG403 more than eight

@@ -164,7 +164,7 @@ double evaluate(const ExprPool& pool, ExprId root, std::span<const double> symbo
 class Translator {
  public:
   /// @p replace gives the expression in @p to for a symbol of @p from. @p on_der gives the expression in @p to that
-  /// stands for der(argument), given the argument already translated; may be empty when there is no der.
+  /// is used for der(argument), given the argument already translated; may be empty when there is no der.
   Translator(const ExprPool& from, ExprPool& to, std::function<ExprId(SymbolId)> replace,
              std::function<ExprId(ExprId)> on_der = {});
   ExprId operator()(ExprId expression);

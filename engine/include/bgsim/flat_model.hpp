@@ -48,7 +48,7 @@ std::vector<std::string> flat_names(const Model& model);
 /// a
 ///         mass without flow.
 /// @throws std::invalid_argument  a cut element is no one-port R, C or I, or there is no such scene.
-/// @note Elements are dropped as told: it is for the caller to know that nothing written depends on them
+/// @note Elements are dropped as requested: the caller must know that nothing written depends on them
 ///       (unobserved_elements).
 std::string flat_model_json(const Model& model, const BondGraph& graph, const FlatModelOptions& options);
 

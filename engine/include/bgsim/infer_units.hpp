@@ -41,12 +41,12 @@ struct UnitReport {
 ///
 /// Numbers in a sum, comparison or alternative, and numbers that stand alone, take the unit that is wanted; in a
 /// product with quantities they are pure numbers (docs/design/units.md).
-/// @param scene  a scene whose values take the place of the model's definitions; empty for the model as it stands.
-/// @return contradictions are told in `problems`, not thrown: numbers are used as written, whatever their units.
+/// @param scene  a scene whose values override the model's definitions; empty for the model itself.
+/// @return contradictions are reported in `problems`, not thrown: numbers are used as written, whatever their units.
 /// @note Time linear in the model where propagation suffices, which is the rule; elimination is bounded.
 UnitReport infer_units(const Model& model, const BondGraph& graph, const std::string& scene = {});
 
-/// What is wrong with the units of the model as it stands and in each of its scenes, each thing once.
+/// Errors in the units of the model and in each of its scenes, each once.
 std::vector<Diagnostic> unit_problems(const Model& model, const BondGraph& graph);
 
 }  // namespace bgsim

@@ -66,7 +66,7 @@ enum class Variable : std::uint8_t { effort, flow, displacement, momentum };
 }
 char letter(Variable variable);  ///< 'e', 'f', 'q', 'p'
 
-/// What a symbol in a model's expressions stands for.
+/// Meaning of a symbol in a model's expressions.
 struct ModelSymbol {
   enum class Kind : std::uint8_t {
     time,

@@ -13,7 +13,7 @@ namespace bgsim {
 class OutputTimes {
  public:
   OutputTimes() = default;
-  /// A list stands for its times wherever times are asked for.
+  /// A list is used wherever times are required.
   /// @pre increasing
   OutputTimes(std::vector<double> list)  // NOLINT(google-explicit-constructor)
       : list_(std::move(list)), count_(list_.size()) {}

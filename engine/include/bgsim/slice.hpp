@@ -19,7 +19,7 @@ struct Slice {
 /// moduli, conditions, dependent stores and loops. The outputs that remain are the same, exactly: only the integrator's
 /// steps, hence its errors within the tolerances, may differ.
 ///
-/// The energy balance (if @p audit) is that of the elements whose powers can still be told. Where a bond leads from
+/// The energy balance (if @p audit) is that of the elements whose powers are still known. Where a bond leads from
 /// them to an element whose power cannot, what flows over it counts as supplied, in the name of that element.
 ///
 /// @return  none if nothing can be left out.

@@ -9,7 +9,7 @@
 namespace bgsim {
 
 /// The first time in (after, until] at which @p relation (an expression of time and parameters whose values are
-/// piecewise constant: a comparison, sign, step, floor, or a table, which stands for its cell's index) takes another
+/// piecewise constant: a comparison, sign, step, floor, or a table, which means its cell's index) takes another
 /// value than just after @p after, to the last bit: the value holds on [t*, ...).
 ///
 /// Interval arithmetic (Boost.Interval) on the very operations of evaluate() excludes stretches without a change, so

@@ -23,7 +23,7 @@ std::string setting_flags(const TradeSetting& setting);
 /// What a curve of the picture is called: "bdf", "bdf of order up to 2".
 std::string curve_name(const TradeSetting& setting);
 
-/// An output and whether errors of it can be told.
+/// An output and whether its errors can be measured.
 struct TradeOutput {
   std::string name, unit;
   double range = 0.0;   ///< largest less smallest value of the reference; of a constant output its magnitude
@@ -40,7 +40,7 @@ struct TradeReference {
   double error = 0.0;            ///< largest difference of the two, relative to the outputs' ranges
   double cpu_seconds = 0.0;
   std::string unresolved;  ///< name of an output that the reference is too loose to tell from zero; empty: none
-  /// Whether an accuracy can be told at all.
+  /// Whether an accuracy can be stated at all.
   [[nodiscard]] bool tells(double accuracy, double margin) const {
     return unresolved.empty() && margin * error <= accuracy;
   }

@@ -35,7 +35,7 @@ bool is_pure_number(const Unit& unit);
 struct ParsedUnit {
   std::optional<Unit> unit;
   std::string fault;               ///< where there is no unit: what is wrong
-  std::string help;                ///< the mend, where there is one
+  std::string help;                ///< a fix, if there is one
   std::size_t begin = 0, end = 0;  ///< bytes of the text that are at fault
 };
 
