@@ -1,19 +1,17 @@
-// Every failing model in this folder against its golden message, and every code against its section in docs/errors.md.
+// Every failing model in this folder against its golden message, each a test of its own, and every code against its
+// section in docs/errors.md.
 //
 //   BGnnn_what.json   the model; files without BG in front are submodels and data that these need
 //   BGnnn_what.txt    what the command line prints, the paths being bare file names
 //   BGnnn_what.args   options, one a line: --set NAME=EXPR, --scene NAME, --relative X, --max-steps N, --interrupt,
-//   --time-limit SECONDS,
-//                     --tick SECONDS (by which the clock goes on at each look);
+//                     --time-limit SECONDS, --tick SECONDS (by which the clock goes on at each look);
 //                     --parameters FILE, --stop EXPR, --record NAME, --output NAME=EXPR;
 //                     BG71x, which are reduced: --error X, --keep NAME
 //
 // BGSIM_UPDATE_GOLDEN=1 in the environment rewrites the messages; the difference is then to be reviewed.
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <regex>
 #include <set>
@@ -21,6 +19,9 @@
 
 #include "bgsim/bgsim.hpp"
 #include "bgsim/input_file.hpp"
+#include "failing_models.hpp"
+#include "support/files.hpp"
+#include "support/test_of_each.hpp"
 
 namespace {
 
@@ -41,13 +42,6 @@ const std::map<std::string, std::string> kWithoutModel{
     {"BG137", "submodels of 10 million elements; tested in tests/unit/submodel_test.cpp"},
 };
 
-std::string read_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
 struct Options {
   std::string scene;
   SceneOverrides overrides;
@@ -58,7 +52,7 @@ struct Options {
 
 Options read_options(const fs::path& model) {
   Options options;
-  std::istringstream lines(read_file(fs::path(model).replace_extension(".args")));
+  std::istringstream lines(test::file_text(fs::path(model).replace_extension(".args")));
   for (std::string line; std::getline(lines, line);) {
     const auto space = line.find(' ');
     const std::string option = line.substr(0, space);
@@ -140,14 +134,8 @@ std::string without_computed_numbers(const std::string& text) {
   return std::regex_replace(text, computed, "#");
 }
 
-std::vector<fs::path> failing_models() {
-  std::vector<fs::path> models;
-  for (const auto& entry : fs::directory_iterator(kSource / "tests/errors"))
-    if (entry.path().extension() == ".json" && entry.path().filename().string().rfind("BG", 0) == 0)
-      models.push_back(entry.path().filename());
-  std::sort(models.begin(), models.end());
-  return models;
-}
+/// The BGnnn of a model's name.
+std::string code_of(std::string_view model) { return std::string(model.substr(0, 5)); }
 
 std::set<std::string> matches(const std::string& text, const std::regex& pattern) {
   std::set<std::string> codes;
@@ -164,34 +152,50 @@ std::set<std::string> emitted_codes() {
     for (const auto& entry : fs::recursive_directory_iterator(kSource / folder)) {
       const std::string extension = entry.path().extension().string();
       if (extension == ".cpp" || extension == ".hpp")
-        codes.merge(matches(read_file(entry.path()), std::regex("\"(BG[0-9]{3})\"")));
+        codes.merge(matches(test::file_text(entry.path()), std::regex("\"(BG[0-9]{3})\"")));
     }
   }
   return codes;
 }
 
 std::set<std::string> documented_codes() {
-  return matches(read_file(kSource / "docs/errors.md"), std::regex("\n## (BG[0-9]{3}) "));
+  return matches(test::file_text(kSource / "docs/errors.md"), std::regex("\n## (BG[0-9]{3}) "));
 }
+
+void check_message(const std::string& model) {
+  fs::current_path(kSource / "tests/errors");
+  const std::string text = messages(model);
+  const fs::path golden = fs::path(model).replace_extension(".txt");
+  const std::string expected = test::file_text(golden);
+  if (without_computed_numbers(text) == without_computed_numbers(expected)) {
+    SUCCEED();
+  } else {
+    CHECK(text == expected);
+    if (test::update_goldens()) test::write_file(golden, text);
+  }
+  CHECK(text.find(" " + code_of(model) + ": ") != std::string::npos);
+}
+
+[[maybe_unused]] const bool kRegistered = [] {
+  for (const char* const model : kFailingModels)
+    test::add_test(fs::path(model).stem().string() + " gets its message", [model] { check_message(model); });
+  return true;
+}();
 
 }  // namespace
 
-TEST_CASE("every failing model gets its message") {
-  fs::current_path(kSource / "tests/errors");
-  const bool update = std::getenv("BGSIM_UPDATE_GOLDEN") != nullptr;
-  for (const fs::path& model : failing_models()) {
-    DYNAMIC_SECTION(model.string()) {
-      const std::string text = messages(model.string());
-      const fs::path golden = fs::path(model).replace_extension(".txt");
-      const std::string expected = read_file(golden);
-      if (without_computed_numbers(text) == without_computed_numbers(expected)) {
-        SUCCEED();
-      } else {
-        CHECK(text == expected);
-        if (update) std::ofstream(golden, std::ios::binary) << text;
-      }
-      CHECK(text.find(" " + model.string().substr(0, 5) + ": ") != std::string::npos);
+TEST_CASE("every failing model of the folder is a test, and every message and every list of options belongs to one") {
+  const std::set<std::string> tested(std::begin(kFailingModels), std::end(kFailingModels));
+  for (const auto& entry : fs::directory_iterator(kSource / "tests/errors")) {
+    const fs::path file = entry.path().filename();
+    if (file.string().starts_with("BG") && file.extension() != ".csv") {
+      INFO(file);
+      CHECK(tested.contains(fs::path(file).replace_extension(".json").string()));
     }
+  }
+  for (const std::string& model : tested) {
+    INFO(model);
+    CHECK(fs::exists(kSource / "tests/errors" / fs::path(model).replace_extension(".txt")));
   }
 }
 
@@ -204,7 +208,7 @@ TEST_CASE("every code has a section in docs/errors.md, and every section a code"
 
 TEST_CASE("every code has a failing model, or a reason why not") {
   std::set<std::string> shown;
-  for (const fs::path& model : failing_models()) shown.insert(model.string().substr(0, 5));
+  for (const char* const model : kFailingModels) shown.insert(code_of(model));
   for (const std::string& code : emitted_codes()) {
     const bool known = shown.contains(code) || kWithoutModel.contains(code);
     CHECK((known ? code : code + " has no failing model") == code);
@@ -213,7 +217,7 @@ TEST_CASE("every code has a failing model, or a reason why not") {
 }
 
 TEST_CASE("sections of docs/errors.md stand in order and have the anchors that messages point to") {
-  const std::string text = read_file(kSource / "docs/errors.md");
+  const std::string text = test::file_text(kSource / "docs/errors.md");
   std::string last;
   const std::regex section("(<a id=\"(bg[0-9]{3})\"></a>\n)?## (BG[0-9]{3}) ");
   for (auto it = std::sregex_iterator(text.begin(), text.end(), section); it != std::sregex_iterator(); ++it) {

@@ -2,10 +2,14 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
+#include <iterator>
+#include <map>
 #include <regex>
 #include <sstream>
+#include <utility>
+
+#include "support/files.hpp"
+#include "support/test_of_each.hpp"
 
 namespace bgsim::test {
 
@@ -27,38 +31,47 @@ Statements on plain CVODE, with the same equations, are measured by `scripts/ben
 
 )";
 
-std::string content() {
-  std::ifstream in(kPath, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+/// Headings in the document's order.
+const char* const kTitles[] = {"Sources",          "Values and units", "Laws at the limits of their domain",
+                               "Loops and starts", "Conditions",       "Time, size and tolerance"};
 
-/// The document with one section put in its place.
-std::string with_section(const std::string& document, const std::string& title, const std::string& section) {
-  std::string result = kHead;
-  for (const std::string& each : section_titles()) {
-    const std::string heading = "## " + each + "\n";
-    if (each == title) {
-      result += section;
-      continue;
-    }
-    const auto begin = document.find(heading);
-    if (begin == std::string::npos) continue;
-    const auto end = document.find("\n## ", begin);
-    result += document.substr(begin, end == std::string::npos ? end : end + 1 - begin);
-  }
-  return result;
-}
-
-std::string section_of(const std::string& document, const std::string& title) {
-  const auto begin = document.find("## " + title + "\n");
-  if (begin == std::string::npos) return {};
-  const auto end = document.find("\n## ", begin);
-  return document.substr(begin, end == std::string::npos ? end : end + 1 - begin);
+/// The rows by heading, as the sources of the suite register them.
+std::map<std::string, std::vector<Extreme>>& table() {
+  static std::map<std::string, std::vector<Extreme>> rows;
+  return rows;
 }
 
 std::string cell(const std::string& text) { return std::regex_replace(text, std::regex("\\|"), "\\|"); }
+
+/// What a row begins with, whatever the result is.
+std::string beginning(const Extreme& row) { return "| " + cell(row.input) + " | " + cell(row.must) + " | "; }
+
+/// The row in the document; empty if it is not there.
+std::string written(const std::string& document, const std::string& title, const Extreme& row) {
+  const auto section = document.find("## " + title + "\n");
+  if (section == std::string::npos) return {};
+  const auto begin = document.find("\n" + beginning(row), section);
+  if (begin == std::string::npos || begin > document.find("\n## ", section)) return {};
+  return document.substr(begin + 1, document.find('\n', begin + 1) - begin);
+}
+
+/// The document as the suite has it, with the results that @p document has; @p result is that of the row @p of.
+std::string rewritten(const std::string& document, const Extreme* of = nullptr, const std::string& result = {}) {
+  std::string text = kHead;
+  for (const char* const title : kTitles) {
+    text += std::string("## ") + title + "\n\n| input | required result, and why | result of bgsim |\n|---|---|---|\n";
+    for (const Extreme& row : table().at(title)) text += &row == of ? result : written(document, title, row);
+    text += "\n";
+  }
+  return text;
+}
+
+void check_row(const std::string& title, const Extreme& row) {
+  INFO(row.input);
+  const std::string result = beginning(row) + cell(row.does()) + " |\n";
+  if (update_goldens()) write_file(kPath, rewritten(file_text(kPath), &row, result));
+  CHECK(written(file_text(kPath), title, row) == result);
+}
 
 /// Numbers with more than three digits cut to three.
 std::string rounded(const std::string& text) {
@@ -83,32 +96,20 @@ std::optional<Diagnostic> first_error(const ModelError& error) {
 
 }  // namespace
 
-const std::vector<std::string>& section_titles() {
-  static const std::vector<std::string> titles{
-      "Sources",          "Values and units", "Laws at the limits of their domain",
-      "Loops and starts", "Conditions",       "Time, size and tolerance"};
-  return titles;
+Section::Section(std::string title, std::vector<Extreme> rows, const std::source_location& where) {
+  const std::vector<Extreme>& kept = table().emplace(title, std::move(rows)).first->second;
+  for (const Extreme& row : kept)
+    add_test(
+        title + ": " + row.input, [title, &row] { check_row(title, row); }, where);
 }
 
-void check_section(const std::string& title, const std::vector<Extreme>& entries) {
-  std::string section = "## " + title + "\n\n| input | required result, and why | result of bgsim |\n|---|---|---|\n";
-  for (const Extreme& entry : entries) {
-    INFO(entry.input);
-    section += "| " + cell(entry.input) + " | " + cell(entry.must) + " | " + cell(entry.does()) + " |\n";
-  }
-  section += "\n";
-  if (std::getenv("BGSIM_UPDATE_GOLDEN") != nullptr) {
-    const std::string document = with_section(content(), title, section);
-    std::ofstream(kPath, std::ios::binary) << document;
-  }
-  CHECK(section_of(content(), title) == section);
-}
-
-TEST_CASE("docs/extremes.md holds the sections of the suite and nothing else") {
-  const std::string document = content();
-  std::string whole = kHead;
-  for (const std::string& title : section_titles()) whole += section_of(document, title);
-  CHECK(document == whole);
+TEST_CASE("docs/extremes.md holds the rows of the suite and nothing else") {
+  CHECK(table().size() == std::size(kTitles));
+  const std::string document = file_text(kPath);
+  for (const char* const title : kTitles)
+    for (const Extreme& row : table().at(title))
+      CHECK((written(document, title, row).empty() ? row.input + " is missing" : row.input) == row.input);
+  CHECK(document == rewritten(document));
 }
 
 std::string Ran::note(const std::string& containing) const {

@@ -1,9 +1,10 @@
-/// The extremes: what the physics says of an input, and what bgsim does with it. The same entries are the suite and the
-/// table of docs/extremes.md.
+/// The extremes: what the physics says of an input, and what bgsim does with it. The same rows are the suite, each a
+/// test of its own, and the table of docs/extremes.md.
 #pragma once
 
 #include <functional>
 #include <optional>
+#include <source_location>
 #include <string>
 #include <vector>
 
@@ -18,11 +19,13 @@ struct Extreme {
   std::function<std::string()> does;  ///< runs it, checks it (Catch), and tells what happened in stable words
 };
 
-/// Checks the section's entries and its table in docs/extremes.md; with BGSIM_UPDATE_GOLDEN=1 the table is rewritten.
-void check_section(const std::string& title, const std::vector<Extreme>& entries);
-
-/// The titles in the document's order.
-const std::vector<std::string>& section_titles();
+/// Rows of one heading. Each becomes a test, "HEADING: INPUT", which also compares its row with the document; with
+/// BGSIM_UPDATE_GOLDEN=1 the row is rewritten.
+class Section {
+ public:
+  Section(std::string title, std::vector<Extreme> rows,
+          const std::source_location& where = std::source_location::current());
+};
 
 /// What became of a model's text: a run, or the first thing said against it.
 struct Ran {

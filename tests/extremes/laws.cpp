@@ -226,6 +226,6 @@ const std::vector<Extreme> kEntries{
      }},
 };
 
-}  // namespace
+const Section kSection("Laws at the limits of their domain", kEntries);
 
-TEST_CASE("extremes: laws at their borders") { check_section("Laws at the limits of their domain", kEntries); }
+}  // namespace

@@ -148,6 +148,6 @@ const std::vector<Extreme> kEntries{
      }},
 };
 
-}  // namespace
+const Section kSection("Loops and starts", kEntries);
 
-TEST_CASE("extremes: loops and starts") { check_section("Loops and starts", kEntries); }
+}  // namespace

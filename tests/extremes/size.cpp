@@ -120,6 +120,6 @@ const std::vector<Extreme> kEntries{
      }},
 };
 
-}  // namespace
+const Section kSection("Time, size and tolerance", kEntries);
 
-TEST_CASE("extremes: time, size and tolerance") { check_section("Time, size and tolerance", kEntries); }
+}  // namespace
