@@ -46,7 +46,8 @@ TEST_CASE("evaluating rates, Jacobian, outputs, guards and powers allocates noth
   std::vector<double> x{0.1, 0.2}, rates(2), outputs(3), guards(evaluator.guard_count()),
       powers(evaluator.energy_parts()), jacobian(compiled.program.jacobian_pattern.row.size());
   REQUIRE(evaluator.states() == 2);
-  REQUIRE(evaluator.initialize_modes(0.0, x.data()));
+  Branch branch = first_branch(compiled.program);
+  REQUIRE(evaluator.initialize_modes(0.0, x.data(), branch));
 
   bool good = true;
   const std::size_t before = allocations;
@@ -54,9 +55,10 @@ TEST_CASE("evaluating rates, Jacobian, outputs, guards and powers allocates noth
     const double t = 1e-3 * i;
     x[0] = 0.1 + 0.2 * t;
     x[1] = 0.2 - 0.1 * t;
-    good = good && evaluator.rates(t, x.data(), rates.data()) && evaluator.jacobian(t, x.data(), jacobian.data()) &&
-           evaluator.outputs(t, x.data(), outputs.data()) && evaluator.guards(t, x.data(), guards.data()) &&
-           evaluator.powers(t, x.data(), powers.data());
+    good = good && evaluator.rates(t, x.data(), branch, rates.data()) &&
+           evaluator.jacobian(t, x.data(), branch, jacobian.data()) &&
+           evaluator.outputs(t, x.data(), branch, outputs.data()) &&
+           evaluator.guards(t, x.data(), branch, guards.data()) && evaluator.powers(t, x.data(), branch, powers.data());
   }
   const std::size_t made = allocations - before;
   CHECK(good);

@@ -176,8 +176,9 @@ TEST_CASE("rates and Jacobian of integrals in a loop with stores are exact") {
   Evaluator evaluator(compiled.program, compiled.inputs.parameters);
   const Sparsity& pattern = compiled.program.jacobian_pattern;
   std::vector<double> x{0.6, 0.2}, entries(pattern.row.size()), dense(4, 0.0);
-  REQUIRE(evaluator.initialize_modes(0.0, x.data()));
-  REQUIRE(evaluator.jacobian(0.0, x.data(), entries.data()));
+  Branch branch = first_branch(compiled.program);
+  REQUIRE(evaluator.initialize_modes(0.0, x.data(), branch));
+  REQUIRE(evaluator.jacobian(0.0, x.data(), branch, entries.data()));
   for (std::size_t column = 0; column < 2; ++column)
     for (auto k = pattern.column_start[column]; k < pattern.column_start[column + 1]; ++k)
       dense[static_cast<std::size_t>(pattern.row[static_cast<std::size_t>(k)]) * 2 + column] =

@@ -152,8 +152,9 @@ TEST_CASE("a model with submodels is written flat and means the same") {
       Evaluator evaluator(program, inputs.parameters);
       std::vector<double> x(evaluator.states()), f(evaluator.states());
       for (std::size_t i = 0; i < x.size(); ++i) x[i] = 1e-3 * static_cast<double>(i + 1);
-      REQUIRE(evaluator.initialize_modes(0.01, x.data()));
-      REQUIRE(evaluator.rates(0.01, x.data(), f.data()));
+      Branch branch = first_branch(program);
+      REQUIRE(evaluator.initialize_modes(0.01, x.data(), branch));
+      REQUIRE(evaluator.rates(0.01, x.data(), branch, f.data()));
       return f;
     };
     INFO(path);

@@ -15,26 +15,29 @@ const char* const kScene = R"~("scenes": { "s": { "stop": 1, "samples": 3 } })~"
 std::vector<double> rates_at(const Pipeline& p, double t, const std::vector<double>& x) {
   Evaluator evaluator(p.program, p.inputs.parameters);
   std::vector<double> rates(x.size());
-  REQUIRE(evaluator.initialize_modes(t, x.data()));
-  REQUIRE(evaluator.rates(t, x.data(), rates.data()));
+  Branch branch = first_branch(p.program);
+  REQUIRE(evaluator.initialize_modes(t, x.data(), branch));
+  REQUIRE(evaluator.rates(t, x.data(), branch, rates.data()));
   return rates;
 }
 
 std::vector<double> outputs_at(const Pipeline& p, double t, const std::vector<double>& x) {
   Evaluator evaluator(p.program, p.inputs.parameters);
   std::vector<double> outputs(p.inputs.outputs.size());
-  REQUIRE(evaluator.initialize_modes(t, x.data()));
-  REQUIRE(evaluator.outputs(t, x.data(), outputs.data()));
+  Branch branch = first_branch(p.program);
+  REQUIRE(evaluator.initialize_modes(t, x.data(), branch));
+  REQUIRE(evaluator.outputs(t, x.data(), branch, outputs.data()));
   return outputs;
 }
 
 /// The explicit Jacobian, dense and row-major, from the evaluator's sparse one.
 std::vector<double> jacobian_at(const Pipeline& p, double t, const std::vector<double>& x) {
   Evaluator evaluator(p.program, p.inputs.parameters);
-  REQUIRE(evaluator.initialize_modes(t, x.data()));
+  Branch branch = first_branch(p.program);
+  REQUIRE(evaluator.initialize_modes(t, x.data(), branch));
   const Sparsity& pattern = p.program.jacobian_pattern;
   std::vector<double> values(pattern.row.size()), dense(x.size() * x.size(), 0.0);
-  REQUIRE(evaluator.jacobian(t, x.data(), values.data()));
+  REQUIRE(evaluator.jacobian(t, x.data(), branch, values.data()));
   for (std::size_t column = 0; column < x.size(); ++column)
     for (auto k = pattern.column_start[column]; k < pattern.column_start[column + 1]; ++k)
       dense[static_cast<std::size_t>(pattern.row[static_cast<std::size_t>(k)]) * x.size() + column] =
@@ -205,7 +208,8 @@ TEST_CASE("a loop of gain one is reported as singular, with its elements") {
       std::string(kScene)));
   Evaluator evaluator(p.program, p.inputs.parameters);
   double y = 0.0;
-  CHECK_FALSE(evaluator.outputs(0.0, nullptr, &y));
+  Branch branch = first_branch(p.program);
+  CHECK_FALSE(evaluator.outputs(0.0, nullptr, branch, &y));
   CHECK(evaluator.fault().kind == Fault::Kind::loop_singular);
   CHECK(evaluator.fault().target.find("s, r") != std::string::npos);
 }
@@ -218,7 +222,8 @@ TEST_CASE("a law's fault names the operator and its arguments' values") {
   Evaluator evaluator(p.program, p.inputs.parameters);
   const double q = -0.25;
   double rate = 0.0;
-  CHECK_FALSE(evaluator.rates(2.0, &q, &rate));
+  Branch branch = first_branch(p.program);
+  CHECK_FALSE(evaluator.rates(2.0, &q, branch, &rate));
   const Fault& fault = evaluator.fault();
   CHECK(fault.kind == Fault::Kind::not_finite);
   CHECK(fault.what == "sqrt(c.q) with c.q = -0.25");

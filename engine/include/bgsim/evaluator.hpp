@@ -25,7 +25,22 @@ struct Fault {
   std::optional<Place> place;
 };
 
-/// Holds scratch memory: one per thread. After construction the evaluations allocate nothing unless they fail.
+/// The discrete state of a run: which side every relation is on, and which solution every loop is on. A value: to go
+/// back is to assign an old one.
+struct Branch {
+  std::vector<double> modes;    ///< by Program::relations
+  std::vector<double> tears;    ///< by tear: a solution of the loops, where the search for the next one starts
+  std::vector<double> largest;  ///< by tear: its largest magnitude in a solution so far, which is its scale
+  /// The tears are unknowns of the integrator (implicit form): outputs, guards, powers and energies take them as they
+  /// are instead of solving the loops.
+  bool given = false;
+};
+
+/// Before anything is known: all modes and tears are 0.
+Branch first_branch(const Program& program);
+
+/// Scratch memory for evaluations, and nothing else: results depend on the arguments alone. One per thread. After
+/// construction the evaluations allocate nothing unless they fail.
 class Evaluator {
  public:
   /// @param program     must outlive the evaluator.
@@ -39,63 +54,58 @@ class Evaluator {
   [[nodiscard]] std::size_t tears() const;
 
   // All evaluations return false at a fault (a result that is not finite, a loop without solution); fault() then tells.
-  // Each leaves the loops' solutions as the start of the next solve.
-  bool rates(double t, const double* x, double* dxdt);
+  // They solve the loops from the branch's tears and leave the solution there; where there is none the branch is as
+  // before.
+  bool rates(double t, const double* x, Branch& branch, double* dxdt);
   /// Values by Program::jacobian_pattern.
-  bool jacobian(double t, const double* x, double* values);
-  bool outputs(double t, const double* x, double* values);
+  bool jacobian(double t, const double* x, Branch& branch, double* values);
+  bool outputs(double t, const double* x, Branch& branch, double* values);
 
-  // Implicit form: y holds states, then tears; yp their derivatives.
-  bool residual(double t, const double* y, const double* yp, double* r);
+  // Implicit form: y holds states, then tears; yp their derivatives. Of the branch, the modes alone matter.
+  bool residual(double t, const double* y, const Branch& branch, const double* yp, double* r);
   /// dr/dy + cj dr/dyp by Program::implicit_pattern.
-  bool residual_jacobian(double t, double cj, const double* y, double* values);
+  bool residual_jacobian(double t, double cj, const double* y, const Branch& branch, double* values);
 
-  [[nodiscard]] std::span<const double> tear_values() const;
-  void set_tears(std::span<const double> z);
   /// Sign of the determinant of a loop's equations where they were last solved; 0 before. On the way along one solution
   /// it changes only at a fold.
   [[nodiscard]] int orientation(std::size_t block) const;
-  /// With given tears, outputs, guards and powers take them as they are (implicit form) instead of solving the loops.
-  void use_given_tears(bool given);
-  /// Solves the loops from several starts and tells what was found: one line for each nonlinear loop. Call once at the
-  /// initial point. False if a loop has no solution from any start.
-  bool explore_loops(double t, const double* x, std::vector<std::string>& found);
+  /// Solves the loops from several starts and tells what was found: one line for each nonlinear loop. For the initial
+  /// point. False if a loop has no solution from any start.
+  bool explore_loops(double t, const double* x, Branch& branch, std::vector<std::string>& found);
 
   // Modes
   /// Number of root functions: one for each condition, sign and step, two for each floor and cell (time_only ones
   /// excluded).
   [[nodiscard]] std::size_t guard_count() const;
-  /// Root functions at the present modes. Conditions, sign, step: the guard itself; floor and cell: distance to the
+  /// Root functions at the branch's modes. Conditions, sign, step: the guard itself; floor and cell: distance to the
   /// lower, then to the upper border, positive inside.
-  bool guards(double t, const double* x, double* values);
+  bool guards(double t, const double* x, Branch& branch, double* values);
   [[nodiscard]] std::size_t guard_relation(std::size_t guard) const;  ///< index into Program::relations
-  /// Sets all modes from scratch at (t, x). False at a fault, or if the modes contradict each other.
-  bool initialize_modes(double t, const double* x);
+  /// Sets all modes by the point (t, x). False at a fault, or if the modes contradict each other.
+  bool initialize_modes(double t, const double* x, Branch& branch);
   /// After root functions crossed zero: direction +1 rising, -1 falling, 0 not crossed, by guard.
-  void cross(std::span<const int> direction);
+  void cross(std::span<const int> direction, Branch& branch) const;
   /// Sets the time-only modes to their values at @p t (right-continuous). True if any changed.
-  bool set_time_modes(double t);
-  [[nodiscard]] double mode(std::size_t relation) const;
-  void set_mode(std::size_t relation, double value);
+  bool set_time_modes(double t, Branch& branch);
   /// The first time in (after, until] at which a time-only relation changes.
   [[nodiscard]] std::optional<double> next_time_event(double after, double until);
 
   // Energy audit
   [[nodiscard]] std::size_t energy_parts() const;
   /// By energy part: power supplied by sources, taken in by the others.
-  bool powers(double t, const double* x, double* values);
+  bool powers(double t, const double* x, Branch& branch, double* values);
   /// How much of each of powers() at this point rounding can have made, by energy part: a bound to first order, loops
   /// and what is left of their residuals included. Costs some ten times as much, and a factorization of each loop.
-  void power_rounding(double t, const double* x, double* bounds);
+  void power_rounding(double t, const double* x, Branch& branch, double* bounds);
   /// Energy of each store that has it in closed form, NaN for the other parts.
-  bool stored(double t, const double* x, double* energy);
+  bool stored(double t, const double* x, Branch& branch, double* energy);
   /// q or p of every store port: part i's are [first_displacement[i], first_displacement[i+1]).
-  bool displacements(double t, const double* x, double* values);
+  bool displacements(double t, const double* x, Branch& branch, double* values);
   /// Energy of a store that is given by laws: line integral of its efforts (flows) from one displacement to another.
   double energy_by_laws(std::size_t part, std::span<const double> from, std::span<const double> to) const;
 
   /// Values of the dependent stores, by EquationSystem::dependent.
-  bool dependents(double t, const double* x, double* values);
+  bool dependents(double t, const double* x, Branch& branch, double* values);
 
   /// Lets @p look be called now and then during the evaluations: it returns how many may pass until it is asked again.
   /// 0 ends them: each one fails from then on, without a fault, until watch() is called again. It must not evaluate.

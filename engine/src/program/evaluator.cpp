@@ -17,6 +17,7 @@ Evaluator::Impl::Impl(const Program& p, std::span<const double> parameters)
     symbol_values[program.parameters[i].index()] = parameters[i];
   }
   for (const ProgramBlock& block : program.blocks) loops.emplace_back(block.size);
+  largest.assign(program.tear_names.size(), 0.0);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   next_change.assign(program.relations.size(), nan);
   looked_from.assign(program.relations.size(), nan);
@@ -61,9 +62,17 @@ void Evaluator::Impl::run(const std::vector<Instruction>& code) {
   }
 }
 
-void Evaluator::Impl::set_point(double t, const double* x) {
+void Evaluator::Impl::set_point(double t, const double* x, const Branch& branch) {
   slots[program.time_slot] = t;
   std::copy_n(x, program.state_names.size(), slots.data() + program.first_state);
+  std::copy(branch.modes.begin(), branch.modes.end(), slots.data() + program.first_mode);
+  std::copy(branch.tears.begin(), branch.tears.end(), slots.data() + program.first_tear);
+  std::copy(branch.largest.begin(), branch.largest.end(), largest.begin());
+}
+
+void Evaluator::Impl::keep(Branch& branch) const {
+  std::copy_n(slots.data() + program.first_tear, branch.tears.size(), branch.tears.begin());
+  std::copy(largest.begin(), largest.end(), branch.largest.begin());
 }
 
 bool Evaluator::Impl::ask() {
@@ -73,17 +82,25 @@ bool Evaluator::Impl::ask() {
   return false;
 }
 
-bool Evaluator::Impl::run(const Routine& routine, double t, const double* x, bool solve_loops) {
+bool Evaluator::Impl::run_given(const Routine& routine, double t, const double* x, const Branch& branch) {
   if (!goes_on()) return false;
-  set_point(t, x);
+  set_point(t, x, branch);
+  for (const auto& code : routine.code) run(code);
+  return true;
+}
+
+bool Evaluator::Impl::run(const Routine& routine, double t, const double* x, Branch& branch) {
+  if (!goes_on()) return false;
+  set_point(t, x, branch);
   for (std::size_t i = 0; i < routine.code.size(); ++i) {
     run(routine.code[i]);
-    if (i == routine.solves.size() || !solve_loops) continue;
+    if (i == routine.solves.size()) continue;
     const LoopOutcome outcome = solve(routine.solves[i]);
     if (outcome == LoopOutcome::solved) continue;
     fail_loop(routine.solves[i], outcome);
     return false;
   }
+  if (!routine.solves.empty()) keep(branch);
   return true;
 }
 
@@ -195,6 +212,11 @@ void Evaluator::Impl::fail_loop(std::size_t block, LoopOutcome outcome) {
 
 // --- the public face
 
+Branch first_branch(const Program& program) {
+  const std::vector<double> tears(program.tear_names.size(), 0.0);
+  return {std::vector<double>(program.relations.size(), 0.0), tears, tears};
+}
+
 Evaluator::Evaluator(const Program& program, std::span<const double> parameters)
     : impl_(std::make_unique<Impl>(program, parameters)) {}
 Evaluator::~Evaluator() = default;
@@ -206,35 +228,35 @@ std::size_t Evaluator::tears() const { return impl_->program.tear_names.size(); 
 const Fault& Evaluator::fault() const { return impl_->fault; }
 const Evaluator::Counts& Evaluator::counts() const { return impl_->counts; }
 
-bool Evaluator::rates(double t, const double* x, double* dxdt) {
+bool Evaluator::rates(double t, const double* x, Branch& branch, double* dxdt) {
   ++impl_->counts.rates;
-  return impl_->run(impl_->program.rates, t, x) &&
+  return impl_->run(impl_->program.rates, t, x, branch) &&
          impl_->take(impl_->program.rates, dxdt, "the rate of", impl_->program.state_names);
 }
 
-bool Evaluator::outputs(double t, const double* x, double* values) {
-  return impl_->run(impl_->program.outputs, t, x, !impl_->given_tears) &&
+bool Evaluator::outputs(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run_or_given(impl_->program.outputs, t, x, branch) &&
          impl_->take(impl_->program.outputs, values, "the output", impl_->program.output_names);
 }
 
-bool Evaluator::powers(double t, const double* x, double* values) {
-  return impl_->run(impl_->program.powers, t, x, !impl_->given_tears) &&
+bool Evaluator::powers(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run_or_given(impl_->program.powers, t, x, branch) &&
          impl_->take(impl_->program.powers, values, "the power of", impl_->program.energy_names);
 }
 
-bool Evaluator::dependents(double t, const double* x, double* values) {
-  return impl_->run(impl_->program.dependents, t, x) &&
+bool Evaluator::dependents(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run(impl_->program.dependents, t, x, branch) &&
          impl_->take(impl_->program.dependents, values, "a dependent store", {});
 }
 
-bool Evaluator::displacements(double t, const double* x, double* values) {
-  return impl_->run(impl_->program.displacements, t, x, !impl_->given_tears) &&
+bool Evaluator::displacements(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run_or_given(impl_->program.displacements, t, x, branch) &&
          impl_->take(impl_->program.displacements, values, "what is stored", {});
 }
 
-bool Evaluator::stored(double t, const double* x, double* energy) {
+bool Evaluator::stored(double t, const double* x, Branch& branch, double* energy) {
   const Routine& routine = impl_->program.stored;
-  if (!impl_->run(routine, t, x, !impl_->given_tears)) return false;
+  if (!impl_->run_or_given(routine, t, x, branch)) return false;
   for (std::size_t i = 0; i < routine.results.size(); ++i) {
     const std::uint32_t slot = routine.results[i];
     energy[i] = slot == kNoSlot ? std::numeric_limits<double>::quiet_NaN() : impl_->slots[slot];
@@ -279,14 +301,6 @@ double Evaluator::energy_by_laws(std::size_t part, std::span<const double> from,
   constexpr double kTolerance = 1e-13;
   return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(power_along, 0.0, 1.0, kDeepest, kTolerance);
 }
-
-std::span<const double> Evaluator::tear_values() const {
-  return {impl_->slots.data() + impl_->program.first_tear, tears()};
-}
-void Evaluator::set_tears(std::span<const double> z) {
-  std::copy(z.begin(), z.end(), impl_->slots.begin() + impl_->program.first_tear);
-}
-void Evaluator::use_given_tears(bool given) { impl_->given_tears = given; }
 
 void Evaluator::watch(std::function<std::uint64_t()> look) {
   impl_->until_look = look ? 1 : std::numeric_limits<std::uint64_t>::max();

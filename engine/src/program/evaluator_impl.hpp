@@ -19,7 +19,6 @@ struct LoopScratch {
   Eigen::MatrixXd matrix;
   Eigen::PartialPivLU<Eigen::MatrixXd> factors;
   Eigen::VectorXd residual, scaled, step, next_step, row_scale, column_scale, base, scale;
-  Eigen::VectorXd largest;    ///< largest magnitude of each tear in an accepted solution: its scale
   Eigen::MatrixXd by_states;  ///< d tears / d states, columns as in JacobianPlan::BlockPart::columns
 };
 
@@ -30,7 +29,7 @@ struct Evaluator::Impl {
   std::vector<double> slots;
   std::vector<double> symbol_values;  ///< by SymbolId: parameters and time, for relations of time alone
   std::vector<LoopScratch> loops;     ///< by block
-  bool given_tears = false;
+  std::vector<double> largest;        ///< by tear: Branch::largest of the present evaluation
   Fault fault;
   Counts counts;
   std::vector<double> next_change;  ///< by relation of time alone: its next known change; NaN if not looked for yet
@@ -52,9 +51,19 @@ struct Evaluator::Impl {
   bool ask();
 
   void run(const std::vector<Instruction>& code);
-  /// Runs a routine at (t, x), loops included; false at a fault in a loop.
-  bool run(const Routine& routine, double t, const double* x, bool solve_loops = true);
-  void set_point(double t, const double* x);
+  /// Runs a routine at (t, x) on the branch, with its loops' tears as they are.
+  bool run_given(const Routine& routine, double t, const double* x, const Branch& branch);
+  /// The same with loops solved, and the solution left in the branch; false at a fault in a loop.
+  bool run(const Routine& routine, double t, const double* x, Branch& branch);
+  /// The implicit form: y holds states, then tears.
+  bool run_implicit(const Routine& routine, double t, const double* y, const Branch& branch);
+  /// As the branch says.
+  bool run_or_given(const Routine& routine, double t, const double* x, Branch& branch) {
+    return branch.given ? run_given(routine, t, x, branch) : run(routine, t, x, branch);
+  }
+  void set_point(double t, const double* x, const Branch& branch);
+  /// Leaves the loops' solutions in the branch.
+  void keep(Branch& branch) const;
   /// Copies results; false (and a fault worded with @p what) if one is not finite.
   bool take(const Routine& routine, double* values, const char* what, const std::vector<std::string>& names);
 

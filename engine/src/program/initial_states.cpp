@@ -50,8 +50,9 @@ std::vector<double> initial_states(Evaluator& evaluator, const RunInputs& inputs
 
   std::vector<double> values(program.dependent.size());
   std::vector<Diagnostic> problems;
-  if (!evaluator.initialize_modes(inputs.start, x.data()) ||
-      !evaluator.dependents(inputs.start, x.data(), values.data()))
+  Branch branch = first_branch(program);
+  if (!evaluator.initialize_modes(inputs.start, x.data(), branch) ||
+      !evaluator.dependents(inputs.start, x.data(), branch, values.data()))
     return x;  // the run itself reports the fault, with its time
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::string& name = program.dependent_names[i];

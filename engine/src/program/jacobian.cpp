@@ -59,6 +59,18 @@ void Evaluator::Impl::prepare_positions() {
   for (std::size_t i = 0; i < n; ++i) implicit_diagonal.push_back(position(implicit, i, i));
 }
 
+/// With the tears from y.
+bool Evaluator::Impl::run_implicit(const Routine& routine, double t, const double* y, const Branch& branch) {
+  if (!goes_on()) return false;
+  const std::size_t n = program.state_names.size();
+  slots[program.time_slot] = t;
+  std::copy_n(y, n, slots.data() + program.first_state);
+  std::copy_n(y + n, program.tear_names.size(), slots.data() + program.first_tear);
+  std::copy(branch.modes.begin(), branch.modes.end(), slots.data() + program.first_mode);
+  for (const auto& code : routine.code) run(code);
+  return true;
+}
+
 /// df/dx = f_x + f_z dz/dx, and for each loop F_z dz/dx = -(F_x + F_earlier dz_earlier/dx).
 bool Evaluator::Impl::eliminate(double* values) {
   const JacobianPlan& plan = program.plan;
@@ -99,10 +111,10 @@ bool Evaluator::Impl::eliminate(double* values) {
   return true;
 }
 
-bool Evaluator::jacobian(double t, const double* x, double* values) {
+bool Evaluator::jacobian(double t, const double* x, Branch& branch, double* values) {
   Impl& impl = *impl_;
   ++impl.counts.jacobians;
-  if (!impl.run(impl.program.plan.routine, t, x)) return false;
+  if (!impl.run(impl.program.plan.routine, t, x, branch)) return false;
   const auto nonzeros = static_cast<std::size_t>(impl.program.jacobian_pattern.column_start.back());
   std::fill_n(values, nonzeros, 0.0);
   if (!impl.eliminate(values)) return false;
@@ -119,24 +131,22 @@ bool Evaluator::jacobian(double t, const double* x, double* values) {
   return true;
 }
 
-bool Evaluator::residual(double t, const double* y, const double* yp, double* r) {
+bool Evaluator::residual(double t, const double* y, const Branch& branch, const double* yp, double* r) {
   Impl& impl = *impl_;
   ++impl.counts.rates;
   const Program& program = impl.program;
-  std::copy_n(y + states(), tears(), impl.slots.begin() + program.first_tear);
-  impl.run(program.implicit_residual, t, y, false);
+  if (!impl.run_implicit(program.implicit_residual, t, y, branch)) return false;
   if (!impl.take(program.implicit_residual, r, "the rate of", program.state_names)) return false;
   for (std::size_t i = 0; i < states(); ++i) r[i] = yp[i] - r[i];
   return true;
 }
 
-bool Evaluator::residual_jacobian(double t, double cj, const double* y, double* values) {
+bool Evaluator::residual_jacobian(double t, double cj, const double* y, const Branch& branch, double* values) {
   Impl& impl = *impl_;
   ++impl.counts.jacobians;
   const Program& program = impl.program;
   const JacobianPlan& plan = program.plan;
-  std::copy_n(y + states(), tears(), impl.slots.begin() + program.first_tear);
-  impl.run(plan.implicit_routine, t, y, false);
+  if (!impl.run_implicit(plan.implicit_routine, t, y, branch)) return false;
   const auto nonzeros = static_cast<std::size_t>(program.implicit_pattern.column_start.back());
   std::fill_n(values, nonzeros, 0.0);
   auto target = impl.implicit_entries.begin();

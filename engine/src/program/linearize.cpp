@@ -72,8 +72,9 @@ Linearization linearize(const std::shared_ptr<const Model>& model, const Equatio
   Evaluator evaluator(program, inputs.parameters);
   std::vector<double> rates(system.states.size());
   std::vector<std::string> found;
-  if (!evaluator.initialize_modes(t, x.data()) || !evaluator.explore_loops(t, x.data(), found) ||
-      !evaluator.rates(t, x.data(), rates.data()))
+  Branch branch = first_branch(program);
+  if (!evaluator.initialize_modes(t, x.data(), branch) || !evaluator.explore_loops(t, x.data(), branch, found) ||
+      !evaluator.rates(t, x.data(), branch, rates.data()))
     fail(*model, "BG407", "the system cannot be linearized here: " + words_of(evaluator.fault()),
          "choose a point at which " + evaluator.fault().target + " has a value");
 
@@ -93,7 +94,7 @@ Linearization linearize(const std::shared_ptr<const Model>& model, const Equatio
   std::size_t tear = 0;
   for (const Block& block : order.blocks) {
     for (const SymbolId symbol : block.tears) {
-      values[symbol.index()] = evaluator.tear_values()[tear++];
+      values[symbol.index()] = branch.tears[tear++];
       column[symbol] = columns++;
     }
     residuals.insert(residuals.end(), block.residuals.begin(), block.residuals.end());

@@ -30,8 +30,7 @@ LoopScratch::LoopScratch(std::size_t size)
       row_scale(to_index(size)),
       column_scale(to_index(size)),
       base(to_index(size)),
-      scale(to_index(size)),
-      largest(Eigen::VectorXd::Zero(to_index(size))) {}
+      scale(to_index(size)) {}
 
 double Evaluator::Impl::scaled_norm(const Eigen::VectorXd& step, const Eigen::VectorXd& scale) {
   double sum = 0.0;
@@ -113,6 +112,7 @@ LoopOutcome Evaluator::Impl::solve_linear(std::size_t block) {
 LoopOutcome Evaluator::Impl::solve_newton(std::size_t block) {
   LoopScratch& scratch = loops[block];
   const std::span<double> z = tears_of(block);
+  const std::span<double> largest_of = std::span(largest).subspan(program.blocks[block].first_tear, z.size());
   const auto newton_step = [&scratch](Eigen::VectorXd& step) {
     scratch.scaled = scratch.residual.cwiseQuotient(scratch.row_scale);
     step = scratch.factors.solve(scratch.scaled);
@@ -132,7 +132,7 @@ LoopOutcome Evaluator::Impl::solve_newton(std::size_t block) {
     for (std::size_t i = 0; i < z.size(); ++i) {
       const Eigen::Index k = to_index(i);
       scratch.base[k] = z[i];
-      scratch.scale[k] = std::max({std::abs(z[i]), std::abs(z[i] + scratch.step[k]), scratch.largest[k]});
+      scratch.scale[k] = std::max({std::abs(z[i]), std::abs(z[i] + scratch.step[k]), largest_of[i]});
       if (scratch.scale[k] == 0.0) scratch.scale[k] = 1.0;  // step 0 too
     }
     const double size = scaled_norm(scratch.step, scratch.scale);
@@ -150,7 +150,7 @@ LoopOutcome Evaluator::Impl::solve_newton(std::size_t block) {
       for (std::size_t i = 0; i < z.size(); ++i) {
         const Eigen::Index k = to_index(i);
         if (!stalled) z[i] += scratch.next_step[k];
-        scratch.largest[k] = std::max(scratch.largest[k], std::abs(z[i]));
+        largest_of[i] = std::max(largest_of[i], std::abs(z[i]));
       }
       return LoopOutcome::solved;
     }
@@ -211,12 +211,12 @@ void drop_repeated(std::vector<LoopSolution>& solutions) {
 
 }  // namespace
 
-bool Evaluator::explore_loops(double t, const double* x, std::vector<std::string>& found) {
+bool Evaluator::explore_loops(double t, const double* x, Branch& branch, std::vector<std::string>& found) {
   Impl& impl = *impl_;
   std::vector<bool> explored(impl.program.blocks.size(), false);
   const Routine& routine = impl.program.plan.routine;
   impl.begin_errors();
-  impl.set_point(t, x);
+  impl.set_point(t, x, branch);
   for (std::size_t i = 0; i < routine.code.size(); ++i) {
     impl.run(routine.code[i]);
     impl.carry_errors(routine.code[i]);
@@ -263,6 +263,7 @@ bool Evaluator::explore_loops(double t, const double* x, std::vector<std::string
       line += (k == 1 ? "; other solutions exist: " : "; ") + solution_text(block, solutions[k].tears);
     found.push_back(std::move(line));
   }
+  impl.keep(branch);
   return true;
 }
 

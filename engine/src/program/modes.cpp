@@ -55,16 +55,16 @@ std::size_t Evaluator::guard_relation(std::size_t guard) const {
   return impl_->program.relations.size();
 }
 
-bool Evaluator::guards(double t, const double* x, double* values) {
+bool Evaluator::guards(double t, const double* x, Branch& branch, double* values) {
   Impl& impl = *impl_;
   const Program& program = impl.program;
-  if (!impl.run(program.guards, t, x, !impl.given_tears)) return false;
+  if (!impl.run_or_given(program.guards, t, x, branch)) return false;
   if (!impl.take(program.guards, impl.guard_values.data(), "a condition", {})) return false;
   for (std::size_t i = 0; i < program.guarded.size(); ++i) {
     const Relation& relation = program.relations[program.guarded[i]];
     const double guard = impl.guard_values[i];
     if (relation.has_borders()) {
-      const auto [lower, upper] = borders(program, relation, mode(program.guarded[i]));
+      const auto [lower, upper] = borders(program, relation, branch.modes[program.guarded[i]]);
       *values++ = guard - lower;
       *values++ = upper - guard;
     } else {
@@ -74,20 +74,21 @@ bool Evaluator::guards(double t, const double* x, double* values) {
   return true;
 }
 
-bool Evaluator::initialize_modes(double t, const double* x) {
+bool Evaluator::initialize_modes(double t, const double* x, Branch& branch) {
   Impl& impl = *impl_;
   const Program& program = impl.program;
-  set_time_modes(t);
+  set_time_modes(t, branch);
   // Conditions may contain conditions, and loops may depend on modes: repeat until nothing changes. A chain of n nested
   // conditions needs n rounds; more than all of them means that they contradict each other.
   for (std::size_t round = 0; round < program.guarded.size() + 2; ++round) {
-    if (!impl.run(program.guards, t, x)) return false;
+    if (!impl.run(program.guards, t, x, branch)) return false;
     if (!impl.take(program.guards, impl.guard_values.data(), "a condition", {})) return false;
     bool changed = false;
     for (std::size_t i = 0; i < program.guarded.size(); ++i) {
       const double value = impl.mode_for(program.relations[program.guarded[i]], impl.guard_values[i]);
-      changed = changed || value != mode(program.guarded[i]);
-      set_mode(program.guarded[i], value);
+      double& mode = branch.modes[program.guarded[i]];
+      changed = changed || value != mode;
+      mode = value;
     }
     if (!changed) return true;
   }
@@ -101,27 +102,28 @@ bool Evaluator::initialize_modes(double t, const double* x) {
   return false;
 }
 
-void Evaluator::cross(std::span<const int> direction) {
+void Evaluator::cross(std::span<const int> direction, Branch& branch) const {
   const Program& program = impl_->program;
   std::size_t guard = 0;
   for (const std::uint32_t index : program.guarded) {
     const Relation& relation = program.relations[index];
+    double& mode = branch.modes[index];
     if (relation.has_borders()) {
-      if (direction[guard] < 0) set_mode(index, mode(index) - 1.0);
-      if (direction[guard + 1] < 0) set_mode(index, mode(index) + 1.0);
+      if (direction[guard] < 0) mode -= 1.0;
+      if (direction[guard + 1] < 0) mode += 1.0;
       if (relation.kind == Relation::Kind::cell) {
         const auto last = static_cast<double>(program.pool.tables()[relation.table.index()].x.size() - 2);
-        set_mode(index, std::clamp(mode(index), 0.0, last));
+        mode = std::clamp(mode, 0.0, last);
       }
       guard += 2;
     } else {
-      if (direction[guard] != 0) set_mode(index, impl_->mode_for(relation, direction[guard]));
+      if (direction[guard] != 0) mode = impl_->mode_for(relation, direction[guard]);
       guard += 1;
     }
   }
 }
 
-bool Evaluator::set_time_modes(double t) {
+bool Evaluator::set_time_modes(double t, Branch& branch) {
   Impl& impl = *impl_;
   const Program& program = impl.program;
   impl.symbol_values[program.time.index()] = t;
@@ -130,15 +132,10 @@ bool Evaluator::set_time_modes(double t) {
     const Relation& relation = program.relations[i];
     if (!relation.time_only) continue;
     const double value = value_just_after(program.pool, relation.origin, program.time, impl.symbol_values, t);
-    changed = changed || value != mode(i);
-    set_mode(i, value);
+    changed = changed || value != branch.modes[i];
+    branch.modes[i] = value;
   }
   return changed;
-}
-
-double Evaluator::mode(std::size_t relation) const { return impl_->slots[impl_->program.first_mode + relation]; }
-void Evaluator::set_mode(std::size_t relation, double value) {
-  impl_->slots[impl_->program.first_mode + relation] = value;
 }
 
 std::optional<double> Evaluator::next_time_event(double after, double until) {

@@ -120,21 +120,22 @@ void Evaluator::Impl::carry_errors_through(std::size_t block) {
   }
 }
 
-void Evaluator::power_rounding(double t, const double* x, double* bounds) {
+void Evaluator::power_rounding(double t, const double* x, Branch& branch, double* bounds) {
   Impl& impl = *impl_;
   const Routine& routine = impl.program.powers;
   const Counts before = impl.counts;  // this is no part of the run
   impl.begin_errors();
-  impl.set_point(t, x);
+  impl.set_point(t, x, branch);
   bool solved = true;
   for (std::size_t i = 0; solved && i < routine.code.size(); ++i) {
     impl.run(routine.code[i]);
     impl.carry_errors(routine.code[i]);
     if (i == routine.solves.size()) continue;
     const std::uint32_t block = routine.solves[i];
-    solved = impl.given_tears || impl.solve(block) == LoopOutcome::solved;
+    solved = branch.given || impl.solve(block) == LoopOutcome::solved;
     if (solved) impl.carry_errors_through(block);
   }
+  if (solved && !branch.given) impl.keep(branch);
   impl.counts = before;
   for (std::size_t i = 0; i < routine.results.size(); ++i)
     bounds[i] = solved ? impl.errors[routine.results[i]] : kInfinite;

@@ -49,6 +49,7 @@ class Run {
   bool choose_integrator();
   bool integrate();
   bool integrate_to(double limit);
+  void go_to(double t);
   bool after_step();
   bool take_time_event();
   bool take_state_event();
@@ -59,8 +60,8 @@ class Run {
   bool follow_grid();
 
   bool emit_before(double t);
-  bool emit_at(double t, const double* x);
-  bool emit_row(double t, const double* y);
+  bool emit_here();
+  bool emit_row(double t, const double* y, Branch& branch);
   void audit_to(double t);
 
   bool fail(Diagnostic diagnostic);
@@ -89,8 +90,12 @@ class Run {
   PaceJudge pace_;
   std::unique_ptr<Integrator> integrator_;
   RunResult result_;
-  double t_ = 0.0;             ///< reached, with all events up to here taken
-  std::vector<double> x_, y_;  ///< states at t_; scratch for interpolation
+  // Where the run is: all that goes on from here follows from these.
+  double t_ = 0.0;  ///< reached, with all events up to here taken
+  std::vector<double> x_;
+  Branch branch_;
+  std::vector<double> y_;  ///< scratch for interpolation
+  Branch probe_;
   std::vector<double> row_;
   double audited_ = 0.0;  ///< energy is accounted for up to here
   std::size_t next_output_ = 0;
@@ -137,20 +142,22 @@ RunResult Run::execute() {
 
 /// Initial states, modes and loops; everything that can be at fault before the first step.
 bool Run::begin() {
-  evaluator_.set_time_modes(t_);
+  branch_ = first_branch(program_);
+  evaluator_.set_time_modes(t_, branch_);
   x_ = initial_states(evaluator_, inputs_);
   y_.resize(x_.size() + evaluator_.tears());
   evaluator_.watch([this] { return clock_.look(); });
   std::vector<std::string> found;
   // The modes need the loops' solutions and these the modes. A loop whose solution is not found from 0 may have one
   // that is found from elsewhere.
-  bool settled = events_.start(t_, x_.data());
-  if (!settled && evaluator_.explore_loops(t_, x_.data(), found)) settled = events_.start(t_, x_.data());
+  bool settled = events_.start(t_, x_.data(), branch_);
+  if (!settled && evaluator_.explore_loops(t_, x_.data(), branch_, found))
+    settled = events_.start(t_, x_.data(), branch_);
   if (!settled) return fail(*events_.failure());
   found.clear();
-  if (!evaluator_.explore_loops(t_, x_.data(), found)) return fail_with_fault();
+  if (!evaluator_.explore_loops(t_, x_.data(), branch_, found)) return fail_with_fault();
   for (std::string& line : found) result_.report.notes.push_back(std::move(line));
-  if (!events_.settle(t_, x_.data())) return fail(*events_.failure());
+  if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
 
   note(negative_start_note(program_, x_));
 
@@ -159,7 +166,7 @@ bool Run::begin() {
   audited_ = t_;
   const Stopwatch watch(audit_seconds_);
   audit_.record_course(inputs_.output_times, options_.energy_course);
-  audit_.begin(t_, x_.data(), inputs_.stop);
+  audit_.begin(t_, x_.data(), branch_, inputs_.stop);
   return true;
 }
 
@@ -209,10 +216,10 @@ std::vector<double> Run::source_times() {
 }
 
 bool Run::integrate() {
-  if (!emit_at(t_, x_.data())) return false;
+  if (!emit_here()) return false;
   if (!(inputs_.stop > t_)) return true;
   if (!choose_integrator()) return false;
-  if (auto failure = implicit_ ? std::nullopt : too_fast_state(evaluator_, inputs_, x_.data()))
+  if (auto failure = implicit_ ? std::nullopt : too_fast_state(evaluator_, inputs_, x_.data(), branch_))
     return fail(std::move(*failure));
   sources_ = plan_sources(program_, inputs_.parameters, t_, inputs_.stop);
   if (const auto& pulse = sources_.too_narrow)
@@ -223,7 +230,7 @@ bool Run::integrate() {
   if (sources_.longest_step > 0.0) integrator_->limit_step(sources_.longest_step);
   pace_.know_sources(sources_.longest_step, sources_.frequency);
   tolerances_.know_edges(sources_.edges);
-  tolerances_.estimate(evaluator_, t_, x_.data(), source_times());
+  tolerances_.estimate(evaluator_, t_, x_.data(), branch_, source_times());
   next_estimate_ = 20;
   looked_at_time_ = t_;
   while (t_ < inputs_.stop) {
@@ -235,23 +242,21 @@ bool Run::integrate() {
       jumped_at_ = t_;
       if (sources_.is_edge(t_)) tolerances_.forget_noise();
       if (!take_time_event()) return false;
-      if (!events_.settle(t_, x_.data())) return fail(*events_.failure());
+      if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
     }
-    if (!emit_at(t_, x_.data())) return false;
+    if (!emit_here()) return false;
   }
   return true;
 }
 
 /// Modes beyond a known time. False where it is one at which a law divides by zero.
 bool Run::take_time_event() {
-  const auto side = [this](std::size_t relation) { return evaluator_.mode(relation); };
-  std::vector<std::pair<std::size_t, double>> before;
+  const std::vector<double> before = branch_.modes;
+  evaluator_.set_time_modes(t_, branch_);
   for (std::size_t i = 0; i < program_.relations.size(); ++i)
-    if (program_.relations[i].kind == Relation::Kind::pole && program_.relations[i].time_only)
-      before.emplace_back(i, side(i));
-  evaluator_.set_time_modes(t_);
-  for (const auto& [relation, value] : before)
-    if (side(relation) != value) return fail(pole_failure(program_, relation, t_));
+    if (program_.relations[i].kind == Relation::Kind::pole && program_.relations[i].time_only &&
+        branch_.modes[i] != before[i])
+      return fail(pole_failure(program_, i, t_));
   return true;
 }
 
@@ -260,8 +265,9 @@ bool Run::integrate_to(double limit) {
   bool restart = true;
   while (t_ < limit) {
     if (restart) hold_or_not();
-    if (restart && !integrator_->restart(t_, x_.data(), limit)) return fail(fault_failure(integrator_->last_fault()));
-    if (restart) branches_.begin();
+    if (restart && !integrator_->restart(t_, x_.data(), branch_, limit))
+      return fail(fault_failure(integrator_->last_fault()));
+    if (restart) branches_.begin(integrator_->branch());
     restart = false;
     if (!integrator_->advance()) {
       if (!rescue()) return fail_as_integrator();
@@ -288,7 +294,6 @@ bool Run::integrate_to(double limit) {
     }
     if (!goes_on(t_)) return false;
   }
-  evaluator_.use_given_tears(false);
   return true;
 }
 
@@ -301,16 +306,24 @@ bool Run::go_back() {
   strayed_at_ = t_;
   if (++strayed_ > kMostTimes) return false;
   integrator_->begin_with(kShorter * integrator_->step());
-  branches_.go_back();
   return true;
 }
 
 /// While signs are held at their border, the rates are what balances them.
 void Run::hold_or_not() {
   if (!events_.holding()) return integrator_->use_rates({});
-  integrator_->use_rates([this](double t, const double* x, double* rates) {
-    return events_.prepare(t, x) && evaluator_.rates(t, x, rates);
+  integrator_->use_rates([this](double t, const double* x, Branch& branch, double* rates) {
+    return events_.prepare(t, x, branch) && evaluator_.rates(t, x, branch, rates);
   });
+}
+
+/// To a time within the integrator's last step.
+void Run::go_to(double t) {
+  branch_ = integrator_->branch();
+  integrator_->interpolate(t, y_.data(), branch_);
+  branch_.given = false;
+  std::copy_n(y_.begin(), x_.size(), x_.begin());
+  t_ = t;
 }
 
 /// A step without events: account for it and go on.
@@ -318,13 +331,11 @@ bool Run::after_step() {
   const double t = integrator_->time();
   if (!emit_before(t)) return false;
   audit_to(t);
-  integrator_->interpolate(t, y_.data());
-  std::copy_n(y_.begin(), x_.size(), x_.begin());
-  t_ = t;
+  go_to(t);
   remember_magnitudes(t);
   if (steps_ >= next_estimate_ && !implicit_) {
     next_estimate_ *= 8;
-    tolerances_.estimate(evaluator_, t_, x_.data(), {});
+    tolerances_.estimate(evaluator_, t_, x_.data(), branch_, {});
   }
   return true;
 }
@@ -340,7 +351,7 @@ bool Run::limit_order() {
   looked_at_time_ = t_;
   const bool bdf = inputs_.method == Method::automatic || inputs_.method == Method::bdf;
   if (!bdf || implicit_ || inputs_.max_order > 0 || x_.size() > kDenseStates) return false;
-  const auto spent = spent_mode(program_, evaluator_, t_, x_.data(), inputs_.stop - inputs_.start, step);
+  const auto spent = spent_mode(program_, evaluator_, t_, x_.data(), branch_, inputs_.stop - inputs_.start, step);
   if (!spent || (spent_ && spent_->order <= spent->order)) return false;
   spent_ = spent;
   integrator_->limit_order(spent->order);
@@ -353,12 +364,10 @@ bool Run::take_state_event() {
   constexpr double kLocated = 100.0 * std::numeric_limits<double>::epsilon();
   if (!emit_before(t - kLocated * std::abs(t))) return false;
   audit_to(t);
-  integrator_->interpolate(t, y_.data());
-  std::copy_n(y_.begin(), x_.size(), x_.begin());
-  t_ = jumped_at_ = t;
-  evaluator_.use_given_tears(false);
-  if (!events_.cross(x_.data())) return fail(*events_.failure());
-  return emit_at(t_, x_.data());
+  go_to(t);
+  jumped_at_ = t;
+  if (!events_.cross(x_.data(), branch_)) return fail(*events_.failure());
+  return emit_here();
 }
 
 /// False when the steps have become so small that they are roundings of the time. After a restart some are normal: a
@@ -377,46 +386,51 @@ bool Run::step_is_vital() {
 bool Run::follow_grid() {
   result_.report.method = "none (no states)";
   result_.report.method_reason = "nothing is stored";
-  const auto evaluate = [this](double t) { return evaluator_.initialize_modes(t, x_.data()); };
+  const auto evaluate = [this](double t, Branch& branch) { return evaluator_.initialize_modes(t, x_.data(), branch); };
   const auto reach = [&](double t) {
     while (audited_ < t) {
       const double to = evaluator_.next_time_event(audited_, t).value_or(t);
       if (to < t) ++time_events_;
       const Stopwatch watch(audit_seconds_);
       constexpr int kSmooth = 12;
-      audit_.add(audited_, to, kSmooth, [&](double at, double*) { evaluate(at); });
+      audit_.add(audited_, to, kSmooth, branch_, [&](double at, double*, Branch& branch) { evaluate(at, branch); });
       audited_ = to;
     }
-    if (!evaluate(t)) return fail_with_fault();
+    if (!evaluate(t, branch_)) return fail_with_fault();
     t_ = t;
     return true;
   };
   for (std::size_t i = 0; i < inputs_.output_times.size(); ++i) {
     const double t = inputs_.output_times[i];
-    if (!reach(t) || !emit_at(t, x_.data()) || !goes_on(t)) return false;
+    if (!reach(t) || !emit_here() || !goes_on(t)) return false;
   }
   return t_ >= inputs_.stop || reach(inputs_.stop);
 }
 
 bool Run::emit_before(double t) {
+  if (next_output_ >= inputs_.output_times.size() || !(inputs_.output_times[next_output_] < t)) return true;
+  probe_ = integrator_->branch();
   while (next_output_ < inputs_.output_times.size() && inputs_.output_times[next_output_] < t) {
     const Stopwatch watch(output_seconds_);
-    integrator_->interpolate(inputs_.output_times[next_output_], y_.data());
-    if (!emit_row(inputs_.output_times[next_output_], y_.data())) return false;
+    integrator_->interpolate(inputs_.output_times[next_output_], y_.data(), probe_);
+    if (!emit_row(inputs_.output_times[next_output_], y_.data(), probe_)) return false;
   }
   return true;
 }
 
-bool Run::emit_at(double t, const double* x) {
-  while (next_output_ < inputs_.output_times.size() && inputs_.output_times[next_output_] <= t) {
+/// At the point that the run has reached.
+bool Run::emit_here() {
+  if (next_output_ >= inputs_.output_times.size() || !(inputs_.output_times[next_output_] <= t_)) return true;
+  probe_ = branch_;
+  while (next_output_ < inputs_.output_times.size() && inputs_.output_times[next_output_] <= t_) {
     const Stopwatch watch(output_seconds_);
-    if (!emit_row(inputs_.output_times[next_output_], x)) return false;
+    if (!emit_row(inputs_.output_times[next_output_], x_.data(), probe_)) return false;
   }
   return true;
 }
 
-bool Run::emit_row(double t, const double* y) {
-  if (!events_.prepare(t, y) || !evaluator_.outputs(t, y, row_.data())) return fail_with_fault();
+bool Run::emit_row(double t, const double* y, Branch& branch) {
+  if (!events_.prepare(t, y, branch) || !evaluator_.outputs(t, y, branch, row_.data())) return fail_with_fault();
   if (options_.rows) {
     options_.rows(t, row_);
   } else {
@@ -432,15 +446,14 @@ bool Run::emit_row(double t, const double* y) {
 void Run::audit_to(double t) {
   if (!audit_.measuring()) return;
   const Stopwatch watch(audit_seconds_);
-  audit_.add(audited_, t, integrator_->order(), [this](double at, double* y) {
-    integrator_->interpolate(at, y);
-    events_.prepare(at, y);
+  audit_.add(audited_, t, integrator_->order(), integrator_->branch(), [this](double at, double* y, Branch& branch) {
+    integrator_->interpolate(at, y, branch);
+    events_.prepare(at, y, branch);
   });
   audited_ = t;
 }
 
 bool Run::fail(Diagnostic diagnostic) {
-  evaluator_.use_given_tears(false);
   // What fails after its time is over fails because nothing is evaluated any more.
   if (clock_.end() != RunClock::End::none) return end_here(t_);
   result_.stop = StopReason::failed;
@@ -452,12 +465,11 @@ bool Run::fail(Diagnostic diagnostic) {
 /// fresh start where a kink spoiled what the integrator remembered.
 bool Run::rescue() {
   constexpr std::uint64_t kStepsBetween = 10;
-  evaluator_.use_given_tears(false);
   if (clock_.end() != RunClock::End::none || integrator_->failure().too_accurate) return false;
   if (integrator_->failure().fault) {
     std::vector<double> tolerance(x_.size());
     for (std::size_t i = 0; i < x_.size(); ++i) tolerance[i] = tolerances_.absolute(i);
-    if (events_.take_across(t_, x_.data(), tolerance)) return true;
+    if (events_.take_across(t_, x_.data(), branch_, tolerance)) return true;
   }
   if (steps_ < rescued_at_ + kStepsBetween) return false;
   rescued_at_ = steps_;
@@ -477,12 +489,11 @@ bool Run::fail_as_stuck(const std::string& words) {
   const Fault& fault = integrator_->last_fault();
   const bool faulty = integrator_->failure().fault || (fault.kind != Fault::Kind::none &&
                                                        std::abs(fault.time - t_) <= kJustAhead * (t_ - inputs_.start));
-  if (const auto pole = events_.pole_ahead(t_, x_.data())) return fail(pole_failure(program_, *pole, t_));
+  if (const auto pole = events_.pole_ahead(t_, x_.data(), branch_)) return fail(pole_failure(program_, *pole, t_));
   return fail(faulty && !recognise_blow_up(point) ? fault_failure(fault) : stuck_failure(point));
 }
 
 StuckPoint Run::stuck_point(const std::string& words) {
-  evaluator_.use_given_tears(false);
   StuckPoint point;
   point.t = t_;
   point.start = inputs_.start;
@@ -497,9 +508,9 @@ StuckPoint Run::stuck_point(const std::string& words) {
   point.y.assign(y_.size(), 0.0);
   std::copy(x_.begin(), x_.end(), point.y.begin());
   point.rate.resize(x_.size());
-  if (!evaluator_.rates(t_, x_.data(), point.rate.data())) point.rate.clear();
-  const std::span<const double> tears = evaluator_.tear_values();
-  std::copy(tears.begin(), tears.end(), point.y.begin() + static_cast<std::ptrdiff_t>(x_.size()));
+  probe_ = branch_;
+  if (!evaluator_.rates(t_, x_.data(), probe_, point.rate.data())) point.rate.clear();
+  std::copy(probe_.tears.begin(), probe_.tears.end(), point.y.begin() + static_cast<std::ptrdiff_t>(x_.size()));
   point.largest_early = largest_early_;
   point.weighted_error.assign(integrator_->size(), 0.0);
   integrator_->weighted_errors(point.weighted_error.data());
@@ -522,15 +533,15 @@ bool Run::goes_on(double t) {
   clock_.reach(t);
   if (clock_.end() != RunClock::End::none && t < inputs_.stop) return end_here(t);
   if (!clock_.looked()) return true;
-  auto reason = pace_.judge({clock_.seconds(), t, x_.data(), steps_, result_.rows, events_.count(), time_events_,
-                             jumped_at_, next_known_, events_.latest_relation(), integrator_.get(), !implicit_});
+  auto reason =
+      pace_.judge({clock_.seconds(), t, x_.data(), &branch_, steps_, result_.rows, events_.count(), time_events_,
+                   jumped_at_, next_known_, events_.latest_relation(), integrator_.get(), !implicit_});
   return !reason || fail(std::move(*reason));
 }
 
 /// Ends the run because the caller asked for it or its time is over.
 bool Run::end_here(double t) {
   const bool interrupted = clock_.end() == RunClock::End::interrupted;
-  evaluator_.use_given_tears(false);
   result_.stop = interrupted ? StopReason::interrupted : StopReason::failed;
   result_.failure = interrupted ? interrupted_failure(t) : time_limit_failure(t, inputs_.stop, options_.time_limit);
   return false;
@@ -578,7 +589,7 @@ void Run::report() {
     report.energy.why_not = "the run did not start";
   } else {
     const Stopwatch watch(audit_seconds_);
-    report.energy = audit_.finish(t_, x_.data());
+    report.energy = audit_.finish(t_, x_.data(), branch_);
     if (options_.energy_audit && !report.energy.done && clock_.end() != RunClock::End::none)
       report.energy.why_not = "the run was ended within a step";
     if (result_.stop == StopReason::completed) note(open_balance_note(report.energy, inputs_.relative));

@@ -53,13 +53,13 @@ struct Tolerances::Probe {
   }
 
   /// The Jacobian at the point; false where it does not exist.
-  bool see(Evaluator& evaluator, double t, const double* y) {
-    return implicit || evaluator.jacobian(t, y, jacobian.data());
+  bool see(Evaluator& evaluator, double t, const double* y, Branch branch) {
+    return implicit || evaluator.jacobian(t, y, branch, jacobian.data());
   }
 
-  bool factor(Evaluator& evaluator, double h, double t, const double* y) {
+  bool factor(Evaluator& evaluator, double h, double t, const double* y, const Branch& branch) {
     if (implicit) {
-      if (!evaluator.residual_jacobian(t, 1.0 / h, y, entries.data())) return false;
+      if (!evaluator.residual_jacobian(t, 1.0 / h, y, branch, entries.data())) return false;
     } else {
       for (std::size_t column = 0; column < pattern.size; ++column)
         for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
@@ -109,7 +109,8 @@ Tolerances::Tolerances(const Program& program, const RunInputs& inputs, bool imp
   }
 }
 
-void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const std::vector<double>& times) {
+void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const Branch& branch,
+                          const std::vector<double>& times) {
   for (std::size_t i = 0; i < states_; ++i) recent_[i] = std::max(recent_[i], std::abs(x[i]));
   const bool all_given = std::all_of(given_.begin(), given_.end(), [](double g) { return g >= 0.0; });
   if (states_ == 0 || all_given || !(span_ > 0.0)) return;
@@ -127,29 +128,29 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
     const auto edge = std::upper_bound(edges_.begin(), edges_.end(), from);
     return std::min(event, edge == edges_.end() ? stop : *edge) - from;
   };
-  if (!evaluator.rates(t, x, now.data())) return;
-  const std::vector<double> tears(evaluator.tear_values().begin(), evaluator.tear_values().end());
+  Branch here = branch;
+  if (!evaluator.rates(t, x, here, now.data())) return;
   pushes.push_back({now, lasts(t)});
+  Branch there;
   for (const double other : times) {
-    evaluator.set_time_modes(other);
-    if (evaluator.rates(other, x, now.data())) pushes.push_back({now, lasts(other)});
-    evaluator.set_tears(tears);
+    there = here;
+    evaluator.set_time_modes(other, there);
+    if (evaluator.rates(other, x, there, now.data())) pushes.push_back({now, lasts(other)});
   }
-  evaluator.set_time_modes(t);
 
   std::vector<double> y(x, x + states_);
-  if (implicit_) y.insert(y.end(), tears.begin(), tears.end());
+  if (implicit_) y.insert(y.end(), here.tears.begin(), here.tears.end());
   for (std::size_t i = states_; i < size_; ++i) recent_[i] = std::max(recent_[i], std::abs(y[i]));
 
   // Earlier promises are forgotten slowly: a state that has been at rest may be called upon again.
   for (std::vector<double>& stage : stages_)
     for (double& magnitude : stage) magnitude /= 30.0;
   Probe probe(program_, implicit_);
-  if (!probe.see(evaluator, t, y.data())) return;
+  if (!probe.see(evaluator, t, y.data(), here)) return;
   std::vector<double> magnitude(size_), moved(x, x + states_), second(states_);
   for (std::size_t stage = 0; stage < kStages.size(); ++stage) {
     const double h = kStages[stage] * span_;
-    if (!probe.factor(evaluator, h, t, y.data())) continue;
+    if (!probe.factor(evaluator, h, t, y.data(), here)) continue;
     std::fill(magnitude.begin(), magnitude.end(), 0.0);
     const auto take = [&](const std::vector<double>& rates, double length, bool only_unmoved) {
       const double* change = probe.solve(length, rates);
@@ -174,8 +175,8 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
     // States that only products of others set in motion are seen from the point that these have moved to.
     bool unmoved = false;
     for (std::size_t i = 0; i < states_; ++i) unmoved = unmoved || (magnitude[i] == 0.0 && recent_[i] == 0.0);
-    if (unmoved && evaluator.rates(t, moved.data(), second.data())) take(second, h, true);
-    evaluator.set_tears(tears);
+    there = here;
+    if (unmoved && evaluator.rates(t, moved.data(), there, second.data())) take(second, h, true);
     add_estimate(stage, magnitude);
   }
   reach_ = 0.0;

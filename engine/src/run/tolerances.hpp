@@ -19,8 +19,9 @@ class Tolerances {
   Tolerances(const Program& program, const RunInputs& inputs, bool implicit);
 
   /// Estimates the scales that are not known yet, from the point (t, x); @p times are further times at which sources
-  /// may act, up to inputs.stop. Leaves the evaluator's loops and time modes as they were.
-  void estimate(Evaluator& evaluator, double t, const double* x, const std::vector<double>& times);
+  /// may act, up to inputs.stop.
+  void estimate(Evaluator& evaluator, double t, const double* x, const Branch& branch,
+                const std::vector<double>& times);
   /// Times, in order, at which sources set in or end without a jump: what acts before them promises nothing for later.
   void know_edges(std::vector<double> edges) { edges_ = std::move(edges); }
   /// At such a time: what rounding did to the rates before says nothing about them behind.

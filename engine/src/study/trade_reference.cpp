@@ -225,11 +225,11 @@ double fastest_rate(const Program& program, const RunInputs& inputs) {
   const std::size_t states = program.state_names.size();
   if (states == 0 || states > kMostStates || !program.plan.explicit_form) return 0.0;
   Evaluator evaluator(program, inputs.parameters);
-  evaluator.set_time_modes(inputs.start);
   const std::vector<double> x = initial_states(evaluator, inputs);
-  if (!evaluator.initialize_modes(inputs.start, x.data())) return 0.0;
+  Branch branch = first_branch(program);
+  if (!evaluator.initialize_modes(inputs.start, x.data(), branch)) return 0.0;
   double fastest = 0.0;
-  for (const std::complex<double> mode : eigenvalues(program, evaluator, inputs.start, x.data()))
+  for (const std::complex<double> mode : eigenvalues(program, evaluator, inputs.start, x.data(), branch))
     fastest = std::max(fastest, std::abs(mode));
   return fastest;
 }

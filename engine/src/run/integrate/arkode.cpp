@@ -27,8 +27,9 @@ class ArkodeIntegrator final : public OdeIntegrator {
         table_(butcher_table(inputs.method)),
         begin_(make_vector(context_.get(), size_)) {}
 
-  bool restart(double t, const double* x, double limit) override {
+  bool restart(double t, const double* x, const Branch& branch, double limit) override {
     std::copy(x, x + size_, values(y_.get()));
+    branch_ = branch;
     time_ = previous_ = t;
     limit_ = limit;
     if (!rates(t, x, values(scratch_.get()))) return fault(t);
@@ -176,9 +177,10 @@ class ArkodeIntegrator final : public OdeIntegrator {
   void look(double t) {
     steps_since_look_ = 0;
     const double* x = values(y_);
-    if (special_rates_ || !evaluator_.jacobian(t, x, entries_.data())) return;
+    if (special_rates_ || !evaluator_.jacobian(t, x, branch_, entries_.data())) return;
     tolerances_.see_jacobian(program_.jacobian_pattern, entries_.data());
-    tolerances_.see_noise([this](double at, const double* y, double* f) { return evaluator_.rates(at, y, f); }, t, x);
+    tolerances_.see_noise([this](double at, const double* y, double* f) { return evaluator_.rates(at, y, branch_, f); },
+                          t, x);
   }
 
   static int on_rates(double s, N_Vector y, N_Vector rates, void* self) {

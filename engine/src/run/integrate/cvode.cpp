@@ -41,8 +41,9 @@ class CvodeIntegrator final : public OdeIntegrator {
         max_order_(inputs.max_order),
         cvode_(make_cvode(context_.get(), adams_ ? CV_ADAMS : CV_BDF)) {}
 
-  bool restart(double t, const double* x, double limit) override {
+  bool restart(double t, const double* x, const Branch& branch, double limit) override {
     std::copy(x, x + size_, values(y_.get()));
+    branch_ = branch;
     time_ = previous_ = t;
     limit_ = limit;
     if (!rates(t, x, values(scratch_.get()))) return fault(t);

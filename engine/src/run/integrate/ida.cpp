@@ -34,19 +34,20 @@ class IdaIntegrator final : public Integrator {
 
   /// Consistent from the first: the loops are solved for these states, and x' follows from them. z' is the loops'
   /// answer to a small move along x', which spares IDA a first step full of surprises.
-  bool restart(double t, const double* x, double limit) override {
+  bool restart(double t, const double* x, const Branch& branch, double limit) override {
     double* y = values(y_.get());
     double* rate = values(rate_.get());
     std::copy(x, x + states_, y);
     time_ = previous_ = t;
     limit_ = limit;
-    evaluator_.use_given_tears(false);
+    branch_ = branch;
+    branch_.given = false;
     std::fill(rate, rate + size_, 0.0);
-    if (!evaluator_.rates(t, x, rate)) return fault(t);
-    copy_tears(y + states_);
+    if (!evaluator_.rates(t, x, branch_, rate)) return fault(t);
+    std::copy(branch_.tears.begin(), branch_.tears.end(), y + states_);
     follow_tears(t);
     if (unit_ != 1.0) N_VScale(unit_, rate_.get(), rate_.get());
-    evaluator_.use_given_tears(true);
+    branch_.given = true;
     if (!initialized_) {
       initialize(t);
     } else {
@@ -76,6 +77,7 @@ class IdaIntegrator final : public Integrator {
     crept_ = false;
     time_ = flag == IDA_TSTOP_RETURN ? limit_ : reached * unit_;
     IDAGetLastOrder(ida_.get(), &order_);
+    std::copy(values(y_) + states_, values(y_) + size_, branch_.tears.begin());
     return true;
   }
 
@@ -120,29 +122,23 @@ class IdaIntegrator final : public Integrator {
     initialized_ = true;
   }
 
-  void copy_tears(double* out) const {
-    const std::span<const double> tears = evaluator_.tear_values();
-    std::copy(tears.begin(), tears.end(), out);
-  }
-
   void follow_tears(double t) {
     if (size_ == states_) return;
     const double move = 1e-7 * (limit_ - t);
     double* y = values(y_.get());
     double* rate = values(rate_.get());
     double* moved = values(scratch_.get());
-    std::vector<double> tears(y + states_, y + size_), rates(states_);
+    std::vector<double> rates(states_);
+    Branch there = branch_;
     for (std::size_t i = 0; i < states_; ++i) moved[i] = y[i] + move * rate[i];
-    if (evaluator_.rates(t + move, moved, rates.data())) {
-      copy_tears(moved + states_);
-      for (std::size_t i = states_; i < size_; ++i) rate[i] = (moved[i] - y[i]) / move;
-    }
-    evaluator_.set_tears(tears);
+    if (!evaluator_.rates(t + move, moved, there, rates.data())) return;
+    for (std::size_t i = states_; i < size_; ++i) rate[i] = (there.tears[i - states_] - y[i]) / move;
   }
 
   bool creep() {
     double* y = values(y_.get());
     for (std::size_t i = 0; i < size_; ++i) y[i] += (limit_ - time_) / unit_ * values(rate_)[i];
+    std::copy(y + states_, y + size_, branch_.tears.begin());
     previous_ = time_;
     time_ = limit_;
     order_ = 1;
@@ -173,7 +169,8 @@ class IdaIntegrator final : public Integrator {
       real_rate = me.scratch_.get();
       N_VScale(1.0 / me.unit_, rate, real_rate);
     }
-    return me.evaluator_.residual(t, values(y), values(real_rate), values(residual)) ? 0 : me.recoverable(t);
+    return me.evaluator_.residual(t, values(y), me.branch_, values(real_rate), values(residual)) ? 0
+                                                                                                 : me.recoverable(t);
   }
 
   static int on_jacobian(double s, double cj, N_Vector y, N_Vector, N_Vector, SUNMatrix matrix, void* self, N_Vector,
@@ -183,12 +180,12 @@ class IdaIntegrator final : public Integrator {
     const bool dense = me.algebra_.pattern == nullptr;
     const double t = s * me.unit_;
     double* entries = dense ? me.entries_.data() : sparse_values(matrix, pattern);
-    if (!me.evaluator_.residual_jacobian(t, cj / me.unit_, values(y), entries)) return me.recoverable(t);
+    if (!me.evaluator_.residual_jacobian(t, cj / me.unit_, values(y), me.branch_, entries)) return me.recoverable(t);
     me.tolerances_.see_jacobian(pattern, entries);
     const double* rate = values(me.rate_);
     me.tolerances_.see_noise(
-        [&](double at, const double* x, double* r) { return me.evaluator_.residual(at, x, rate, r); }, t, values(y),
-        rate);
+        [&](double at, const double* x, double* r) { return me.evaluator_.residual(at, x, me.branch_, rate, r); }, t,
+        values(y), rate);
     if (dense) scatter(matrix, pattern, entries);
     return 0;
   }

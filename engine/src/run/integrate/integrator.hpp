@@ -1,6 +1,7 @@
 /// What the simulation loop needs of an integrator: one step at a time, and the solution between.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,13 +25,13 @@ class Integrator {
   Integrator(const Integrator&) = delete;
   Integrator& operator=(const Integrator&) = delete;
 
-  /// Reinitializes at (t, x) with the modes as they are, towards @p limit. False if the equations cannot be evaluated
-  /// there: the evaluator's fault tells.
-  virtual bool restart(double t, const double* x, double limit) = 0;
+  /// Reinitializes at (t, x) on @p branch, towards @p limit. False if the equations cannot be evaluated there:
+  /// last_fault() tells.
+  virtual bool restart(double t, const double* x, const Branch& branch, double limit) = 0;
   /// One step, not beyond the limit. False if there is none: failure() tells.
   virtual bool advance() = 0;
   /// From the next restart on, the rates are these instead of the evaluator's; empty: the evaluator's. CVODE only.
-  using Rates = std::function<bool(double t, const double* x, double* rates)>;
+  using Rates = std::function<bool(double t, const double* x, Branch& branch, double* rates)>;
   void use_rates(Rates rates) { special_rates_ = std::move(rates); }
   /// From the next restart on, no higher order than this. CVODE only.
   virtual void limit_order(int /*order*/) {}
@@ -40,6 +41,14 @@ class Integrator {
   void limit_step(double longest) { longest_ = longest; }
   /// The solution at @p t within the last step: states, then tear variables if these are unknowns of the integrator.
   virtual void interpolate(double t, double* y) = 0;
+  /// The same with the branch there, which must be a copy of branch(): tears that are unknowns are set.
+  void interpolate(double t, double* y, Branch& branch) {
+    interpolate(t, y);
+    if (branch.given) std::copy(y + (size_ - branch.tears.size()), y + size_, branch.tears.begin());
+  }
+  /// The modes of the last restart, and the loops' solution of the latest evaluation; `given` if the tears are unknowns
+  /// of the integrator.
+  [[nodiscard]] const Branch& branch() const { return branch_; }
   [[nodiscard]] virtual std::string method() const = 0;
   [[nodiscard]] virtual Counts counts() const = 0;
   /// Estimated local error of the failed step relative to the tolerance, by unknown.
@@ -68,6 +77,7 @@ class Integrator {
   double time_ = 0.0, previous_ = 0.0;
   int order_ = 1;
   std::size_t size_ = 0;
+  Branch branch_;
   Rates special_rates_;
   double unit_ = 1.0;        ///< of the integrator's own time
   double longest_ = 0.0;     ///< step; 0: any

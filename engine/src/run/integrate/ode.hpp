@@ -13,7 +13,7 @@ class OdeIntegrator : public Integrator {
   OdeIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, double span);
 
   bool rates(double t, const double* x, double* out) {
-    return special_rates_ ? special_rates_(t, x, out) : evaluator_.rates(t, x, out);
+    return special_rates_ ? special_rates_(t, x, branch_, out) : evaluator_.rates(t, x, branch_, out);
   }
 
   // What SUNDIALS calls, in the integrator's own time s. Returns 0, or 1 for a point that cannot be evaluated.

@@ -9,10 +9,11 @@ namespace bgsim {
 
 namespace {
 
-std::optional<Eigen::MatrixXd> dense_jacobian(const Program& program, Evaluator& evaluator, double t, const double* x) {
+std::optional<Eigen::MatrixXd> dense_jacobian(const Program& program, Evaluator& evaluator, double t, const double* x,
+                                              Branch branch) {
   const Sparsity& pattern = program.jacobian_pattern;
   std::vector<double> entries(pattern.row.size());
-  if (!evaluator.jacobian(t, x, entries.data())) return std::nullopt;
+  if (!evaluator.jacobian(t, x, branch, entries.data())) return std::nullopt;
   const auto size = static_cast<Eigen::Index>(pattern.size);
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(size, size);
   for (std::size_t column = 0; column < pattern.size; ++column)
@@ -54,8 +55,9 @@ std::vector<std::complex<double>> eigenvalues(Eigen::MatrixXd jacobian) {
 
 }  // namespace
 
-std::vector<std::complex<double>> eigenvalues(const Program& program, Evaluator& evaluator, double t, const double* x) {
-  auto jacobian = dense_jacobian(program, evaluator, t, x);
+std::vector<std::complex<double>> eigenvalues(const Program& program, Evaluator& evaluator, double t, const double* x,
+                                              const Branch& branch) {
+  auto jacobian = dense_jacobian(program, evaluator, t, x, branch);
   return jacobian ? eigenvalues(std::move(*jacobian)) : std::vector<std::complex<double>>();
 }
 
@@ -65,11 +67,11 @@ double stable_angle(int order) {
 }
 
 std::optional<SpentMode> spent_mode(const Program& program, Evaluator& evaluator, double t, const double* x,
-                                    double span, double step) {
+                                    const Branch& branch, double span, double step) {
   constexpr double kTimesOver = 100.0;  // dies out within a hundredth of the scene
   constexpr double kUnresolved = 0.7;   // rad a step
   constexpr int kMostOrder = 5;
-  auto jacobian = dense_jacobian(program, evaluator, t, x);
+  auto jacobian = dense_jacobian(program, evaluator, t, x, branch);
   // No eigenvalue is larger than the norm.
   if (!jacobian || jacobian->cwiseAbs().colwise().sum().maxCoeff() * step < kUnresolved) return std::nullopt;
   std::optional<SpentMode> worst;

@@ -11,7 +11,8 @@ namespace bgsim {
 
 /// Eigenvalues of the Jacobian at (t, x), after balancing; empty where it cannot be evaluated or is not finite.
 /// Cost: some 10 n^3 operations for n states.
-std::vector<std::complex<double>> eigenvalues(const Program& program, Evaluator& evaluator, double t, const double* x);
+std::vector<std::complex<double>> eigenvalues(const Program& program, Evaluator& evaluator, double t, const double* x,
+                                              const Branch& branch);
 
 /// Half the opening, in degrees, of the sector about the negative real axis in which BDF of this order is stable
 /// whatever the step: 90 for orders 1 and 2, then less and less.
@@ -36,6 +37,6 @@ struct SpentMode {
 /// @param step  that the integrator makes now, on average.
 /// Cost: that of a Jacobian where no mode can be that fast; else that of eigenvalues().
 std::optional<SpentMode> spent_mode(const Program& program, Evaluator& evaluator, double t, const double* x,
-                                    double span, double step);
+                                    const Branch& branch, double span, double step);
 
 }  // namespace bgsim

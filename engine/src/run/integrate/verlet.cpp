@@ -25,8 +25,9 @@ class VerletIntegrator final : public Integrator {
     order_ = kDegree;
   }
 
-  bool restart(double t, const double* x, double limit) override {
+  bool restart(double t, const double* x, const Branch& branch, double limit) override {
     std::copy(x, x + size_, x_.begin());
+    branch_ = branch;
     time_ = previous_ = t;
     limit_ = limit;
     length_ = even_step(t, limit, fixed_step_);
@@ -77,7 +78,7 @@ class VerletIntegrator final : public Integrator {
 
   bool evaluate(double t) {
     ++counts_.rates;
-    if (evaluator_.rates(t, x_.data(), rate_.data())) return true;
+    if (evaluator_.rates(t, x_.data(), branch_, rate_.data())) return true;
     failure_.fault = true;
     failure_.words = "the state equations could not be evaluated";
     last_fault_ = evaluator_.fault();
@@ -94,8 +95,8 @@ class VerletIntegrator final : public Integrator {
   bool know_ends() {
     if (ends_known_) return true;
     counts_.rates += 2;
-    ends_known_ = evaluator_.rates(previous_, begin_.data(), rate_at_begin_.data()) &&
-                  evaluator_.rates(time_, x_.data(), rate_at_end_.data());
+    ends_known_ = evaluator_.rates(previous_, begin_.data(), branch_, rate_at_begin_.data()) &&
+                  evaluator_.rates(time_, x_.data(), branch_, rate_at_end_.data());
     return ends_known_;
   }
 

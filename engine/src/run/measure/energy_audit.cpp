@@ -84,12 +84,13 @@ std::size_t EnergyAuditor::rule_for(int order) const {
   return static_cast<std::size_t>(points - 1);
 }
 
-void EnergyAuditor::begin(double t, const double* x, double stop) {
+void EnergyAuditor::begin(double t, const double* x, const Branch& branch, double stop) {
   constexpr double kPieces = 64.0;
+  branch_ = branch;
   longest_ = (stop - t) / kPieces;
   if (!measuring_) return;
-  if (!evaluator_.stored(t, x, energy_before_.data()) ||
-      (!displaced_before_.empty() && !evaluator_.displacements(t, x, displaced_before_.data())))
+  if (!evaluator_.stored(t, x, branch_, energy_before_.data()) ||
+      (!displaced_before_.empty() && !evaluator_.displacements(t, x, branch_, displaced_before_.data())))
     give_up("the stored energy at the start could not be evaluated: " + evaluator_.fault().what);
   if (record_times_.empty() || !measuring_) return;
   for (auto* const term :
@@ -100,7 +101,7 @@ void EnergyAuditor::begin(double t, const double* x, double stop) {
 void EnergyAuditor::start_stretch() { std::fill(stretch_.begin(), stretch_.end(), 0.0); }
 
 void EnergyAuditor::add_point(std::size_t point, double t, double weight) {
-  if (!evaluator_.powers(t, y_.data(), power_.data())) {
+  if (!evaluator_.powers(t, y_.data(), branch_, power_.data())) {
     const Fault& fault = evaluator_.fault();
     give_up("a power could not be evaluated: " + fault.what + " (" + fault.target + ")");
     return;
@@ -125,7 +126,7 @@ void EnergyAuditor::take_least(std::size_t part, double t) {
   if (power < 0.0) {
     if (rounding_at_ != t) {
       rounding_.resize(power_.size());
-      evaluator_.power_rounding(t, y_.data(), rounding_.data());
+      evaluator_.power_rounding(t, y_.data(), branch_, rounding_.data());
       rounding_at_ = t;
     }
     if (power >= -rounding_[part]) power = 0.0;
@@ -190,8 +191,8 @@ std::optional<double> EnergyAuditor::change_of_store(std::size_t part) const {
 
 /// What the stores say they hold now. False, and the audit is given up, if that has no value.
 bool EnergyAuditor::look_at_stores(double t, const double* x, const char* when) {
-  if (evaluator_.stored(t, x, energy_after_.data()) &&
-      (displaced_after_.empty() || evaluator_.displacements(t, x, displaced_after_.data())))
+  if (evaluator_.stored(t, x, branch_, energy_after_.data()) &&
+      (displaced_after_.empty() || evaluator_.displacements(t, x, branch_, displaced_after_.data())))
     return true;
   give_up(std::string("the stored energy ") + when + " could not be evaluated: " + evaluator_.fault().what);
   return false;
@@ -237,8 +238,9 @@ void EnergyAuditor::append(double t, const Terms& now) {
   course_.residual.push_back(now.residual.value());
 }
 
-EnergyAudit EnergyAuditor::finish(double t, const double* x) {
+EnergyAudit EnergyAuditor::finish(double t, const double* x, const Branch& branch) {
   EnergyAudit audit;
+  branch_ = branch;
   if (measuring_) look_at_stores(t, x, "at the end");
   audit.why_not = why_not_;
   if (!measuring_) return audit;

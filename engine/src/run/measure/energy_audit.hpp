@@ -30,21 +30,23 @@ class EnergyAuditor {
   void record_course(const OutputTimes& output_times, std::size_t points);
 
   /// @param stop  the run's end.
-  void begin(double t, const double* x, double stop);
-  /// A stretch on which the solution is smooth; @p solution(t, y) gives it, @p order is that of its polynomial.
+  void begin(double t, const double* x, const Branch& branch, double stop);
+  /// A stretch on which the solution is smooth; @p solution(t, y, branch) gives it, @p branch being the one of a point
+  /// nearby; @p order is that of its polynomial.
   template <class Solution>
-  void add(double from, double to, int order, Solution&& solution) {
+  void add(double from, double to, int order, const Branch& branch, Solution&& solution) {
+    branch_ = branch;
     while (next_record_ < record_times_.size() && record_times_[next_record_] <= to) {
       const double at = record_times_[next_record_++];
       add_smooth(from, at, order, solution);
       if (!measuring_) return;
-      solution(at, y_.data());
+      solution(at, y_.data(), branch_);
       record(at);
       from = at;
     }
     add_smooth(from, to, order, solution);
   }
-  EnergyAudit finish(double t, const double* x);
+  EnergyAudit finish(double t, const double* x, const Branch& branch);
   [[nodiscard]] bool measuring() const { return measuring_; }
 
  private:
@@ -66,7 +68,7 @@ class EnergyAuditor {
     for (double piece = 0.0; piece < pieces; ++piece) {
       for (std::size_t i = 0; i < rule.position.size() && measuring_; ++i) {
         const double t = from + length * (piece + rule.position[i]);
-        solution(t, y_.data());
+        solution(t, y_.data(), branch_);
         add_point(i, t, length * rule.weight[i]);
       }
       if (measuring_) add_activities(rule, length);
@@ -92,6 +94,7 @@ class EnergyAuditor {
   bool measuring_;
   double longest_ = 0.0;  ///< stretch that the rule is applied to in one piece
   std::string why_not_;
+  Branch branch_;  ///< at y_
   std::vector<Rule> rules_;
   std::vector<double> y_, power_, stretch_, activity_, samples_;  ///< samples: powers by part and point
   std::vector<CompensatedSum> total_;                             ///< by energy part

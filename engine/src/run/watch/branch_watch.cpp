@@ -21,10 +21,9 @@ BranchWatch::BranchWatch(const Program& program, Evaluator& evaluator, double st
   if (any_) orientation_.assign(program.blocks.size(), 0);
 }
 
-void BranchWatch::begin() {
+void BranchWatch::begin(const Branch& branch) {
   if (!any_) return;
-  const std::span<const double> tears = evaluator_.tear_values();
-  last_.assign(tears.begin(), tears.end());
+  last_ = branch.tears;
   for (std::size_t b = 0; b < orientation_.size(); ++b) orientation_[b] = evaluator_.orientation(b);
   for (std::size_t i = 0; i < last_.size(); ++i) largest_[i] = std::max(largest_[i], std::abs(last_[i]));
 }
@@ -44,11 +43,11 @@ bool BranchWatch::solve(Integrator& integrator, double t, const std::vector<doub
                         std::vector<double>& solution) {
   y_.resize(integrator.size());
   integrator.interpolate(t, y_.data());
-  evaluator_.set_tears(start);
+  probe_ = integrator.branch();
+  probe_.tears = start;
   std::vector<double> rates(program_.state_names.size());
-  if (!evaluator_.rates(t, y_.data(), rates.data())) return false;
-  const std::span<const double> tears = evaluator_.tear_values();
-  solution.assign(tears.begin(), tears.end());
+  if (!evaluator_.rates(t, y_.data(), probe_, rates.data())) return false;
+  solution = probe_.tears;
   return true;
 }
 
@@ -63,8 +62,7 @@ std::optional<Diagnostic> BranchWatch::check(Integrator& integrator) {
   constexpr double kShrinks = 0.7;  // what is smooth, even a square root at zero, changes less in half the time
   constexpr int kHalvings = 40;
   if (!any_) return std::nullopt;
-  const std::span<const double> tears = evaluator_.tear_values();
-  now_.assign(tears.begin(), tears.end());
+  now_ = integrator.branch().tears;
   std::optional<Diagnostic> jump;
   for (std::size_t b = 0; b < orientation_.size() && !jump; ++b) {
     const ProgramBlock& block = program_.blocks[b];
@@ -94,9 +92,8 @@ std::optional<Diagnostic> BranchWatch::check(Integrator& integrator) {
     const Change left = change(low_, high_);
     if (left.size > std::max(kLarge, kShrinks * whole))
       jump = branch_failure(block_of(left.tear), program_.tear_names[left.tear], to, low_[left.tear], high_[left.tear]);
-    evaluator_.set_tears(now_);
   }
-  if (!jump) begin();
+  if (!jump) begin(integrator.branch());
   return jump;
 }
 

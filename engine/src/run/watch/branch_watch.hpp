@@ -15,17 +15,16 @@ class BranchWatch {
  public:
   BranchWatch(const Program& program, Evaluator& evaluator, double start, double stop);
 
-  /// From here on: the loops' present solution, which a change of modes or a new start may have set anywhere.
-  void begin();
-  /// The integrator's last step, for which the evaluator's loops are those of its end or nearly so.
+  /// From here on: the solution of the loops after a restart, which a change of modes may have put anywhere.
+  void begin(const Branch& branch);
+  /// The integrator's last step. To be called before anything else is evaluated: its last evaluation is that of the
+  /// step's end, or nearly so.
   ///
   /// @return  the jump in it, if there is one: to a solution on the other side of a fold, where the determinant of the
   ///          loop's equations has the other sign, or a change that stays however short the time in which it happens.
   /// @note  Cost: a comparison for each loop variable; some ten solutions of the loops where one changes by a tenth or
   ///        more within a step.
   std::optional<Diagnostic> check(Integrator& integrator);
-  /// After a step that is to be made again: the loops' solution at its start.
-  void go_back() { evaluator_.set_tears(last_); }
 
  private:
   struct Change {
@@ -43,6 +42,7 @@ class BranchWatch {
   std::vector<bool> watched_;     ///< by tear: of a nonlinear loop
   std::vector<int> orientation_;  ///< by block
   std::vector<double> last_, now_, low_, high_, middle_, largest_, y_;
+  Branch probe_;
 };
 
 }  // namespace bgsim

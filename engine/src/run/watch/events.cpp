@@ -43,53 +43,53 @@ EventWatch::EventWatch(const Program& program, Evaluator& evaluator, const Toler
   direction_.assign(count, 0);
   largest_.assign(count, 0.0);
   values_.assign(count, 0.0);
-  middle_ = end_ = probe_ = values_;
+  middle_ = end_ = at_probe_ = values_;
 }
 
-bool EventWatch::start(double t, const double* x) {
-  if (!evaluator_.initialize_modes(t, x)) return fail_with_fault();
+bool EventWatch::start(double t, const double* x, Branch& branch) {
+  if (!evaluator_.initialize_modes(t, x, branch)) return fail_with_fault();
   if (!any()) return true;
-  if (!evaluator_.guards(t, x, values_.data())) return fail_with_fault();
+  if (!evaluator_.guards(t, x, branch, values_.data())) return fail_with_fault();
   for (std::size_t i = 0; i < side_.size(); ++i) side_[i] = border_[i] ? 1 : sign_of(values_[i]);
   for (std::size_t i = 0; i < side_.size(); ++i) just_crossed_[i] = side_[i] == 0;
-  hold_what_rests(t, x);
-  return settle(t, x);
+  hold_what_rests(t, x, branch);
+  return settle(t, x, branch);
 }
 
-bool EventWatch::settle(double t, const double* x) {
+bool EventWatch::settle(double t, const double* x, Branch& branch) {
   if (!any()) return true;
   std::size_t most = kMostRounds;
   for (std::size_t i = 0; i < border_.size(); ++i)
     if (border_[i] && program_.relations[relation_[i]].kind == Relation::Kind::cell)
       most += program_.pool.tables()[program_.relations[relation_[i]].table.index()].x.size();
   for (std::size_t round = 0; round < most; ++round) {
-    if (!guards(t, x, values_)) return fail_with_fault();
+    if (!guards(t, x, branch, values_)) return fail_with_fault();
     for (std::size_t i = 0; i < hold_.size(); ++i)
       if (std::isinf(hold_[i])) hold_[i] = 4.0 * std::abs(values_[i]);
-    if (!any_crossed(values_)) return true;
-    if (!change(values_)) return true;
-    hold_what_rests(t, x);
+    if (!any_crossed(values_, branch)) return true;
+    if (!change(values_, branch)) return true;
+    hold_what_rests(t, x, branch);
   }
   failure_ = contradiction_failure(program_, recent_relations(), t);
   return false;
 }
 
-bool EventWatch::crossed(std::size_t guard, double value) const {
+bool EventWatch::crossed(std::size_t guard, double value, const Branch& branch) const {
   if (idle_[guard]) return false;
   if (side_[guard] != 0) return value * side_[guard] < 0.0 && std::abs(value) > hold_[guard];
-  return value != 0.0 && changes_mode(guard, sign_of(value));
+  return value != 0.0 && changes_mode(guard, sign_of(value), branch);
 }
 
-bool EventWatch::any_crossed(const std::vector<double>& values) const {
+bool EventWatch::any_crossed(const std::vector<double>& values, const Branch& branch) const {
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (crossed(i, values[i])) return true;
+    if (crossed(i, values[i], branch)) return true;
   return false;
 }
 
 /// Whether the mode of an undecided guard is another one on this side of zero.
-bool EventWatch::changes_mode(std::size_t guard, int side) const {
+bool EventWatch::changes_mode(std::size_t guard, int side, const Branch& branch) const {
   const Relation& relation = program_.relations[relation_[guard]];
-  const double mode = evaluator_.mode(relation_[guard]);
+  const double mode = branch.modes[relation_[guard]];
   if (relation.kind == Relation::Kind::condition) return apply(relation.comparison, side, 0.0) != mode;
   if (relation.kind == Relation::Kind::step) return apply(Op::step, side) != mode;
   return side != mode;  // sign
@@ -108,20 +108,21 @@ void EventWatch::decide(const std::vector<double>& values) {
 }
 
 /// Changes the modes of all guards that have crossed. False if that changed nothing.
-bool EventWatch::change(const std::vector<double>& values) {
+bool EventWatch::change(const std::vector<double>& values, Branch& branch) {
   bool changed = false;
   for (std::size_t i = 0; i < values.size(); ++i) {
     direction_[i] = 0;
-    if (!crossed(i, values[i])) continue;
+    if (!crossed(i, values[i], branch)) continue;
     const std::size_t relation = relation_[i];
-    const double before = evaluator_.mode(relation);
+    double& mode = branch.modes[relation];
+    const double before = mode;
     relations_.push_back(relation);
     if (relations_.size() > 2 * kEventsInARow) relations_.pop_front();
     if (stiction_.held(i)) {
       stiction_.release(i);
       side_[i] = sign_of(before);
       hold_[i] = std::numeric_limits<double>::infinity();  // as far as it has drifted: settle() tells
-      evaluator_.set_mode(relation, side_[i]);
+      mode = side_[i];
       changed = true;
       continue;
     }
@@ -131,15 +132,14 @@ bool EventWatch::change(const std::vector<double>& values) {
     if (kind == Relation::Kind::floor || kind == Relation::Kind::round) {
       // distance to the lower border is the first guard of the pair, to the upper the second
       const bool lower = i == 0 || relation_[i - 1] != relation;
-      evaluator_.set_mode(relation, before + (lower ? std::floor(values[i]) : std::floor(-values[i]) + 1.0));
+      mode = before + (lower ? std::floor(values[i]) : std::floor(-values[i]) + 1.0);
       direction_[i] = 0;
       changed = true;
     } else {
-      std::vector<int>& direction = direction_;
-      evaluator_.cross(direction);
+      evaluator_.cross(direction_, branch);
       direction_[i] = 0;
       if (!border_[i]) side_[i] = sign_of(values[i]);
-      const bool moved = evaluator_.mode(relation) != before;
+      const bool moved = mode != before;
       idle_[i] = border_[i] && !moved;
       changed = changed || moved;
     }
@@ -148,20 +148,20 @@ bool EventWatch::change(const std::vector<double>& values) {
 }
 
 /// The guards; of those that are held, what they have left.
-bool EventWatch::guards(double t, const double* x, std::vector<double>& values) {
-  if (!prepare(t, x) || !evaluator_.guards(t, x, values.data())) return false;
+bool EventWatch::guards(double t, const double* x, Branch& branch, std::vector<double>& values) {
+  if (!prepare(t, x, branch) || !evaluator_.guards(t, x, branch, values.data())) return false;
   if (!stiction_.any()) return true;
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (stiction_.held(i)) values[i] = stiction_.margin(i);
+    if (stiction_.held(i)) values[i] = stiction_.margin(i, branch);
   return true;
 }
 
 /// Signs of resistors that have just reached their border and that both sides push back to it stay there.
-void EventWatch::hold_what_rests(double t, const double* x) {
+void EventWatch::hold_what_rests(double t, const double* x, Branch& branch) {
   for (std::size_t i = 0; may_hold_ && i < side_.size(); ++i) {
     if (!just_crossed_[i]) continue;
     just_crossed_[i] = false;
-    if (!stiction_.possible(i) || stiction_.held(i) || !stiction_.try_hold(i, t, x)) continue;
+    if (!stiction_.possible(i) || stiction_.held(i) || !stiction_.try_hold(i, t, x, branch)) continue;
     side_[i] = 1;  // the side of what it has left
     hold_[i] = 0.0;
   }
@@ -169,8 +169,8 @@ void EventWatch::hold_what_rests(double t, const double* x) {
 
 bool EventWatch::evaluate(Integrator& integrator, double t, std::vector<double>& values) {
   y_.resize(integrator.size());
-  integrator.interpolate(t, y_.data());
-  return guards(t, y_.data(), values);
+  integrator.interpolate(t, y_.data(), probe_);
+  return guards(t, y_.data(), probe_, values);
 }
 
 /// Where a guard that is on its side at both ends and in the middle may have been on the other one in between: at the
@@ -190,6 +190,7 @@ std::optional<double> EventWatch::dip(double from, double to, const std::vector<
 
 EventWatch::Search EventWatch::search(Integrator& integrator) {
   if (!any()) return Search::none;
+  probe_ = integrator.branch();
   const double from = integrator.previous(), to = integrator.time();
   // Where a denominator passes zero without consequence, the step is searched again without it.
   for (std::size_t round = 0; round <= side_.size(); ++round) {
@@ -213,13 +214,13 @@ std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integra
     return std::nullopt;
   };
   if (!evaluate(integrator, middle, middle_)) return failed();
-  if (any_crossed(middle_)) return std::pair(from, middle);
+  if (any_crossed(middle_, probe_)) return std::pair(from, middle);
   if (!evaluate(integrator, to, end_)) return failed();
-  if (any_crossed(end_)) return std::pair(middle, to);
+  if (any_crossed(end_, probe_)) return std::pair(middle, to);
   const auto low = dip(from, to, middle_, end_);
   if (!low) return std::nullopt;
-  if (!evaluate(integrator, *low, probe_)) return failed();
-  if (any_crossed(probe_)) return std::pair(from, *low);
+  if (!evaluate(integrator, *low, at_probe_)) return failed();
+  if (any_crossed(at_probe_, probe_)) return std::pair(from, *low);
   return std::nullopt;
 }
 
@@ -236,15 +237,15 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
   event_time_ = to;
   if (!evaluate(integrator, to, end_)) return fail_with_fault();
   for (std::size_t i = 0; i < side_.size() && !neighbours(from, event_time_); ++i) {
-    if (!crossed(i, end_[i])) continue;
+    if (!crossed(i, end_[i], probe_)) continue;
     // A guard of side 0 crosses as soon as it is not zero.
     const auto distance = [&](double t) {
-      if (!evaluate(integrator, t, probe_)) {
+      if (!evaluate(integrator, t, at_probe_)) {
         fault = true;
         return -1.0;
       }
-      const double value = side_[i] != 0 ? side_[i] * probe_[i] : -std::abs(probe_[i]);
-      return crossed(i, probe_[i]) ? value : std::max(value, std::numeric_limits<double>::min());
+      const double value = side_[i] != 0 ? side_[i] * at_probe_[i] : -std::abs(at_probe_[i]);
+      return crossed(i, at_probe_[i], probe_) ? value : std::max(value, std::numeric_limits<double>::min());
     };
     const double at_from = std::max(distance(from), std::numeric_limits<double>::min());
     const double at_to = distance(event_time_);
@@ -264,13 +265,13 @@ EventWatch::Search EventWatch::judge_poles(Integrator& integrator) {
   const std::size_t states = program_.state_names.size();
   const auto rates = [&](double t, std::vector<double>& out) {
     out.resize(states);
-    integrator.interpolate(t, y_.data());
-    return prepare(t, y_.data()) && evaluator_.rates(t, y_.data(), out.data());
+    integrator.interpolate(t, y_.data(), probe_);
+    return prepare(t, y_.data(), probe_) && evaluator_.rates(t, y_.data(), probe_, out.data());
   };
   Search outcome = Search::found;
   for (std::size_t i = 0; i < side_.size(); ++i) {
     const Relation& relation = program_.relations[relation_[i]];
-    if (relation.kind != Relation::Kind::pole || !crossed(i, end_[i])) continue;
+    if (relation.kind != Relation::Kind::pole || !crossed(i, end_[i], probe_)) continue;
     std::vector<double> before, beside;
     bool pole = relation.structural || !rates(event_time_ - kBeside * integrator.step(), beside);
     if (!pole && rates(integrator.previous(), before))
@@ -286,32 +287,34 @@ EventWatch::Search EventWatch::judge_poles(Integrator& integrator) {
   return outcome;
 }
 
-std::optional<std::size_t> EventWatch::pole_ahead(double t, const double* x) {
+std::optional<std::size_t> EventWatch::pole_ahead(double t, const double* x, Branch branch) {
   constexpr double kNothing = 1e-3;
-  if (!any() || !prepare(t, x) || !evaluator_.guards(t, x, probe_.data())) return std::nullopt;
+  if (!any() || !prepare(t, x, branch) || !evaluator_.guards(t, x, branch, at_probe_.data())) return std::nullopt;
   for (std::size_t i = 0; i < side_.size(); ++i)
-    if (program_.relations[relation_[i]].kind == Relation::Kind::pole && std::abs(probe_[i]) < kNothing * largest_[i])
+    if (program_.relations[relation_[i]].kind == Relation::Kind::pole &&
+        std::abs(at_probe_[i]) < kNothing * largest_[i])
       return relation_[i];
   return std::nullopt;
 }
 
-bool EventWatch::cross(const double* y) {
-  if (!guards(event_time_, y, end_)) return fail_with_fault();
-  change(end_);
-  hold_what_rests(event_time_, y);
+bool EventWatch::cross(const double* y, Branch& branch) {
+  if (!guards(event_time_, y, branch, end_)) return fail_with_fault();
+  change(end_, branch);
+  hold_what_rests(event_time_, y, branch);
   ++count_;
-  return settle(event_time_, y) && judge_rhythm(event_time_);
+  return settle(event_time_, y, branch) && judge_rhythm(event_time_);
 }
 
-bool EventWatch::take_across(double t, const double* x, std::span<const double> tolerance) {
+bool EventWatch::take_across(double t, const double* x, Branch& branch, std::span<const double> tolerance) {
   constexpr double kClearly = 4.0;
-  if (!any() || !evaluator_.guards(t, x, values_.data())) return false;
+  if (!any() || !evaluator_.guards(t, x, branch, values_.data())) return false;
+  probe_ = branch;
   std::vector<double> doubt(side_.size(), 0.0), moved(x, x + tolerance.size());
   for (std::size_t j = 0; j < tolerance.size(); ++j) {
     for (const double step : {tolerance[j], -tolerance[j]}) {
       moved[j] = x[j] + step;
-      if (!evaluator_.guards(t, moved.data(), probe_.data())) continue;
-      for (std::size_t i = 0; i < doubt.size(); ++i) doubt[i] = std::max(doubt[i], std::abs(probe_[i] - values_[i]));
+      if (!evaluator_.guards(t, moved.data(), probe_, at_probe_.data())) continue;
+      for (std::size_t i = 0; i < doubt.size(); ++i) doubt[i] = std::max(doubt[i], std::abs(at_probe_[i] - values_[i]));
     }
     moved[j] = x[j];
   }
@@ -326,11 +329,11 @@ bool EventWatch::take_across(double t, const double* x, std::span<const double> 
     taken = true;
   }
   if (!taken) return false;
-  evaluator_.cross(direction_);
+  evaluator_.cross(direction_, branch);
   std::fill(direction_.begin(), direction_.end(), 0);
   ++count_;
   event_time_ = t;
-  return settle(t, x) && judge_rhythm(t);
+  return settle(t, x, branch) && judge_rhythm(t);
 }
 
 bool EventWatch::judge_rhythm(double t) {

@@ -21,29 +21,31 @@ class EventWatch {
   EventWatch(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double span, bool hold);
 
   /// Sets all modes at the start of a run. False: failure().
-  bool start(double t, const double* x);
+  bool start(double t, const double* x, Branch& branch);
   /// Makes the modes agree with the guards at a point where something has jumped. False: failure().
-  bool settle(double t, const double* x);
+  bool settle(double t, const double* x, Branch& branch);
 
   enum class Search { none, found, failed };
   /// Looks for the first crossing in the integrator's last step; event_time() is the first moment beyond it.
   Search search(Integrator& integrator);
   [[nodiscard]] double event_time() const { return event_time_; }
   /// Changes the modes whose guards have crossed at the event (states @p y at event_time()). False: failure().
-  bool cross(const double* y);
+  bool cross(const double* y, Branch& branch);
 
   /// Takes a guard across that the states' own tolerances cannot tell from zero, where the equations on its present
   /// side have come to an end (a square root at an empty tank). It comes back when it has clearly moved away. False if
   /// there is no such guard.
-  bool take_across(double t, const double* x, std::span<const double> tolerance);
+  bool take_across(double t, const double* x, Branch& branch, std::span<const double> tolerance);
 
   /// The pole that a run which cannot go on at (t, x) has come to: the factor of a denominator that has fallen to next
   /// to nothing of what it was. None if there is no such factor.
-  [[nodiscard]] std::optional<std::size_t> pole_ahead(double t, const double* x);
+  [[nodiscard]] std::optional<std::size_t> pole_ahead(double t, const double* x, Branch branch);
 
   /// Whether modes are held that depend on the point: prepare() sets them before anything is evaluated there.
   [[nodiscard]] bool holding() const { return stiction_.any(); }
-  bool prepare(double t, const double* x) { return !stiction_.any() || stiction_.balance(t, x); }
+  bool prepare(double t, const double* x, Branch& branch) {
+    return !stiction_.any() || stiction_.balance(t, x, branch);
+  }
 
   [[nodiscard]] bool any() const { return !side_.empty(); }
   [[nodiscard]] std::uint64_t count() const { return count_; }
@@ -54,14 +56,14 @@ class EventWatch {
   [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
 
  private:
-  [[nodiscard]] bool crossed(std::size_t guard, double value) const;
-  [[nodiscard]] bool any_crossed(const std::vector<double>& values) const;
-  [[nodiscard]] bool changes_mode(std::size_t guard, int side) const;
+  [[nodiscard]] bool crossed(std::size_t guard, double value, const Branch& branch) const;
+  [[nodiscard]] bool any_crossed(const std::vector<double>& values, const Branch& branch) const;
+  [[nodiscard]] bool changes_mode(std::size_t guard, int side, const Branch& branch) const;
   void decide(const std::vector<double>& values);
-  bool change(const std::vector<double>& values);
-  bool guards(double t, const double* x, std::vector<double>& values);
+  bool change(const std::vector<double>& values, Branch& branch);
+  bool guards(double t, const double* x, Branch& branch, std::vector<double>& values);
   bool evaluate(Integrator& integrator, double t, std::vector<double>& values);
-  void hold_what_rests(double t, const double* x);
+  void hold_what_rests(double t, const double* x, Branch& branch);
   std::optional<double> dip(double from, double to, const std::vector<double>& middle,
                             const std::vector<double>& end) const;
   bool locate(Integrator& integrator, double from, double to);
@@ -83,9 +85,10 @@ class EventWatch {
   std::vector<bool> idle_;             ///< by guard: beyond the last border, nothing left to change
   std::vector<bool> just_crossed_;     ///< by guard
   std::vector<double> largest_;        ///< by guard of a pole: its largest magnitude so far
-  std::vector<double> values_, middle_, end_, probe_;
+  std::vector<double> values_, middle_, end_, at_probe_;
   std::vector<int> direction_;
   std::vector<double> y_;
+  Branch probe_;  ///< within the step that is searched
   double event_time_ = 0.0;
   std::uint64_t count_ = 0;
   std::deque<double> times_;           ///< of the latest events

@@ -12,21 +12,6 @@ constexpr double kRemarkAfter = 4.0, kRemarkPart = 16.0;  // stretches of the ru
 constexpr double kEndAfter = 8.0, kEndPart = 8.0;
 constexpr double kUnknownSpectrum = 60.0;  // seconds before a system whose modes are not known is given up
 
-/// The loops' solutions, from which the next ones are looked for, are put back: what is looked at here, at a time that
-/// the clock chose, must not show in the result.
-class TearsKept {
- public:
-  explicit TearsKept(Evaluator& evaluator)
-      : evaluator_(evaluator), tears_(evaluator.tear_values().begin(), evaluator.tear_values().end()) {}
-  ~TearsKept() { evaluator_.set_tears(tears_); }
-  TearsKept(const TearsKept&) = delete;
-  TearsKept& operator=(const TearsKept&) = delete;
-
- private:
-  Evaluator& evaluator_;
-  std::vector<double> tears_;
-};
-
 }  // namespace
 
 PaceJudge::PaceJudge(const Program& program, Evaluator& evaluator, const RunInputs& inputs,
@@ -58,9 +43,8 @@ bool PaceJudge::pace_may_change(const RunPosition& now, const Headway::Pace& pac
   if (quiet && now.next_known && *now.next_known - now.t < reach) return true;
   if (now.integrator == nullptr || inputs_.step > 0.0) return false;
   if (!now.explicit_form || program_.state_names.size() > kDenseStates) return now.seconds < kUnknownSpectrum;
-  const TearsKept kept(evaluator_);
   const double step = pace.stretch / static_cast<double>(std::max<std::uint64_t>(now.steps - before_.steps, 1));
-  return may_pick_up(program_, evaluator_, now.t, now.x, step, now.t - now.jumped_at, reach);
+  return may_pick_up(program_, evaluator_, now.t, now.x, *now.branch, step, now.t - now.jumped_at, reach);
 }
 
 PaceFacts PaceJudge::facts(const RunPosition& now, const Headway::Pace& pace) {
@@ -84,8 +68,7 @@ PaceFacts PaceJudge::facts(const RunPosition& now, const Headway::Pace& pace) {
   const std::size_t states = program_.state_names.size();
   facts.unknown = largest < states ? program_.state_names[largest] : program_.tear_names[largest - states];
   if (largest < states) facts.place = program_.states[largest].place;
-  const TearsKept kept(evaluator_);
-  if (now.explicit_form) facts.fastest = fastest_motion(program_, evaluator_, now.t, now.x);
+  if (now.explicit_form) facts.fastest = fastest_motion(program_, evaluator_, now.t, now.x, *now.branch);
   return facts;
 }
 

@@ -16,6 +16,7 @@ struct RunPosition {
   double seconds = 0.0;  ///< of wall time since the start
   double t = 0.0;
   const double* x = nullptr;  ///< states
+  const Branch* branch = nullptr;
   std::uint64_t steps = 0, rows = 0, events = 0, jumps = 0;
   double jumped_at = 0.0;               ///< the start, or where a condition or a known time last changed something
   std::optional<double> next_known;     ///< time at which something will
@@ -35,8 +36,7 @@ class PaceJudge {
     source_frequency_ = frequency;
   }
 
-  /// Why the run is given up; none if it goes on. To be called after each look at the clock. Leaves the evaluator as it
-  /// was.
+  /// Why the run is given up; none if it goes on. To be called after each look at the clock.
   std::optional<Diagnostic> judge(const RunPosition& now);
 
  private:

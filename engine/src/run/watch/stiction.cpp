@@ -24,27 +24,31 @@ bool Stiction::possible(std::size_t guard) const {
 
 bool Stiction::held(std::size_t guard) const { return std::find(held_.begin(), held_.end(), guard) != held_.end(); }
 
-bool Stiction::try_hold(std::size_t guard, double t, const double* x) {
-  const double before = mode(guard);
+bool Stiction::try_hold(std::size_t guard, double t, const double* x, Branch& branch) {
+  Branch held = branch;
   held_.push_back(guard);
-  if (balance(t, x) && slopes_(slopes_.rows() - 1, slopes_.cols() - 1) < 0.0) {
-    const bool all_within = std::all_of(held_.begin(), held_.end(), [&](std::size_t g) { return margin(g) >= 0.0; });
-    if (all_within) return true;
+  if (balance(t, x, held) && slopes_(slopes_.rows() - 1, slopes_.cols() - 1) < 0.0) {
+    const bool all_within =
+        std::all_of(held_.begin(), held_.end(), [&](std::size_t g) { return margin(g, held) >= 0.0; });
+    if (all_within) {
+      branch = std::move(held);
+      return true;
+    }
   }
   held_.pop_back();
-  evaluator_.set_mode(evaluator_.guard_relation(guard), before);
-  if (any()) balance(t, x);
   return false;
 }
 
 void Stiction::release(std::size_t guard) { std::erase(held_, guard); }
 
-double Stiction::margin(std::size_t guard) const { return 1.0 - std::abs(mode(guard)); }
+double Stiction::margin(std::size_t guard, const Branch& branch) const {
+  return 1.0 - std::abs(branch.modes[evaluator_.guard_relation(guard)]);
+}
 
 /// How fast the held guards move with the modes as they are, by a small step along the flow. Guards are linear in the
 /// states as a rule, and the step is then of no consequence.
-bool Stiction::guard_rates(double t, const double* x, double step, Eigen::VectorXd& out) {
-  if (!evaluator_.rates(t, x, rates_.data()) || !evaluator_.guards(t, x, guards_.data())) return false;
+bool Stiction::guard_rates(double t, const double* x, Branch& branch, double step, Eigen::VectorXd& out) {
+  if (!evaluator_.rates(t, x, branch, rates_.data()) || !evaluator_.guards(t, x, branch, guards_.data())) return false;
   if (step <= 0.0) {
     constexpr double kTolerances = 1e3;
     step = 1e-3 * span_;
@@ -54,7 +58,7 @@ bool Stiction::guard_rates(double t, const double* x, double step, Eigen::Vector
     }
   }
   for (std::size_t i = 0; i < rates_.size(); ++i) moved_[i] = x[i] + step * rates_[i];
-  if (!evaluator_.guards(t + step, moved_.data(), moved_guards_.data())) return false;
+  if (!evaluator_.guards(t + step, moved_.data(), branch, moved_guards_.data())) return false;
   for (std::size_t k = 0; k < held_.size(); ++k)
     out[static_cast<Eigen::Index>(k)] = (moved_guards_[held_[k]] - guards_[held_[k]]) / step;
   return true;
@@ -62,26 +66,26 @@ bool Stiction::guard_rates(double t, const double* x, double step, Eigen::Vector
 
 /// The guards' rates are linear in the modes (a sign is a factor of a force or a flow): measured at 0 and at each
 /// mode's 1, solved for 0.
-bool Stiction::balance(double t, const double* x) {
+bool Stiction::balance(double t, const double* x, Branch& branch) {
   const auto count = static_cast<Eigen::Index>(held_.size());
   slopes_.resize(count, count);
   base_.resize(count);
   other_.resize(count);
-  const auto relation = [this](Eigen::Index k) {
-    return evaluator_.guard_relation(held_[static_cast<std::size_t>(k)]);
+  const auto mode = [&](Eigen::Index k) -> double& {
+    return branch.modes[evaluator_.guard_relation(held_[static_cast<std::size_t>(k)])];
   };
-  for (Eigen::Index k = 0; k < count; ++k) evaluator_.set_mode(relation(k), 0.0);
-  if (!guard_rates(t, x, 0.0, base_)) return false;
+  for (Eigen::Index k = 0; k < count; ++k) mode(k) = 0.0;
+  if (!guard_rates(t, x, branch, 0.0, base_)) return false;
   for (Eigen::Index k = 0; k < count; ++k) {
-    evaluator_.set_mode(relation(k), 1.0);
-    if (!guard_rates(t, x, 0.0, other_)) return false;
+    mode(k) = 1.0;
+    if (!guard_rates(t, x, branch, 0.0, other_)) return false;
     slopes_.col(k) = other_ - base_;
-    evaluator_.set_mode(relation(k), 0.0);
+    mode(k) = 0.0;
   }
   modes_ = slopes_.fullPivLu().solve(-base_);
   for (Eigen::Index k = 0; k < count; ++k) {
     if (!std::isfinite(modes_[k])) return false;
-    evaluator_.set_mode(relation(k), modes_[k]);
+    mode(k) = modes_[k];
   }
   return true;
 }

@@ -22,16 +22,15 @@ class Stiction {
   [[nodiscard]] bool any() const { return !held_.empty(); }
   [[nodiscard]] bool held(std::size_t guard) const;
   /// Holds the guard's relation if both of its sides push back here; otherwise leaves everything as it was.
-  bool try_hold(std::size_t guard, double t, const double* x);
+  bool try_hold(std::size_t guard, double t, const double* x, Branch& branch);
   void release(std::size_t guard);
   /// Gives the held modes the values that keep their guards in place. False at a fault.
-  bool balance(double t, const double* x);
+  bool balance(double t, const double* x, Branch& branch);
   /// 1 - |mode|: negative when the limit is exceeded.
-  [[nodiscard]] double margin(std::size_t guard) const;
-  [[nodiscard]] double mode(std::size_t guard) const { return evaluator_.mode(evaluator_.guard_relation(guard)); }
+  [[nodiscard]] double margin(std::size_t guard, const Branch& branch) const;
 
  private:
-  bool guard_rates(double t, const double* x, double step, Eigen::VectorXd& out);
+  bool guard_rates(double t, const double* x, Branch& branch, double step, Eigen::VectorXd& out);
 
   const Program& program_;
   Evaluator& evaluator_;

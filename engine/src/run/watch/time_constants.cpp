@@ -9,13 +9,14 @@
 
 namespace bgsim {
 
-std::optional<Diagnostic> too_fast_state(Evaluator& evaluator, const RunInputs& inputs, const double* x) {
+std::optional<Diagnostic> too_fast_state(Evaluator& evaluator, const RunInputs& inputs, const double* x,
+                                         Branch branch) {
   constexpr double kFastest = 1e70;
   const Program& program = evaluator.program();
   const Sparsity& pattern = program.jacobian_pattern;
   const double span = inputs.stop - inputs.start;
   std::vector<double> entries(pattern.row.size());
-  if (!evaluator.jacobian(inputs.start, x, entries.data())) return std::nullopt;
+  if (!evaluator.jacobian(inputs.start, x, branch, entries.data())) return std::nullopt;
   for (std::size_t column = 0; column < pattern.size; ++column)
     for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
          k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
@@ -25,10 +26,11 @@ std::optional<Diagnostic> too_fast_state(Evaluator& evaluator, const RunInputs& 
   return std::nullopt;
 }
 
-std::optional<FastestMotion> fastest_motion(const Program& program, Evaluator& evaluator, double t, const double* x) {
+std::optional<FastestMotion> fastest_motion(const Program& program, Evaluator& evaluator, double t, const double* x,
+                                            Branch branch) {
   const Sparsity& pattern = program.jacobian_pattern;
   std::vector<double> entries(pattern.row.size());
-  if (entries.empty() || !evaluator.jacobian(t, x, entries.data())) return std::nullopt;
+  if (entries.empty() || !evaluator.jacobian(t, x, branch, entries.data())) return std::nullopt;
   const auto first = [&](std::size_t column) {
     return pattern.row.begin() + static_cast<std::ptrdiff_t>(pattern.column_start[column]);
   };
@@ -51,12 +53,12 @@ std::optional<FastestMotion> fastest_motion(const Program& program, Evaluator& e
   return fastest;
 }
 
-bool may_pick_up(const Program& program, Evaluator& evaluator, double t, const double* x, double step, double elapsed,
-                 double reach) {
+bool may_pick_up(const Program& program, Evaluator& evaluator, double t, const double* x, const Branch& branch,
+                 double step, double elapsed, double reach) {
   constexpr double kFollowed = 0.02;  // rad a step
   constexpr double kOver = 21.0;      // time constants in which a mode falls to 1e-9
   if (program.state_names.size() > kDenseStates) return false;
-  for (const std::complex<double> mode : eigenvalues(program, evaluator, t, x)) {
+  for (const std::complex<double> mode : eigenvalues(program, evaluator, t, x, branch)) {
     if (!(std::abs(mode) * step > kFollowed) || !(mode.real() < 0.0)) continue;
     const double over = kOver / -mode.real();
     if (elapsed < over && over < reach) return true;
