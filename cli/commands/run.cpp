@@ -30,6 +30,8 @@ struct RunOptions {
   SceneOverrides overrides;
   std::string output;
   std::string report_json;
+  std::string snapshot, resume;
+  std::uint64_t snapshot_steps = 0;
   std::optional<double> accuracy;
   RunLimits limits;
   bool quiet = false;
@@ -47,6 +49,7 @@ constexpr const char* kExamples =
     "  bgsim bellow.json --stop 1 --output 'power=body.f*mass.e'   ends earlier, one more column\n"
     "  bgsim bellow.json --record all               every effort, flow, state and signal\n"
     "  bgsim bellow.json -o - --quiet | head        trace on standard output\n"
+    "  bgsim bellow.json --stop 1 --snapshot s.json, then --resume s.json -o rest.csv   in two parts\n"
     "\n"
     "Exit codes: 0 done, 1 error in the model, 2 wrong usage, 3 numerical failure (or the run was\n"
     "interrupted; the trace up to there is kept), 4 a defect of bgsim.\n"
@@ -74,6 +77,15 @@ RunOptions parse_run(const Arguments& arguments) {
                      "file for the trace, - for standard output (default: NAME.SCENE.csv)");
   app.add_option("--report-json", options.report_json, "also write the report as JSON, - for standard output")
       ->type_name("FILE");
+  app.add_option("--snapshot", options.snapshot,
+                 "also write the state at the end of the run, for --resume; where a limit or Ctrl-C ends it, too")
+      ->type_name("FILE");
+  app.add_option("--snapshot-steps", options.snapshot_steps, "write it every N steps as well")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--resume", options.resume,
+                 "continue the run that wrote this snapshot; the trace has the rows after it")
+      ->type_name("FILE");
   app.add_flag("--units", options.units,
                "also write the columns' units, to NAME.SCENE.units.json or FILE with that ending");
   app.add_flag("--all-scenes", options.all_scenes, "run every scene, each to its own NAME.SCENE.csv");
@@ -93,6 +105,11 @@ RunOptions parse_run(const Arguments& arguments) {
         "--accuracy finds method and tolerance; it goes with none of --method, --relative, --absolute, "
         "--step and --max-order");
   }
+  if (options.snapshot_steps > 0 && options.snapshot.empty())
+    throw UsageError("--snapshot-steps needs --snapshot FILE, the file to write");
+  if (options.all_scenes && !(options.snapshot.empty() && options.resume.empty()))
+    throw UsageError("a snapshot is of one scene: --all-scenes goes with neither --snapshot nor --resume");
+  if (options.snapshot == "-") throw UsageError("--snapshot needs the name of a file: a later snapshot replaces it");
   if (options.output == "-" && options.report_json == "-") {
     throw UsageError("the trace and the report cannot both go to standard output");
   }
@@ -192,13 +209,16 @@ void tell(const RunResult& result, const std::string& output) {
 void check_results(const Model& model, const std::vector<std::string>& scenes, const RunOptions& options) {
   std::vector<NamedFile> outputs;
   for (const std::string& scene : scenes) ResultFiles(model, scene, options).add_to(outputs, scene);
+  // A snapshot may replace the one that the run continues.
+  if (!options.resume.empty()) check_outputs(outputs, {{options.resume, "the snapshot to be continued"}});
+  if (!options.snapshot.empty()) outputs.push_back({options.snapshot, "the snapshot"});
   check_outputs(outputs, files_of(model));
 }
 
 /// Runs the scene, its rows going to the trace's file.
 /// @throws UsageError if they cannot be written; the run has ended then.
 RunResult simulate_into(TraceFile& trace, const Simulation& compiled, const RunInputs& inputs,
-                        const RunOptions& options) {
+                        const RunOptions& options, const std::string& resume) {
   const Model& model = compiled.model();
   RunWatch watch(inputs.start, inputs.stop, options.quiet);
   trace.begin(compiled.program().output_names);
@@ -207,6 +227,14 @@ RunResult simulate_into(TraceFile& trace, const Simulation& compiled, const RunI
   options.limits.apply(how);
   how.progress = [&trace, ask = watch.progress()](double t) { return !trace.failed() && ask(t); };
   how.rows = [&trace](double t, std::span<const double> values) { trace.take(t, values); };
+  how.resume = resume;
+  how.snapshot_steps = options.snapshot_steps;
+  if (!options.snapshot.empty())
+    how.snapshot = [&options](double /*t*/, const std::string& snapshot) {
+      OutputFile file(options.snapshot);
+      file.stream() << snapshot;
+      file.commit();
+    };
   how.remark = [&](const Diagnostic& remark) {
     watch.clear();
     std::cerr << render(remark, *model.sources);
@@ -230,6 +258,12 @@ Exit run_scene(const Study& study, const RunOptions& options, const std::string&
   print_warnings(inputs.warnings, model);
   const ResultFiles files(model, inputs.scene, options);
   check_results(model, {inputs.scene}, options);
+  InputText resume;
+  if (!options.resume.empty()) resume = read_input(options.resume, NamedBy::user);
+  if (!resume.fault.empty())
+    throw UsageError("cannot read the snapshot \"" + short_path(options.resume) + "\": " + resume.fault);
+  if (!options.resume.empty() && resume.text.empty())
+    throw UsageError("the snapshot \"" + short_path(options.resume) + "\" is empty");
   Results results(files);
 
   StageSeconds seconds = study.seconds();
@@ -246,7 +280,7 @@ Exit run_scene(const Study& study, const RunOptions& options, const std::string&
     }
   }
   const InterruptionsNoted until_all_is_written;
-  RunResult result = simulate_into(results.trace(), compiled, inputs, options);
+  RunResult result = simulate_into(results.trace(), compiled, inputs, options, resume.text);
   result.report.stage_seconds.insert(result.report.stage_seconds.begin(), seconds.begin(), seconds.end());
 
   add_units(result, units, inputs.outputs);

@@ -164,6 +164,36 @@ TEST_CASE("a run ends at its limit of steps or of time with the trace up to ther
   }
 }
 
+TEST_CASE("a run is continued from its snapshot on the command line") {
+  const Workplace here;
+  const Outcome first =
+      here.bgsim("ring.json -o part1.csv --max-steps 300 --stop 100 --samples 1001 --snapshot s.json --quiet");
+  CHECK(first.code == 3);
+  REQUIRE(here.has("s.json"));
+  // the same file may be continued and replaced
+  const Outcome second = here.bgsim(
+      "ring.json -o part2.csv --stop 100 --samples 1001 --max-steps 600 --resume s.json --snapshot s.json --quiet");
+  CHECK(second.code == 3);
+  CHECK_THAT(second.err, Contains("BG607: the limit of 600 steps"));
+  const bgsim::CsvTable a = bgsim::parse_csv(here.read("part1.csv")), b = bgsim::parse_csv(here.read("part2.csv"));
+  REQUIRE(!b.columns.front().empty());
+  CHECK(a.columns.front().back() < b.columns.front().front());
+
+  const Outcome other = here.bgsim("decay.json -o out.csv --resume s.json");
+  CHECK(other.code == 1);
+  CHECK_THAT(other.err, Contains("BG171: the run cannot be continued"));
+  CHECK(!here.has("out.csv"));
+  const Outcome none = here.bgsim("ring.json --resume nothing.json");
+  CHECK(none.code == 2);
+  CHECK_THAT(none.err, Contains("cannot read the snapshot \"nothing.json\""));
+  for (const char* wrong : {"--snapshot-steps 5", "--snapshot -", "--all-scenes --snapshot s.json",
+                            "--all-scenes --resume s.json", "--resume s.json -o s.json", "--snapshot ring.json",
+                            "--snapshot x.csv -o x.csv", "--snapshot s2.json --snapshot-steps 0"}) {
+    INFO(wrong);
+    CHECK(here.bgsim(std::string("ring.json ") + wrong).code == 2);
+  }
+}
+
 TEST_CASE("report and verify end their runs at the same limits, and say so") {
   const Workplace here;
   const Outcome report = here.bgsim("report ring.json -o out.html --max-steps 100 --quiet");

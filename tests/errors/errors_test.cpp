@@ -37,6 +37,7 @@ const std::map<std::string, std::string> kWithoutModel{
     {"BG105", "the message follows 100 others; tested in tests/unit/read_model_test.cpp"},
     {"BG406", "no run linearizes; tested in tests/unit/linearize_test.cpp"},
     {"BG407", "no run linearizes; tested in tests/unit/linearize_test.cpp"},
+    {"BG171", "no run of a model alone continues another; tested in tests/physics/snapshot_test.cpp"},
     {"BG611", "no run measures a trade; tested in tests/physics/trade_test.cpp"},
     {"BG612", "no run measures a trade; tested in tests/physics/trade_test.cpp"},
     {"BG137", "submodels of 10 million elements; tested in tests/unit/submodel_test.cpp"},

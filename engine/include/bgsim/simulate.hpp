@@ -96,6 +96,14 @@ struct SimulateOptions {
   Progress progress;
   RowSink rows;                                   ///< if given, the trace is not kept in memory
   std::function<void(const Diagnostic&)> remark;  ///< what is to be known while the run goes on: BG616
+  /// Continues a run from a snapshot (see below) instead of starting one; empty: starts. The trace holds the rows after
+  /// it; the report counts from the start of the first run.
+  std::string resume;
+  /// Takes snapshots, JSON texts from which the run can be continued: every snapshot_steps steps (0: none), and the
+  /// last when the run is completed, was interrupted, or has reached its limit of steps or time (not within an event).
+  /// The integrator starts anew after each, so that a run goes on exactly as it does when resumed from there.
+  std::function<void(double t, const std::string& snapshot)> snapshot;
+  std::uint64_t snapshot_steps = 0;
 };
 
 /// Integrates one scene. BDF with an analytic Jacobian (dense up to 50 states, sparse with KLU beyond) unless the scene
@@ -107,7 +115,8 @@ struct SimulateOptions {
 ///
 /// Never throws for numerical failure: the trace up to there is in the result, with a BG6xx failure that names element,
 /// expression and time.
-/// @throws ModelError BG405 (see initial_states).
+/// @throws ModelError BG405 (see initial_states); BG171 resume is no snapshot, or one of another model, scene or
+/// method.
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options = {});
 
 /// The report as JSON (stable keys; docs/reports.md) and as the lines printed after a run.

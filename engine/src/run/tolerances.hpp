@@ -38,6 +38,24 @@ class Tolerances {
   void see_noise(const std::function<bool(double t, const double* y, double* rates)>& evaluate, double t,
                  const double* y, const double* slopes = nullptr);
 
+  /// Of a snapshot. Given tolerances and edges follow from the scene.
+  template <class Archive>
+  void carry(Archive& archive) {
+    archive("reach", reach_);
+    archive("step", step_);
+    archive("largest", largest_);
+    archive("recent", recent_);
+    archive("earlier", earlier_);
+    archive("window start", window_start_);
+    archive("floor", floor_);
+    archive("noise", noise_);
+    archive("time noise", time_noise_);
+    archive("shift", shift_);
+    archive("damping", damping_);
+    archive("doubt", doubt_);
+    archive("stages", stages_);
+  }
+
   [[nodiscard]] double relative() const { return relative_; }
   [[nodiscard]] double absolute(std::size_t unknown) const;
   [[nodiscard]] double largest(std::size_t unknown) const { return largest_[unknown]; }

@@ -19,6 +19,16 @@ class Integrator {
     long steps = 0, rates = 0, jacobians = 0, factorizations = 0, iterations = 0, error_failures = 0,
          convergence_failures = 0;
     Counts& operator+=(const Counts& other);
+    template <class Archive>
+    void carry(Archive& archive) {
+      archive("steps", steps);
+      archive("rates", rates);
+      archive("jacobians", jacobians);
+      archive("factorizations", factorizations);
+      archive("iterations", iterations);
+      archive("error failures", error_failures);
+      archive("convergence failures", convergence_failures);
+    }
   };
 
   virtual ~Integrator() = default;

@@ -26,6 +26,12 @@ class BranchWatch {
   ///        more within a step.
   std::optional<Diagnostic> check(Integrator& integrator);
 
+  /// Of a snapshot, after which begin() is called.
+  template <class Archive>
+  void carry(Archive& archive) {
+    archive("largest", largest_);
+  }
+
  private:
   struct Change {
     double size = 0.0;  ///< as a part of the loop variable's largest magnitude

@@ -47,6 +47,20 @@ class EventWatch {
     return !stiction_.any() || stiction_.balance(t, x, branch);
   }
 
+  template <class Archive>
+  void carry(Archive& archive) {
+    archive("side", side_);
+    archive("hold", hold_);
+    archive("idle", idle_);
+    archive("just crossed", just_crossed_);
+    archive("largest", largest_);
+    archive("count", count_);
+    archive("times", times_);
+    archive("relations", relations_);
+    for (const std::size_t relation : relations_) archive.check(relation < program_.relations.size());
+    archive("stiction", stiction_);
+  }
+
   [[nodiscard]] bool any() const { return !side_.empty(); }
   [[nodiscard]] std::uint64_t count() const { return count_; }
   /// That changed last; none if none has.

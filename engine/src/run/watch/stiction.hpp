@@ -29,6 +29,12 @@ class Stiction {
   /// 1 - |mode|: negative when the limit is exceeded.
   [[nodiscard]] double margin(std::size_t guard, const Branch& branch) const;
 
+  template <class Archive>
+  void carry(Archive& archive) {
+    archive("held", held_);
+    for (const std::size_t guard : held_) archive.check(guard < guards_.size());
+  }
+
  private:
   bool guard_rates(double t, const double* x, Branch& branch, double step, Eigen::VectorXd& out);
 

@@ -1,4 +1,4 @@
-#include "run/measure/energy_audit.hpp"
+#include "run/sink/energy_audit.hpp"
 
 #include <algorithm>
 #include <boost/math/quadrature/gauss.hpp>
@@ -86,7 +86,9 @@ std::size_t EnergyAuditor::rule_for(int order) const {
 
 void EnergyAuditor::begin(double t, const double* x, const Branch& branch, double stop) {
   constexpr double kPieces = 64.0;
+  const Stopwatch watch(seconds_);
   branch_ = branch;
+  audited_ = t;
   longest_ = (stop - t) / kPieces;
   if (!measuring_) return;
   if (!evaluator_.stored(t, x, branch_, energy_before_.data()) ||
@@ -239,6 +241,7 @@ void EnergyAuditor::append(double t, const Terms& now) {
 }
 
 EnergyAudit EnergyAuditor::finish(double t, const double* x, const Branch& branch) {
+  const Stopwatch watch(seconds_);
   EnergyAudit audit;
   branch_ = branch;
   if (measuring_) look_at_stores(t, x, "at the end");

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "base/stopwatch.hpp"
 #include "bgsim/evaluator.hpp"
 #include "bgsim/simulate.hpp"
 
@@ -18,6 +20,22 @@ struct CompensatedSum {
   void add(double value);
   [[nodiscard]] double value() const { return sum + lost; }
 };
+
+template <class Archive>
+void carry(Archive& archive, CompensatedSum& sum) {
+  archive("sum", sum.sum);
+  archive("lost", sum.lost);
+}
+
+template <class Archive>
+void carry(Archive& archive, EnergyCourse& course) {
+  archive("times", course.times);
+  archive("supplied", course.supplied);
+  archive("stored", course.stored);
+  archive("dissipated", course.dissipated);
+  archive("exchanged", course.exchanged);
+  archive("residual", course.residual);
+}
 
 /// Integrates the powers of all sources, resistors and stores over the run, and holds them against what the stores say
 /// they hold. Junctions, TF and GY conserve power exactly, so the residual measures the solution's error (and a field
@@ -31,10 +49,13 @@ class EnergyAuditor {
 
   /// @param stop  the run's end.
   void begin(double t, const double* x, const Branch& branch, double stop);
-  /// A stretch on which the solution is smooth; @p solution(t, y, branch) gives it, @p branch being the one of a point
-  /// nearby; @p order is that of its polynomial.
+  /// On to @p to, over a stretch on which the solution is smooth; @p solution(t, y, branch) gives it, @p branch being
+  /// the one of a point nearby; @p order is that of its polynomial.
   template <class Solution>
-  void add(double from, double to, int order, const Branch& branch, Solution&& solution) {
+  void add(double to, int order, const Branch& branch, Solution&& solution) {
+    if (!measuring_) return;
+    const Stopwatch watch(seconds_);
+    double from = std::exchange(audited_, to);
     branch_ = branch;
     while (next_record_ < record_times_.size() && record_times_[next_record_] <= to) {
       const double at = record_times_[next_record_++];
@@ -46,8 +67,29 @@ class EnergyAuditor {
     }
     add_smooth(from, to, order, solution);
   }
+  template <class Archive>
+  void carry(Archive& archive) {
+    archive("measuring", measuring_);
+    archive("why not", why_not_);
+    archive("longest", longest_);
+    archive("totals", total_);
+    archive("activity", activity_);
+    archive("gross source", gross_source_);
+    archive("gross dissipation", gross_dissipation_);
+    archive("swing", swing_);
+    archive("least power", least_power_);
+    archive("least part", least_part_);
+    archive.check(!least_part_ || *least_part_ < total_.size());
+    archive("energy before", energy_before_);
+    archive("displaced before", displaced_before_);
+    archive("audited", audited_);
+    archive("course", course_);
+    while (next_record_ < record_times_.size() && record_times_[next_record_] <= audited_) ++next_record_;
+    if (course_.times.empty()) next_record_ = record_times_.size();  // its beginning was not asked for
+  }
   EnergyAudit finish(double t, const double* x, const Branch& branch);
-  [[nodiscard]] bool measuring() const { return measuring_; }
+  [[nodiscard]] double audited() const { return audited_; }  ///< the balance holds up to here
+  [[nodiscard]] double seconds() const { return seconds_; }
 
  private:
   struct Rule {
@@ -92,6 +134,7 @@ class EnergyAuditor {
   const Program& program_;
   Evaluator& evaluator_;
   bool measuring_;
+  double audited_ = 0.0, seconds_ = 0.0;
   double longest_ = 0.0;  ///< stretch that the rule is applied to in one piece
   std::string why_not_;
   Branch branch_;  ///< at y_

@@ -1,0 +1,124 @@
+/// One run, as simulate() makes it: its parts, and where it is.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bgsim/simulate.hpp"
+#include "run/clock.hpp"
+#include "run/integrate/integrator.hpp"
+#include "run/sink/energy_audit.hpp"
+#include "run/sink/magnitudes.hpp"
+#include "run/sink/recorder.hpp"
+#include "run/tolerances.hpp"
+#include "run/watch/branch_watch.hpp"
+#include "run/watch/events.hpp"
+#include "run/watch/mode_order.hpp"
+#include "run/watch/pace_judge.hpp"
+#include "run/watch/schedule.hpp"
+#include "run/watch/vitality.hpp"
+
+namespace bgsim {
+
+/// One run: a loop over stretches between known times, with watches that end or shorten them and sinks that take each
+/// accepted step. All that goes on from a point is in the members that carry() names.
+class Run {
+ public:
+  Run(const Program& program, const RunInputs& inputs, const SimulateOptions& options)
+      : program_(program),
+        inputs_(inputs),
+        options_(options),
+        implicit_(!program.state_names.empty() &&
+                  (inputs.method == Method::ida ||
+                   (inputs.method == Method::automatic && program.system_class == SystemClass::implicit_dae) ||
+                   !program.plan.explicit_form)),
+        evaluator_(program, inputs.parameters),
+        clock_(options, inputs.start),
+        tolerances_(program, inputs, implicit_),
+        schedule_(program, evaluator_, inputs),
+        events_(program, evaluator_, tolerances_, inputs.stop - inputs.start, !implicit_),
+        loops_(program, evaluator_, inputs.start, inputs.stop),
+        mode_order_(program, evaluator_, inputs, implicit_),
+        pace_(program, evaluator_, inputs, options),
+        recorder_(program, evaluator_, events_, clock_, inputs, options, result_),
+        audit_(program, evaluator_, options.energy_audit),
+        magnitudes_(program.state_names.size()) {}
+
+  RunResult execute();
+
+ private:
+  bool begin();
+  bool choose_integrator();
+  bool plan();
+  bool start_anew(double limit);
+  bool integrate();
+  bool integrate_to(double limit);
+  bool take_step();
+  bool take_time_event();
+  bool take_state_event();
+  bool go_back();
+  bool rescue();
+  void go_to(double t);
+  void audit_to(double t);
+  bool follow_grid();
+
+  bool resume();
+  void offer_snapshot();
+  template <class Archive>
+  void carry(Archive& archive);
+
+  bool emit(Recorder::Outcome outcome);
+  bool emit_here() { return emit(recorder_.at(t_, x_, branch_)); }
+  [[nodiscard]] Integrator::Counts counts() const;
+  bool goes_on();
+  bool fail(Diagnostic diagnostic);
+  bool fail_with_fault() { return fail(fault_failure(evaluator_.fault())); }
+  bool fail_as_stuck(const std::string& words);
+  bool end_here();
+  void report();
+  void note(const std::optional<std::string>& text);
+
+  const Program& program_;
+  const RunInputs& inputs_;
+  const SimulateOptions& options_;
+  bool implicit_;
+  Evaluator evaluator_;
+  RunResult result_;
+  RunClock clock_;
+
+  // Watches
+  Tolerances tolerances_;
+  Schedule schedule_;
+  EventWatch events_;
+  BranchWatch loops_;
+  Vitality vitality_;
+  ModeOrder mode_order_;
+  PaceJudge pace_;
+  // Sinks
+  Recorder recorder_;
+  EnergyAuditor audit_;
+  Magnitudes magnitudes_;
+
+  std::unique_ptr<Integrator> integrator_;
+  Integrator::Counts counts_before_;  ///< of the integrators before this one
+  std::uint64_t loop_iterations_before_ = 0;
+  bool fresh_ = true;  ///< the integrator has to be restarted where the run is
+
+  // Where the run is
+  double t_ = 0.0;  ///< reached; all events before are taken
+  std::vector<double> x_;
+  Branch branch_;
+  bool due_ = false;      ///< t_ is a known time, whose event is not taken yet
+  bool between_ = false;  ///< an event is being taken: not a point to go on from
+  std::uint64_t steps_ = 0, time_events_ = 0, next_estimate_ = 20, rescued_at_ = 0, next_snapshot_ = 0;
+  double jumped_at_ = 0.0;   ///< where something last changed at once
+  double strayed_at_ = 0.0;  ///< where a step last had to be made again for a loop's sake
+  int strayed_ = 0;          ///< how often there
+  std::optional<double> next_known_;
+  std::vector<double> y_;  ///< scratch
+  double integration_seconds_ = 0.0;
+};
+
+}  // namespace bgsim

@@ -1,0 +1,72 @@
+// What happens before the first step.
+#include "run/failures.hpp"
+#include "run/integrate/separability.hpp"
+#include "run/notes.hpp"
+#include "run/run.hpp"
+
+namespace bgsim {
+
+/// Initial states, modes and loops; everything that can be at fault before the first step.
+bool Run::begin() {
+  t_ = jumped_at_ = inputs_.start;
+  branch_ = first_branch(program_);
+  evaluator_.set_time_modes(t_, branch_);
+  x_ = initial_states(evaluator_, inputs_);
+  std::vector<std::string> found;
+  // The modes need the loops' solutions and these the modes. A loop whose solution is not found from 0 may have one
+  // that is found from elsewhere.
+  bool settled = events_.start(t_, x_.data(), branch_);
+  if (!settled && evaluator_.explore_loops(t_, x_.data(), branch_, found))
+    settled = events_.start(t_, x_.data(), branch_);
+  if (!settled) return fail(*events_.failure());
+  found.clear();
+  if (!evaluator_.explore_loops(t_, x_.data(), branch_, found)) return fail_with_fault();
+  for (std::string& line : found) result_.report.notes.push_back(std::move(line));
+  if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
+
+  note(negative_start_note(program_, x_));
+  audit_.record_course(inputs_.output_times, options_.energy_course);
+  audit_.begin(t_, x_.data(), branch_, inputs_.stop);
+  return true;
+}
+
+/// False if the method asked for cannot be used on this system.
+bool Run::choose_integrator() {
+  RunReport& report = result_.report;
+  const MethodFacts& facts = facts_of(inputs_.method);
+  if (implicit_) {
+    if (facts.family != MethodFamily::multistep) return fail(needs_explicit_form_failure(facts.name));
+    integrator_ = make_ida_integrator(program_, evaluator_, tolerances_, inputs_);
+    report.method_reason = inputs_.method == Method::ida ? "asked for"
+                           : program_.plan.explicit_form ? "a loop is too large to be solved inside the state equations"
+                                                         : "eliminating the loops would fill the Jacobian";
+  } else {
+    if (inputs_.method == Method::verlet) {
+      NotSeparable obstacle;
+      if (!separate(program_, obstacle)) return fail(not_separable_failure(program_, obstacle));
+      integrator_ = make_verlet_integrator(program_, evaluator_, inputs_);
+    } else if (facts.family == MethodFamily::multistep) {
+      integrator_ = make_cvode_integrator(program_, evaluator_, tolerances_, inputs_);
+    } else {
+      integrator_ = make_arkode_integrator(program_, evaluator_, tolerances_, inputs_);
+    }
+    report.method_reason = inputs_.method != Method::automatic ? "asked for"
+                           : program_.blocks.empty()           ? "state equations without loops"
+                                                               : "loops are solved inside the state equations";
+  }
+  report.step = inputs_.step;
+  if (const double longest = schedule_.sources().longest_step; longest > 0.0) integrator_->limit_step(longest);
+  if (mode_order_.spent()) integrator_->limit_order(mode_order_.spent()->order);
+  return true;
+}
+
+/// What follows from the scene alone, before the first step.
+bool Run::plan() {
+  if (auto too_narrow = schedule_.plan()) return fail(std::move(*too_narrow));
+  const SourcePlan& sources = schedule_.sources();
+  pace_.know_sources(sources.longest_step, sources.frequency);
+  tolerances_.know_edges(sources.edges);
+  return choose_integrator();
+}
+
+}  // namespace bgsim

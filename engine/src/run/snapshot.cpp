@@ -1,0 +1,75 @@
+#include "run/snapshot.hpp"
+
+#include <bit>
+
+namespace bgsim {
+
+namespace {
+
+/// FNV-1a, 64 bits (G. Fowler, L. C. Noll, K.-P. Vo; IETF draft-eastlake-fnv): against mistakes, not against forgery.
+class Digest {
+ public:
+  void add(std::uint64_t value) {
+    for (int byte = 0; byte < 8; ++byte) {
+      hash_ ^= value >> (8 * byte) & 0xffU;
+      hash_ *= 0x100000001b3U;
+    }
+  }
+  void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
+  void add(const std::string& text) {
+    add(text.size());
+    for (const char c : text) add(std::uint64_t{static_cast<unsigned char>(c)});
+  }
+  void add(const Routine& routine) {
+    for (const auto& code : routine.code) {
+      add(code.size());
+      for (const Instruction& i : code) {
+        add(static_cast<std::uint64_t>(i.op));
+        add(std::uint64_t{i.out} << 32U | i.a);
+        add(std::uint64_t{i.b} << 32U | i.c);
+      }
+    }
+    for (const std::uint32_t solve : routine.solves) add(std::uint64_t{solve});
+    for (const std::uint32_t result : routine.results) add(std::uint64_t{result});
+  }
+  [[nodiscard]] std::string text() const {
+    std::string digits;
+    for (int nibble = 15; nibble >= 0; --nibble) digits += "0123456789abcdef"[hash_ >> (4 * nibble) & 0xfU];
+    return digits;
+  }
+
+ private:
+  std::uint64_t hash_ = 0xcbf29ce484222325U;
+};
+
+}  // namespace
+
+std::string fingerprint(const Program& program, const RunInputs& inputs) {
+  Digest digest;
+  for (const auto* const names : {&program.state_names, &program.tear_names, &program.energy_names})
+    for (const std::string& name : *names) digest.add(name);
+  for (const Routine* const routine : {&program.once, &program.rates, &program.guards, &program.powers})
+    digest.add(*routine);
+  for (const double slot : program.initial_slots) digest.add(slot);
+  for (const Table& table : program.pool.tables())
+    for (std::size_t i = 0; i < table.x.size(); ++i) {
+      digest.add(table.x[i]);
+      digest.add(table.y[i]);
+    }
+  for (const Relation& relation : program.relations) digest.add(relation.text);
+  for (const double parameter : inputs.parameters) digest.add(parameter);
+  for (const RunInputs::Initial& initial : inputs.initial) digest.add(initial.value);
+  digest.add(inputs.start);
+  digest.add(inputs.relative);
+  digest.add(inputs.absolute.value_or(-1.0));
+  for (const auto& [name, tolerance] : inputs.absolute_by_state) {
+    digest.add(name);
+    digest.add(tolerance);
+  }
+  digest.add(static_cast<std::uint64_t>(inputs.method));
+  digest.add(inputs.step);
+  digest.add(static_cast<std::uint64_t>(inputs.max_order));
+  return digest.text();
+}
+
+}  // namespace bgsim

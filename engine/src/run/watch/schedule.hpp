@@ -1,0 +1,39 @@
+/// Times that are known beforehand and that no step may pass.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+#include "run/watch/source_pace.hpp"
+
+namespace bgsim {
+
+/// Changes of conditions on time, and edges of the sources' pulses (source_pace.hpp).
+class Schedule {
+ public:
+  Schedule(const Program& program, Evaluator& evaluator, const RunInputs& inputs)
+      : program_(program), evaluator_(evaluator), inputs_(inputs) {}
+
+  /// Looks for the sources' pulses. To be called once, before the first step; cost as plan_sources.
+  /// @return  BG615: a pulse that double precision cannot follow.
+  std::optional<Diagnostic> plan();
+  [[nodiscard]] const SourcePlan& sources() const { return sources_; }
+
+  /// The first such time after @p t, up to the end of the scene.
+  [[nodiscard]] std::optional<double> next(double t) const;
+  /// Times at which to ask what the sources will do: spread over the scene from @p t on, and just after its first known
+  /// events.
+  [[nodiscard]] std::vector<double> samples(double t) const;
+  /// Sets the modes of conditions on time to those beyond @p t.
+  /// @return  BG613: a denominator that depends on time alone reaches zero there.
+  std::optional<Diagnostic> pass(double t, Branch& branch) const;
+
+ private:
+  const Program& program_;
+  Evaluator& evaluator_;
+  const RunInputs& inputs_;
+  SourcePlan sources_;
+};
+
+}  // namespace bgsim
