@@ -3,7 +3,6 @@
 #include <filesystem>
 
 #include "command.hpp"
-#include "shell.hpp"
 
 namespace fs = std::filesystem;
 
@@ -39,9 +38,9 @@ TEST_CASE("the script holds no lock while bgsim runs, whether it built it or wai
   const Workplace here;
   make_project(here);
   // Both find nothing built; the second waits for the first, and finds it built then.
-  const Outcome done = shell(here,
-                             "export PATH=\"$PWD/tools:$PATH\"; scripts/bgsim > first & sleep 0.3; "
-                             "scripts/bgsim > second; wait; scripts/bgsim > third");
+  const Outcome done = here.shell(
+      "export PATH=\"$PWD/tools:$PATH\"; scripts/bgsim > first & sleep 0.3; "
+      "scripts/bgsim > second; wait; scripts/bgsim > third");
   INFO(done.err);
   for (const char* who : {"first", "second", "third"}) {
     const std::string open = here.read(who);

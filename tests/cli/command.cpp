@@ -2,28 +2,15 @@
 
 #include <sys/wait.h>
 
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 namespace fs = std::filesystem;
 
-Workplace::Workplace() : folder_((fs::temp_directory_path() / "bgsim cli XXXXXX").string()) {
-  REQUIRE(mkdtemp(folder_.data()) != nullptr);
-  fs::copy(BGSIM_SOURCE_DIR "/tests/cli/models", folder_, fs::copy_options::recursive);
-}
+Workplace::Workplace() { fs::copy(BGSIM_SOURCE_DIR "/tests/cli/models", files_.path(), fs::copy_options::recursive); }
 
-Workplace::~Workplace() {
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
-}
-
-Outcome Workplace::bgsim(const std::string& arguments, const std::string& after) const {
-  const std::string line =
-      "cd '" + folder_ + "' && { '" BGSIM_COMMAND "' " + arguments + " 2>.err </dev/null " + after + "; } >.out";
-  const int status = std::system(line.c_str());
+Outcome Workplace::run(const std::string& line) const {
+  const int status = std::system(("cd '" + folder() + "' && { " + line).c_str());
   Outcome outcome;
   outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   outcome.out = read(".out");
@@ -31,16 +18,14 @@ Outcome Workplace::bgsim(const std::string& arguments, const std::string& after)
   return outcome;
 }
 
-std::string Workplace::read(const std::string& file) const {
-  std::ifstream stream(fs::path(folder_) / file, std::ios::binary);
-  REQUIRE(stream.good());
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
+Outcome Workplace::bgsim(const std::string& arguments, const std::string& after) const {
+  return run("'" BGSIM_COMMAND "' " + arguments + " 2>.err </dev/null " + after + "; } >.out");
 }
 
-void Workplace::write(const std::string& file, const std::string& text) const {
-  std::ofstream(fs::path(folder_) / file, std::ios::binary) << text;
-}
+Outcome Workplace::shell(const std::string& line) const { return run(line + "; } >.out 2>.err </dev/null"); }
 
-bool Workplace::has(const std::string& file) const { return fs::exists(fs::path(folder_) / file); }
+std::set<std::string> Workplace::names() const {
+  std::set<std::string> names = files_.names();
+  for (const char* own : {".out", ".err", ".calls"}) names.erase(own);
+  return names;
+}

@@ -1,7 +1,10 @@
 /// Runs the command as a user would, in a folder of its own.
 #pragma once
 
+#include <set>
 #include <string>
+
+#include "support/files.hpp"
 
 struct Outcome {
   int code = 0;  ///< exit code, or 128 + signal
@@ -12,18 +15,22 @@ struct Outcome {
 class Workplace {
  public:
   Workplace();
-  ~Workplace();
-  Workplace(const Workplace&) = delete;
-  Workplace& operator=(const Workplace&) = delete;
 
   /// Runs `bgsim ARGUMENTS` through the shell in the folder, without standard input. @p after may hold a pipe or a
   /// redirection.
   [[nodiscard]] Outcome bgsim(const std::string& arguments, const std::string& after = "") const;
-  [[nodiscard]] std::string read(const std::string& file) const;
-  void write(const std::string& file, const std::string& text) const;
-  [[nodiscard]] bool has(const std::string& file) const;
-  [[nodiscard]] const std::string& folder() const { return folder_; }
+  /// Runs any line of the shell in the folder, without standard input.
+  [[nodiscard]] Outcome shell(const std::string& line) const;
+
+  [[nodiscard]] std::string read(const std::string& file) const { return files_.read(file); }
+  void write(const std::string& file, const std::string& text) const { files_.write(file, text); }
+  [[nodiscard]] bool has(const std::string& file) const { return files_.has(file); }
+  /// What is in the folder, but for what the tests' own programs leave there.
+  [[nodiscard]] std::set<std::string> names() const;
+  [[nodiscard]] std::string folder() const { return files_.path().string(); }
 
  private:
-  std::string folder_;
+  [[nodiscard]] Outcome run(const std::string& line) const;
+
+  bgsim::test::TemporaryFolder files_;
 };

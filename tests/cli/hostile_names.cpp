@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 
 #include "command.hpp"
-#include "shell.hpp"
 
 using Catch::Contains;
 
@@ -156,7 +155,7 @@ TEST_CASE("Graphviz reads a drawing whose names are longer than its longest stri
   CHECK(here.bgsim("draw m.json -o x.svg").code == 0);
   REQUIRE(here.bgsim("draw m.json -o x.dot").code == 0);
   // Two nodes and one edge: the names are cut, and still differ.
-  CHECK_THAT(shell(here, "dot -Tplain x.dot | cut -d ' ' -f 1 | sort | uniq -c | tr -s ' '").out,
+  CHECK_THAT(here.shell("dot -Tplain x.dot | cut -d ' ' -f 1 | sort | uniq -c | tr -s ' '").out,
              Contains(" 1 edge\n 1 graph\n 2 node\n"));
 }
 

@@ -4,8 +4,6 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 #include "bgsim/csv.hpp"
 #include "command.hpp"
@@ -203,10 +201,7 @@ TEST_CASE("version and help are answered on standard output") {
 
 TEST_CASE("the model in the README runs as the README says") {
   const Workplace here;
-  std::ifstream file(BGSIM_SOURCE_DIR "/README.md");
-  std::ostringstream text;
-  text << file.rdbuf();
-  const std::string readme = text.str();
+  const std::string readme = bgsim::test::file_text(BGSIM_SOURCE_DIR "/README.md");
   const std::size_t begin = readme.find("```json\n") + 8;
   here.write("rc.json", readme.substr(begin, readme.find("```", begin) - begin));
   CHECK(here.bgsim("rc.json").code == 0);

@@ -1,19 +1,12 @@
 // What meets a newcomer: starter models, pages of messages, completion, examples in every help.
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <regex>
-#include <sstream>
 
 #include "command.hpp"
 
 namespace {
 
-std::string project_file(const std::string& name) {
-  std::ifstream in(BGSIM_SOURCE_DIR "/" + name, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+std::string project_file(const std::string& name) { return bgsim::test::file_text(BGSIM_SOURCE_DIR "/" + name); }
 
 }  // namespace
 

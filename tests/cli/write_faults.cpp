@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "command.hpp"
-#include "shell.hpp"
 
 namespace fs = std::filesystem;
 
@@ -64,22 +63,14 @@ constexpr const char* kWide = R"x({ "bgsim": 1, "name": "wide", "elements": {
   "bonds": [ { "from": "pull", "to": "line" }, { "from": "line", "to": "drop" }, { "from": "line", "to": "store" } ],
   "outputs": { "q": "store.q", "e": "drop.e" }, "scenes": { "one": { "stop": 1, "samples": 6001 } } })x";
 
-/// Files beside the targets before and after.
-std::set<std::string> listing(const Workplace& here) {
-  std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(here.folder())) names.insert(entry.path().filename().string());
-  for (const char* own : {".out", ".err", ".calls"}) names.erase(own);
-  return names;
-}
-
 std::string old_text(const std::string& output) { return "the old " + output + std::string(3000, '.'); }
 
 /// The command with one fault. ("env" comes before the command's own quotes: see Workplace::bgsim.)
 Outcome with_fault(const Workplace& here, const std::string& fault, const std::string& arguments) {
   std::error_code none;
   fs::remove(fs::path(here.folder()) / ".calls", none);
-  return shell(here, "ASAN_OPTIONS=\"$ASAN_OPTIONS:verify_asan_link_order=0\" BGSIM_FAULT=" + fault +
-                         " BGSIM_FAULT_LOG=.calls LD_PRELOAD='" BGSIM_FAULTS "' '" BGSIM_COMMAND "' " + arguments);
+  return here.shell("ASAN_OPTIONS=\"$ASAN_OPTIONS:verify_asan_link_order=0\" BGSIM_FAULT=" + fault +
+                    " BGSIM_FAULT_LOG=.calls LD_PRELOAD='" BGSIM_FAULTS "' '" BGSIM_COMMAND "' " + arguments);
 }
 
 std::vector<std::string> calls(const Workplace& here) {
@@ -99,7 +90,7 @@ class Round {
     fs::create_symlink("real.csv", fs::path(here.folder()) / "link.csv");
     for (const char* output : chosen.outputs)
       if (std::string(output) != "mine.json") here.write(output, old_text(output));  // new overwrites nothing
-    before = listing(here);
+    before = here.names();
     before.insert("mine.json");
   }
   [[nodiscard]] bool is_old(const std::string& output) const {
@@ -176,7 +167,7 @@ void check_round(const Case& chosen, const std::string& fault) {
       if (!harmless && line.starts_with("failed"))
         CHECK((line == "failed close" || (line == "failed open" && fault.ends_with("EROFS"))));
   }
-  for (const std::string& name : listing(round.here)) {
+  for (const std::string& name : round.here.names()) {
     INFO("left behind: " << name);
     // Of a trace, what was written before the fault is kept, and named.
     const bool kept = name.ends_with(".csv.partial") && done.code == 2 && done.err.find(name) != std::string::npos;

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 namespace {
 std::size_t allocations = 0;

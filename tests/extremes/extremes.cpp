@@ -121,7 +121,7 @@ std::string Ran::note(const std::string& containing) const {
 Ran ran(const CompiledModel& compiled) {
   Ran outcome;
   outcome.warnings = compiled.inputs.warnings;
-  outcome.warnings.insert(outcome.warnings.end(), compiled.system.warnings.begin(), compiled.system.warnings.end());
+  outcome.warnings.insert(outcome.warnings.end(), compiled.system().warnings.begin(), compiled.system().warnings.end());
   try {
     outcome.result = compiled.run();
   } catch (const ModelError& error) {

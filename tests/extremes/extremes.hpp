@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 namespace bgsim::test {
 

@@ -133,14 +133,9 @@ const std::vector<Extreme> kEntries{
     {"the bellow with C2(x) put into its two laws (`tests/data/models/bellow_naive.json`)",
      "such laws are not reciprocal: Maxwell's relation fails, energy is created",
      [] {
-       std::ifstream in(BGSIM_SOURCE_DIR "/tests/data/models/bellow_naive.json");
-       const std::string text(std::istreambuf_iterator<char>(in), {});
-       const auto model = std::make_shared<const Model>(read_model_text("bellow_naive.json", text));
-       const BondGraph graph = build_bond_graph(*model);
-       const CausalGraph causal = assign_causality(*model, graph);
-       const EquationSystem system = derive_equations(*model, graph, causal);
+       const Study study = study_of("tests/data/models/bellow_naive.json");
        std::string said;
-       for (const auto* warnings : {&causal.warnings, &system.warnings})
+       for (const auto* warnings : {&study.causality().warnings, &study.equations().warnings})
          for (const Diagnostic& warning : *warnings)
            if (warning.code == "BG306") said = warning.situation;
        CHECK(said.find("not reciprocal") != std::string::npos);

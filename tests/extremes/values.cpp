@@ -21,13 +21,6 @@ std::vector<double> scaled(const Ran& run, const std::string& name, double unit)
   return values;
 }
 
-double largest_gap(const std::vector<double>& a, const std::vector<double>& b) {
-  REQUIRE(a.size() == b.size());
-  double gap = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) gap = std::max(gap, std::abs(a[i] - b[i]));
-  return gap;
-}
-
 /// A run with a store of less than 0, whose q comes to @p charge.
 std::string unstable(const Ran& run, double charge) {
   REQUIRE(run.completed());
@@ -44,8 +37,8 @@ std::string same_in_units(const std::string& inertance, const std::string& capac
   const std::string samples = ", \"samples\": 21";
   const Ran ordinary = ran(oscillator("1", "1", "1", "\"stop\": 6.283185307179586" + samples));
   const Ran other = ran(oscillator(inertance, capacitance, charge, "\"stop\": " + stop + samples));
-  const double gap = std::max(largest_gap(scaled(other, "q", std::stod(charge)), scaled(ordinary, "q", 1.0)),
-                              largest_gap(scaled(other, "i", current), scaled(ordinary, "i", 1.0)));
+  const double gap = std::max(largest_difference(scaled(other, "q", std::stod(charge)), scaled(ordinary, "q", 1.0)),
+                              largest_difference(scaled(other, "i", current), scaled(ordinary, "i", 1.0)));
   CHECK(other.result->report.energy.done);
   CHECK(other.result->report.energy.relative == Approx(ordinary.result->report.energy.relative).epsilon(1e-3));
   return "the same trace: " + within(gap, 1e-10) + "; the energy balance too";
@@ -72,10 +65,10 @@ std::string bellow_in_units(bool milliseconds) {
   const CompiledModel ordinary = compile_file("models/bellow.json", with_relative(1e-13), "step");
   std::vector<std::string> set;
   for (const auto& [name, factor] : factors) {
-    const auto at = std::find_if(ordinary.model->parameters.begin(), ordinary.model->parameters.end(),
+    const auto at = std::find_if(ordinary.model().parameters.begin(), ordinary.model().parameters.end(),
                                  [&, n = name](const auto& parameter) { return parameter.name == n; });
-    REQUIRE(at != ordinary.model->parameters.end());
-    const auto i = static_cast<std::size_t>(at - ordinary.model->parameters.begin());
+    REQUIRE(at != ordinary.model().parameters.end());
+    const auto i = static_cast<std::size_t>(at - ordinary.model().parameters.begin());
     std::ostringstream text;
     text << name << '=' << std::setprecision(17) << ordinary.inputs.parameters[i] * factor;
     set.push_back(text.str());
@@ -93,7 +86,7 @@ std::string bellow_in_units(bool milliseconds) {
     const std::vector<double> exact = scaled(a, name, 1.0);
     const double largest = std::abs(*std::max_element(
         exact.begin(), exact.end(), [](double left, double right) { return std::abs(left) < std::abs(right); }));
-    gap = std::max(gap, largest_gap(scaled(b, name, unit), exact) / largest);
+    gap = std::max(gap, largest_difference(scaled(b, name, unit), exact) / largest);
   }
   return "the same trace: " + within(gap, 1e-10);
 }

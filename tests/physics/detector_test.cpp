@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "support/random_graph.hpp"
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 namespace {
 

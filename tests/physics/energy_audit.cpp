@@ -1,7 +1,7 @@
 // The balance supplied = stored + dissipated is an independent measure of a run's accuracy.
 #include <catch2/catch.hpp>
 
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 using namespace bgsim;
 using namespace bgsim::test;

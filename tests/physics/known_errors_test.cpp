@@ -10,8 +10,8 @@ namespace {
 
 using namespace bgsim;
 using test::column;
-using test::read_stages;
 using test::run;
+using test::study_of;
 
 const std::string kFolder = "tests/data/models/";
 
@@ -31,16 +31,16 @@ std::pair<double, double> range(const std::vector<double>& values) {
   return {*std::min_element(values.begin(), values.end()), *std::max_element(values.begin(), values.end())};
 }
 
-Reciprocity reciprocity_of(const test::Stages& stages, const std::string& field) {
-  for (std::size_t i = 0; i < stages.model->elements.size(); ++i)
-    if (stages.model->elements[i].name == field) return test_reciprocity(*stages.model, ElementId(i));
+Reciprocity reciprocity_of(const Study& study, const std::string& field) {
+  for (std::size_t i = 0; i < study.model().elements.size(); ++i)
+    if (study.model().elements[i].name == field) return test_reciprocity(study.model(), ElementId(i));
   FAIL("no field " << field);
   return {};
 }
 
 TEST_CASE("the printed pendulum swings too slowly and its energy swings with it") {
-  const auto stages = read_stages(kFolder + "pendulum_printed.json");
-  const auto printed = run(stages, "printed");
+  const auto study = study_of(kFolder + "pendulum_printed.json");
+  const auto printed = run(study, "printed");
   const auto crossings = zero_crossings(printed, "theta");
   REQUIRE(crossings.size() == 3);
   // figures printed to three digits
@@ -54,13 +54,13 @@ TEST_CASE("the printed pendulum swings too slowly and its energy swings with it"
   REQUIRE(printed.report.energy.done);
   CHECK(std::abs(printed.report.energy.supplied) > 1e-3);
 
-  const auto sound = run(stages, "sound");
+  const auto sound = run(study, "sound");
   const auto [least, most] = range(column(sound, "energy"));
   CHECK(most - least < 1e-6 * most);
 }
 
 TEST_CASE("the pendulum from its graph keeps its energy and has the physical period of 2.17 s") {
-  const auto result = run(read_stages(kFolder + "rod_pendulum.json"));
+  const auto result = run(study_of(kFolder + "rod_pendulum.json"));
   const auto [low, high] = range(column(result, "energy"));
   CHECK(high - low < 1e-6 * high);
   const auto crossings = zero_crossings(result, "theta");
@@ -71,16 +71,16 @@ TEST_CASE("the pendulum from its graph keeps its energy and has the physical per
 }
 
 TEST_CASE("the printed leaky cylinder makes energy: 550 J become 633.6 J within 0.02 s") {
-  const auto stages = read_stages(kFolder + "cylinder_printed.json");
-  CHECK(test::at(run(stages, "printed"), "total", 0.02) == Approx(633.6687).margin(1e-3));
-  const auto right = column(run(stages, "right"), "total");
+  const auto study = study_of(kFolder + "cylinder_printed.json");
+  CHECK(test::at(run(study, "printed"), "total", 0.02) == Approx(633.6687).margin(1e-3));
+  const auto right = column(run(study, "right"), "total");
   for (const double total : right) CHECK(total == Approx(550).epsilon(1e-8));
 }
 
 TEST_CASE("the cylinder from its graph moves as the right signs make it and keeps 550 J") {
-  const auto graph = run(read_stages(kFolder + "cylinder.json"));
+  const auto graph = run(study_of(kFolder + "cylinder.json"));
   for (const double total : column(graph, "total")) CHECK(total == Approx(550).epsilon(1e-8));
-  const auto right = run(read_stages(kFolder + "cylinder_printed.json"), "right");
+  const auto right = run(study_of(kFolder + "cylinder_printed.json"), "right");
   const auto v = column(graph, "v");
   CHECK(test::largest_difference(v, column(right, "v")) < 1e-7 * test::largest_magnitude(v));
   REQUIRE(graph.report.energy.done);
@@ -88,17 +88,17 @@ TEST_CASE("the cylinder from its graph moves as the right signs make it and keep
 }
 
 TEST_CASE("the printed loudspeaker violates Maxwell reciprocity; from its energy it cannot") {
-  const auto printed = reciprocity_of(read_stages(kFolder + "loudspeaker_printed.json"), "field");
+  const auto printed = reciprocity_of(study_of(kFolder + "loudspeaker_printed.json"), "field");
   CHECK(printed.verdict == Reciprocity::Verdict::violated);
   CHECK(!printed.text.empty());
-  const auto sound = reciprocity_of(read_stages(kFolder + "loudspeaker.json"), "field");
+  const auto sound = reciprocity_of(study_of(kFolder + "loudspeaker.json"), "field");
   CHECK(sound.verdict == Reciprocity::Verdict::by_energy);
 }
 
 TEST_CASE("C2(x) put into the bellow's laws as they stand violates reciprocity; from its energy it cannot") {
-  const auto naive = reciprocity_of(read_stages(kFolder + "bellow_naive.json"), "field");
+  const auto naive = reciprocity_of(study_of(kFolder + "bellow_naive.json"), "field");
   CHECK(naive.verdict == Reciprocity::Verdict::violated);
-  const auto sound = reciprocity_of(read_stages("models/bellow_compliance.json"), "field");
+  const auto sound = reciprocity_of(study_of("models/bellow_compliance.json"), "field");
   CHECK(sound.verdict == Reciprocity::Verdict::by_energy);
 }
 

@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <unsupported/Eigen/MatrixFunctions>
 
-#include "support/pipeline.hpp"
 #include "support/random_graph.hpp"
+#include "support/run.hpp"
 #include "support/tableau.hpp"
 
 using namespace bgsim;
@@ -25,11 +25,11 @@ MatrixXd matrix(const std::vector<double>& row_major, std::size_t rows, std::siz
 struct EngineMotion {
   MatrixXd a, b, c, d;
 
-  explicit EngineMotion(const Pipeline& p) {
+  explicit EngineMotion(const CompiledModel& p) {
     std::vector<std::string> sources;
-    for (const Parameter& parameter : p.model->parameters) sources.push_back(parameter.name);
-    const std::vector<double> zero(p.system.states.size());
-    const Linearization l = linearize(p.model, p.system, p.order, p.inputs, 0.0, zero, sources);
+    for (const Parameter& parameter : p.model().parameters) sources.push_back(parameter.name);
+    const std::vector<double> zero(p.system().states.size());
+    const Linearization l = linear_at(p.study, p.inputs, 0.0, zero, sources);
     a = matrix(l.a, l.states, l.states);
     b = matrix(l.b, l.states, l.inputs);
     c = matrix(l.c, l.outputs, l.states);
@@ -49,14 +49,14 @@ struct EngineMotion {
 };
 
 /// e, f, and q or p of every store, as the outputs of random graphs have them.
-VectorXd store_outputs(const Pipeline& p, const Tableau& tableau, const Motion& motion, const VectorXd& x,
+VectorXd store_outputs(const CompiledModel& p, const Tableau& tableau, const Motion& motion, const VectorXd& x,
                        const VectorXd& u) {
   VectorXd bonds = motion.bonds_x * x;
   if (u.size() > 0) bonds += motion.bonds_u * u;
-  const auto count = static_cast<Index>(p.graph.bonds.size());
+  const auto count = static_cast<Index>(p.study.graph().bonds.size());
   VectorXd outputs(3 * x.size());
   for (Index i = 0; i < x.size(); ++i) {
-    const Port& port = p.graph[p.graph.port(tableau.stores[static_cast<std::size_t>(i)], 0)];
+    const Port& port = p.study.graph()[p.study.graph().port(tableau.stores[static_cast<std::size_t>(i)], 0)];
     const auto bond = static_cast<Index>(port.bond.index());
     outputs(3 * i) = bonds(bond);
     outputs(3 * i + 1) = bonds(count + bond) * (port.head ? 1.0 : -1.0);
@@ -66,7 +66,7 @@ VectorXd store_outputs(const Pipeline& p, const Tableau& tableau, const Motion& 
 }
 
 /// The values of all sources, which are all parameters there are.
-VectorXd inputs_of(const Pipeline& p) {
+VectorXd inputs_of(const CompiledModel& p) {
   return Eigen::Map<const VectorXd>(p.inputs.parameters.data(), static_cast<Index>(p.inputs.parameters.size()));
 }
 
@@ -108,7 +108,8 @@ void compare_poles(const EngineMotion& engine, const Motion& motion) {
   REQUIRE(pole_distance(ours, theirs) <= 1e-8 * std::max(theirs.cwiseAbs().maxCoeff(), 1e-3));
 }
 
-void compare_response(const Pipeline& p, const EngineMotion& engine, const Tableau& tableau, const Motion& motion) {
+void compare_response(const CompiledModel& p, const EngineMotion& engine, const Tableau& tableau,
+                      const Motion& motion) {
   VectorXd start(engine.a.rows());
   for (Index i = 0; i < start.size(); ++i) start(i) = std::cos(1.0 + 2.0 * static_cast<double>(i));
   const VectorXd u = inputs_of(p);
@@ -127,7 +128,7 @@ void compare_response(const Pipeline& p, const EngineMotion& engine, const Table
 /// The engine's motion, or none if it refuses the model for its numbers (BG403, BG411).
 std::optional<EngineMotion> engine_motion(const std::shared_ptr<const Model>& model) {
   try {
-    return EngineMotion(Pipeline(model));
+    return EngineMotion(compile_model(model));
   } catch (const ModelError& error) {
     const std::string& code = error.diagnostics.front().code;
     INFO(error.what());
@@ -164,12 +165,12 @@ void compare(const RandomGraph& random, Tally& tally) {
     ++tally.declined;
     return;
   }
-  const Pipeline p(model);
+  const CompiledModel p = compile_model(model);
   compare_poles(*engine, motion);
   compare_response(p, *engine, tableau, motion);
   ++tally.compared;
-  if (!p.causal.dependent.empty()) ++tally.with_dependent;
-  if (!p.order.blocks.empty()) ++tally.with_loops;
+  if (!p.study.causality().dependent.empty()) ++tally.with_dependent;
+  if (!p.study.order().blocks.empty()) ++tally.with_loops;
 }
 
 Tally compare_many(std::uint64_t first, std::uint64_t last, const RandomGraphOptions& options) {
@@ -243,8 +244,8 @@ TEST_CASE("Runs of random graphs follow the tableau's exponential") {
     }();
     if (!motion.regular || !engine_motion(model)) continue;
     INFO("seed " << seed);
-    const Pipeline p(model, "", tight);
-    const Tableau tableau = form_tableau(*model, p.graph, p.inputs.parameters);
+    const CompiledModel p = compile_model(model, tight);
+    const Tableau tableau = form_tableau(*model, p.study.graph(), p.inputs.parameters);
     const RunResult result = p.run();
     REQUIRE(result.stop == StopReason::completed);
     const auto row = [&](std::size_t i) {

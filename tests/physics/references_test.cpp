@@ -13,12 +13,12 @@ using namespace bgsim;
 // 1e-5.
 constexpr double kEnergyResidual = 1e-4;
 
-void hold_scene(const test::Stages& stages, const std::string& path, const Scene& scene) {
+void hold_scene(const Study& study, const std::string& path, const Scene& scene) {
   INFO(path << " " << scene.name);
-  const RunInputs inputs = prepare_scene(*stages.model, scene.name);
-  const CsvTable table = read_reference(*stages.model, *inputs.reference);
-  const RunResult result = test::run(stages, at_reference_times(*stages.model, inputs, table));
-  const ReferenceCheck check = hold_against(*stages.model, result.trace, table, *inputs.reference);
+  const RunInputs inputs = prepare_scene(study.model(), scene.name);
+  const CsvTable table = read_reference(study.model(), *inputs.reference);
+  const RunResult result = test::run(study, at_reference_times(study.model(), inputs, table));
+  const ReferenceCheck check = hold_against(study.model(), result.trace, table, *inputs.reference);
   CHECK(!check.columns.empty());
   for (const ColumnCheck& column : check.columns) {
     INFO(column.output << " at t = " << column.time << ": " << column.value << ", reference " << column.low);
@@ -30,11 +30,11 @@ void hold_scene(const test::Stages& stages, const std::string& path, const Scene
 
 void hold_folder(const std::string& folder) {
   std::size_t scenes = 0;
-  for (const std::string& path : test::models_in(folder)) {
-    const test::Stages stages = test::read_stages(path);
-    for (const Scene& scene : stages.model->scenes) {
+  for (const std::string& path : test::runnable_models_in(folder)) {
+    const Study study = test::study_of(path);
+    for (const Scene& scene : study.model().scenes) {
       if (!scene.reference) continue;
-      hold_scene(stages, path, scene);
+      hold_scene(study, path, scene);
       ++scenes;
     }
   }

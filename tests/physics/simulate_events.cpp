@@ -1,7 +1,7 @@
 // Known times and conditions on states.
 #include <catch2/catch.hpp>
 
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 using namespace bgsim;
 using namespace bgsim::test;

@@ -1,7 +1,7 @@
 // Runs that cannot go on: what is said, and that it is said promptly.
 #include <catch2/catch.hpp>
 
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 using namespace bgsim;
 using namespace bgsim::test;

@@ -5,7 +5,7 @@
 // where the solution forgets them, and to more where it oscillates undamped.
 #include <catch2/catch.hpp>
 
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 using namespace bgsim;
 using namespace bgsim::test;

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "run/integrate/spectrum.hpp"
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 using namespace bgsim;
 using namespace bgsim::test;

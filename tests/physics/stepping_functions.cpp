@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 using namespace bgsim;
 using namespace bgsim::test;

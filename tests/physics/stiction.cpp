@@ -1,7 +1,7 @@
 // Dry friction written as what it is, sign(f): it holds what it can hold.
 #include <catch2/catch.hpp>
 
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 using namespace bgsim;
 using namespace bgsim::test;

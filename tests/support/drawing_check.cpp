@@ -1,15 +1,13 @@
 #include "support/drawing_check.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <regex>
 #include <sstream>
 #include <stdexcept>
 
 #include "bgsim/drawing.hpp"
+#include "support/files.hpp"
 #include "support/font.hpp"
 
 namespace bgsim::test {
@@ -238,17 +236,9 @@ class Picture {
 };
 
 std::string laid_out(const std::string& request) {
-  std::string file = "/tmp/bgsim-test-XXXXXX";
-  const int handle = ::mkstemp(file.data());
-  if (handle < 0) throw std::runtime_error("no temporary file");
-  std::ofstream(file) << request;
-  FILE* pipe = ::popen(("dot -Tplain " + file).c_str(), "r");
-  std::string answer;
-  std::array<char, 4096> buffer{};
-  while (pipe != nullptr && std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) answer += buffer.data();
-  if (pipe != nullptr) ::pclose(pipe);
-  std::remove(file.c_str());
-  return answer;
+  const TemporaryFolder folder;
+  folder.write("request.dot", request);
+  return output_of("dot -Tplain '" + (folder.path() / "request.dot").string() + "'");
 }
 
 std::string drawn(const Model& model) {

@@ -1,24 +1,17 @@
 // The tables head, hhea, hmtx and cmap (format 4) of a TrueType file: ISO/IEC 14496-22.
 #include "support/font.hpp"
 
-#include <array>
-#include <cstdio>
-#include <fstream>
-#include <memory>
 #include <sstream>
 #include <stdexcept>
+
+#include "support/files.hpp"
 
 namespace bgsim::test {
 
 namespace {
 
 std::string file_of(const std::string& name) {
-  const std::string command = "fc-match -f '%{family}\\n%{file}\\n' '" + name + "'";
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
-  std::string answer;
-  std::array<char, 512> buffer{};
-  while (pipe && std::fgets(buffer.data(), buffer.size(), pipe.get()) != nullptr) answer += buffer.data();
-  std::istringstream lines(answer);
+  std::istringstream lines(output_of("fc-match -f '%{family}\\n%{file}\\n' '" + name + "'"));
   std::string family, file;
   std::getline(lines, family);
   std::getline(lines, file);
@@ -30,8 +23,7 @@ std::string file_of(const std::string& name) {
 }  // namespace
 
 Font::Font(const std::string& fontconfig_name) {
-  std::ifstream file(file_of(fontconfig_name), std::ios::binary);
-  bytes_ = std::string(std::istreambuf_iterator<char>(file), {});
+  bytes_ = file_text(file_of(fontconfig_name));
   const double unit = 1.0 / static_cast<double>(u16(table("head") + 18));
   const std::size_t cmap = table("cmap");
   for (std::size_t i = 0; i < u16(cmap + 2); ++i)

@@ -1,17 +1,15 @@
 /// Helpers for tests of the reader: a model's text in, its first fault as one line out.
 #pragma once
 
-#include <fstream>
-#include <sstream>
 #include <string>
 
 #include "bgsim/model.hpp"
+#include "support/files.hpp"
+#include "support/model_text.hpp"
 
 namespace bgsim::test {
 
-/// The model whose text is @p body between "bgsim" and the closing brace.
-inline std::string framed(const std::string& body) { return R"({ "bgsim": 1, "name": "test", )" + body + " }"; }
-inline Model read(const std::string& body) { return read_model_text("test.json", framed(body)); }
+inline Model read(const std::string& body) { return read_model_text("test.json", model_text(body)); }
 
 /// "CODE [faulty text] situation; help"
 inline std::string line_of(const Diagnostic& d, const Sources& sources) {
@@ -36,7 +34,7 @@ inline std::string whole_fault(const std::string& text, const std::string& path 
   }
   return "none";
 }
-inline std::string fault(const std::string& body) { return whole_fault(framed(body)); }
+inline std::string fault(const std::string& body) { return whole_fault(model_text(body)); }
 
 /// The codes of all faults of reading, in order.
 inline std::string codes(const std::string& body) {
@@ -50,13 +48,6 @@ inline std::string codes(const std::string& body) {
   return result;
 }
 inline std::size_t faults(const std::string& body) { return codes(body).size() / 6; }
-
-inline std::string file_text(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 /// The whole model that docs/model-format.md begins with.
 inline std::string example_of_the_format() {

@@ -5,44 +5,94 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
+#include <span>
+#include <stdexcept>
+#include <utility>
+
+#include "support/files.hpp"
 
 namespace bgsim::test {
 
-Stages read_stages(const std::string& path) {
-  Stages stages;
-  try {
-    const Study study(std::string(BGSIM_SOURCE_DIR) + "/" + path);
-    stages.model = study.shared_model();
-    stages.graph = study.graph();
-    stages.causal = study.causality();
-    stages.system = study.equations();
-    stages.order = study.order();
-  } catch (const ModelError& error) {
-    FAIL(render(error));
-  }
-  return stages;
+namespace {
+
+std::string in_project(const std::string& path) { return std::string(BGSIM_SOURCE_DIR) + "/" + path; }
+
+/// "NAME=VALUE" overrides in a scene.
+RunInputs inputs_with(const Study& study, const std::string& scene, const std::vector<std::string>& set) {
+  return prepare_scene(study.model(), scene, with_parameters(set));
 }
 
-RunResult run(const Stages& stages, const RunInputs& inputs) {
-  CompileOptions options;
-  options.outputs = inputs.outputs;
-  const Program program = compile(stages.model, stages.system, stages.order, options);
-  RunResult result = simulate(program, inputs);
-  if (result.failure) FAIL(render(*result.failure, *stages.model->sources));
+}  // namespace
+
+CompiledModel compile_study(const Study& study, RunInputs inputs) {
+  Program program = study.scene(inputs, {.keep_all = true}).program();
+  return {study, std::move(inputs), std::move(program)};
+}
+
+CompiledModel compile_model(std::shared_ptr<const Model> model, const SceneOverrides& overrides,
+                            const std::string& scene) {
+  RunInputs inputs = prepare_scene(*model, scene, overrides);
+  return compile_study(Study(std::move(model)), std::move(inputs));
+}
+
+CompiledModel compile_text(const std::string& text, const SceneOverrides& overrides, const std::string& scene) {
+  return compile_model(std::make_shared<const Model>(read_model_text("model.json", text)), overrides, scene);
+}
+
+CompiledModel compile_file(const std::string& path, const SceneOverrides& overrides, const std::string& scene) {
+  return compile_model(std::make_shared<const Model>(read_model(in_project(path))), overrides, scene);
+}
+
+RunResult run_text(const std::string& text, const SceneOverrides& overrides, const SimulateOptions& options) {
+  return compile_text(text, overrides).run(options);
+}
+
+Study study_of(const std::string& path) {
+  try {
+    Study study(in_project(path));
+    static_cast<void>(study.order());
+    return study;
+  } catch (const ModelError& error) {
+    FAIL(render(error));
+    throw;
+  }
+}
+
+RunResult run(const Study& study, const RunInputs& inputs) {
+  RunResult result = compile_study(study, inputs).run();
+  if (result.failure) FAIL(render(*result.failure, *study.model().sources));
   REQUIRE(result.stop == StopReason::completed);
   return result;
 }
 
-RunResult run(const Stages& stages, const std::string& scene, const std::vector<std::string>& set) {
+RunResult run(const Study& study, const std::string& scene, const std::vector<std::string>& set) {
+  return run(study, inputs_with(study, scene, set));
+}
+
+SceneOverrides with_relative(double relative) {
   SceneOverrides overrides;
-  overrides.set = set;
-  return run(stages, prepare_scene(*stages.model, scene, overrides));
+  overrides.relative = relative;
+  return overrides;
+}
+
+SceneOverrides with_method(Method method, double relative) {
+  SceneOverrides overrides = with_relative(relative);
+  overrides.method = method;
+  return overrides;
+}
+
+SceneOverrides with_parameters(std::vector<std::string> set) {
+  SceneOverrides overrides;
+  overrides.set = std::move(set);
+  return overrides;
 }
 
 std::vector<double> column(const RunResult& result, const std::string& name) {
   const std::span<const double> values = result.trace[name];
   return {values.begin(), values.end()};
 }
+
+double last(const RunResult& result, const std::string& name) { return result.trace[name].back(); }
 
 double at(const RunResult& result, const std::string& name, double time) {
   const auto& times = result.trace.times;
@@ -66,20 +116,53 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
   return largest;
 }
 
-Linearization linear_at(const Stages& stages, const RunInputs& inputs, double t, const std::vector<double>& x,
-                        const std::vector<std::string>& parameters) {
-  return linearize(stages.model, stages.system, stages.order, inputs, t, x, parameters);
+double largest_difference(const RunResult& a, const RunResult& b) {
+  REQUIRE(a.trace.times == b.trace.times);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.trace.names.size(); ++i) {
+    const std::vector<double>& exact = a.trace.columns[i];
+    largest = std::max(largest, largest_difference(exact, b.trace.columns[i]) / largest_magnitude(exact));
+  }
+  return largest;
 }
 
-Linearization linear(const Stages& stages, const std::string& scene, const std::vector<std::string>& inputs,
+CsvTable reference_trace(const std::string& name) {
+  const std::string text = file_text(in_project("tests/data/traces/" + name + ".csv"));
+  if (text.empty()) throw std::runtime_error("no reference trace " + name);
+  return parse_csv(text);
+}
+
+double largest_error(CompiledModel compiled, const CsvTable& reference, const std::vector<std::string>& names) {
+  const auto reference_column = [&](const std::string& name) -> const std::vector<double>& {
+    const auto found = std::find(reference.names.begin(), reference.names.end(), name);
+    if (found == reference.names.end()) throw std::invalid_argument("the reference has no column " + name);
+    return reference.columns[static_cast<std::size_t>(found - reference.names.begin())];
+  };
+  compiled.inputs.output_times = reference_column("t");
+  compiled.inputs.start = compiled.inputs.output_times.front();
+  compiled.inputs.stop = compiled.inputs.output_times.back();
+  const RunResult result = compiled.run();
+  if (result.stop != StopReason::completed) throw std::runtime_error("the run failed: " + result.failure->situation);
+  double largest = 0.0;
+  for (const std::string& name : names) {
+    const std::vector<double>& exact = reference_column(name);
+    largest = std::max(largest, largest_difference(exact, column(result, name)) / largest_magnitude(exact));
+  }
+  return largest;
+}
+
+Linearization linear_at(const Study& study, const RunInputs& inputs, double t, const std::vector<double>& x,
+                        const std::vector<std::string>& parameters) {
+  return linearize(study.shared_model(), study.equations(), study.order(), inputs, t, x, parameters);
+}
+
+Linearization linear(const Study& study, const std::string& scene, const std::vector<std::string>& inputs,
                      const std::vector<std::string>& set) {
-  SceneOverrides overrides;
-  overrides.set = set;
-  const RunInputs at_start = prepare_scene(*stages.model, scene, overrides);
-  const Program program = compile(stages.model, stages.system, stages.order, {});
-  Evaluator evaluator(program, at_start.parameters);
+  const RunInputs at_start = inputs_with(study, scene, set);
+  const CompiledModel compiled = compile_study(study, at_start);
+  Evaluator evaluator(compiled.program, at_start.parameters);
   const std::vector<double> x = initial_states(evaluator, at_start);
-  return linear_at(stages, at_start, at_start.start, x, inputs);
+  return linear_at(study, at_start, at_start.start, x, inputs);
 }
 
 std::vector<std::complex<double>> poles(const Linearization& linearization) {
@@ -95,12 +178,17 @@ std::vector<std::complex<double>> poles(const Linearization& linearization) {
 
 std::vector<std::string> models_in(const std::string& folder) {
   std::vector<std::string> paths;
-  for (const auto& entry : std::filesystem::directory_iterator(std::string(BGSIM_SOURCE_DIR) + "/" + folder))
+  for (const auto& entry : std::filesystem::directory_iterator(in_project(folder)))
     if (entry.path().extension() == ".json") paths.push_back(folder + "/" + entry.path().filename().string());
+  REQUIRE_FALSE(paths.empty());
   std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+std::vector<std::string> runnable_models_in(const std::string& folder) {
   std::vector<std::string> with_scenes;
-  for (const std::string& path : paths)
-    if (!read_model(std::string(BGSIM_SOURCE_DIR) + "/" + path).scenes.empty()) with_scenes.push_back(path);
+  for (const std::string& path : models_in(folder))
+    if (!read_model(in_project(path)).scenes.empty()) with_scenes.push_back(path);
   return with_scenes;
 }
 

@@ -1,4 +1,4 @@
-/// From a model file to a trace, as tests need it.
+/// From a model, as file or as text, to a trace and its numbers.
 #pragma once
 
 #include <complex>
@@ -7,42 +7,70 @@
 #include <vector>
 
 #include "bgsim/bgsim.hpp"
+#include "support/model_text.hpp"
 
 namespace bgsim::test {
 
-/// The stages' values of one model.
-struct Stages {
-  std::shared_ptr<const Model> model;
-  BondGraph graph;
-  CausalGraph causal;
-  EquationSystem system;
-  BlockOrder order;
+/// A scene of a model, all of it compiled whatever its outputs depend on.
+struct CompiledModel {
+  Study study;
+  RunInputs inputs;  ///< may be changed before a run
+  Program program;
+
+  [[nodiscard]] const Model& model() const { return study.model(); }
+  [[nodiscard]] const EquationSystem& system() const { return study.equations(); }
+  [[nodiscard]] RunResult run(const SimulateOptions& options = {}) const { return simulate(program, inputs, options); }
 };
 
-/// Runs the stages up to ordering. @param path  relative to the project's folder.
-Stages read_stages(const std::string& path);
+CompiledModel compile_study(const Study& study, RunInputs inputs);
+CompiledModel compile_model(std::shared_ptr<const Model> model, const SceneOverrides& overrides = {},
+                            const std::string& scene = {});
+CompiledModel compile_text(const std::string& text, const SceneOverrides& overrides = {},
+                           const std::string& scene = {});
+/// @param path  relative to the project, "models/bellow.json".
+CompiledModel compile_file(const std::string& path, const SceneOverrides& overrides = {},
+                           const std::string& scene = {});
+RunResult run_text(const std::string& text, const SceneOverrides& overrides = {}, const SimulateOptions& options = {});
 
+/// A model file whose equations are ordered already; fails the test with the message if it is refused.
+/// @param path  relative to the project.
+Study study_of(const std::string& path);
 /// Runs a scene to its end; fails the test if the run does not complete. @param set  "NAME=VALUE" overrides.
-RunResult run(const Stages& stages, const std::string& scene = {}, const std::vector<std::string>& set = {});
-RunResult run(const Stages& stages, const RunInputs& inputs);
+RunResult run(const Study& study, const std::string& scene = {}, const std::vector<std::string>& set = {});
+RunResult run(const Study& study, const RunInputs& inputs);
+
+SceneOverrides with_relative(double relative);
+SceneOverrides with_method(Method method, double relative = 1e-6);
+SceneOverrides with_parameters(std::vector<std::string> set);
 
 /// An output's values, row by row.
 std::vector<double> column(const RunResult& result, const std::string& name);
+double last(const RunResult& result, const std::string& name);
 /// An output's value at the record nearest to @p time; fails the test if that is further off than 1e-9 of the run.
 double at(const RunResult& result, const std::string& name, double time);
 double largest_magnitude(const std::vector<double>& values);
 /// Largest distance of two columns of the same length.
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b);
+/// The same of all columns of two runs at the same times, each relative to the largest magnitude in @p a.
+double largest_difference(const RunResult& a, const RunResult& b);
+
+/// A reference trace of tests/data/traces.
+CsvTable reference_trace(const std::string& name);
+/// A compiled model run at the times of a reference, and its largest error in @p names, each relative to the largest
+/// magnitude of the reference's column.
+double largest_error(CompiledModel compiled, const CsvTable& reference, const std::vector<std::string>& names);
 
 /// A, B, C, D at a scene's start (or at states @p x, time @p t), inputs being the named parameters.
-Linearization linear(const Stages& stages, const std::string& scene = {}, const std::vector<std::string>& inputs = {},
+Linearization linear(const Study& study, const std::string& scene = {}, const std::vector<std::string>& inputs = {},
                      const std::vector<std::string>& set = {});
-Linearization linear_at(const Stages& stages, const RunInputs& run, double t, const std::vector<double>& x,
+Linearization linear_at(const Study& study, const RunInputs& run, double t, const std::vector<double>& x,
                         const std::vector<std::string>& inputs = {});
 /// Eigenvalues of A, by real part, then imaginary part.
 std::vector<std::complex<double>> poles(const Linearization& linearization);
 
-/// The model files of a folder that have scenes, by name.
+/// The model files of a folder, by name.
 std::vector<std::string> models_in(const std::string& folder);
+/// Those that have scenes.
+std::vector<std::string> runnable_models_in(const std::string& folder);
 
 }  // namespace bgsim::test

@@ -46,9 +46,10 @@ std::string sketch(const std::string& elements, const std::string& bonds, const 
 }
 
 Stages::Stages(const std::string& json)
-    : model(read_model_text("sketch.json", json)),
-      graph(build_bond_graph(model)),
-      causal(assign_causality(model, graph)) {}
+    : study(Study::from_text(json, "sketch.json")),
+      model(study.model()),
+      graph(study.graph()),
+      causal(study.causality()) {}
 
 ElementId Stages::element(const std::string& name) const {
   for (std::size_t i = 0; i < model.elements.size(); ++i)

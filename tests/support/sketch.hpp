@@ -13,9 +13,10 @@ std::string sketch(const std::string& elements, const std::string& bonds, const 
 
 /// The first three stages of a model.
 struct Stages {
-  Model model;
-  BondGraph graph;
-  CausalGraph causal;
+  Study study;
+  const Model& model;
+  const BondGraph& graph;
+  const CausalGraph& causal;
 
   explicit Stages(const std::string& json);
 

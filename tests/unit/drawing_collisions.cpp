@@ -1,14 +1,13 @@
 // Nothing in a drawing covers anything else, by the measure of the fonts that draw it.
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "bgsim/drawing.hpp"
 #include "support/drawing_check.hpp"
 #include "support/font.hpp"
 #include "support/random_graph.hpp"
 #include "support/reading.hpp"
+#include "support/run.hpp"
 #include "support/sketch.hpp"
 
 using namespace bgsim;
@@ -17,15 +16,6 @@ using Catch::Contains;
 namespace {
 
 const std::string kSource = BGSIM_SOURCE_DIR;
-
-std::vector<std::string> models_in(const std::string& folder) {
-  std::vector<std::string> found;
-  for (const auto& entry : std::filesystem::directory_iterator(kSource + "/" + folder))
-    if (entry.path().extension() == ".json") found.push_back(entry.path());
-  std::sort(found.begin(), found.end());
-  REQUIRE_FALSE(found.empty());
-  return found;
-}
 
 std::string lines(const std::vector<std::string>& words) {
   std::string text;
@@ -54,10 +44,10 @@ std::pair<double, double> place_in_frame(const std::string& svg, const std::stri
 TEST_CASE("in the drawings of all models no text, letter or stroke covers another") {
   std::size_t seen = 0;
   for (const std::string folder : {"models", "docs/notation", "tests/data/models", "tests/data/drawings"})
-    for (const std::string& path : models_in(folder)) {
+    for (const std::string& path : test::models_in(folder)) {
       INFO(path);
       ++seen;
-      CHECK(lines(test::collisions_in(test::drawn_by_dot_from(path))).empty());
+      CHECK(lines(test::collisions_in(test::drawn_by_dot_from(kSource + "/" + path))).empty());
     }
   CHECK(seen > 60);
 }

@@ -1,18 +1,19 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "support/pipeline.hpp"
+#include "support/run.hpp"
 
 using namespace bgsim;
+using bgsim::test::compile_text;
+using bgsim::test::CompiledModel;
 using bgsim::test::model_text;
-using bgsim::test::Pipeline;
 
 namespace {
 
 const char* const kScene = R"~("scenes": { "s": { "stop": 1, "samples": 3 } })~";
 
 /// Rates at a point.
-std::vector<double> rates_at(const Pipeline& p, double t, const std::vector<double>& x) {
+std::vector<double> rates_at(const CompiledModel& p, double t, const std::vector<double>& x) {
   Evaluator evaluator(p.program, p.inputs.parameters);
   std::vector<double> rates(x.size());
   Branch branch = first_branch(p.program);
@@ -21,7 +22,7 @@ std::vector<double> rates_at(const Pipeline& p, double t, const std::vector<doub
   return rates;
 }
 
-std::vector<double> outputs_at(const Pipeline& p, double t, const std::vector<double>& x) {
+std::vector<double> outputs_at(const CompiledModel& p, double t, const std::vector<double>& x) {
   Evaluator evaluator(p.program, p.inputs.parameters);
   std::vector<double> outputs(p.inputs.outputs.size());
   Branch branch = first_branch(p.program);
@@ -31,7 +32,7 @@ std::vector<double> outputs_at(const Pipeline& p, double t, const std::vector<do
 }
 
 /// The explicit Jacobian, dense and row-major, from the evaluator's sparse one.
-std::vector<double> jacobian_at(const Pipeline& p, double t, const std::vector<double>& x) {
+std::vector<double> jacobian_at(const CompiledModel& p, double t, const std::vector<double>& x) {
   Evaluator evaluator(p.program, p.inputs.parameters);
   Branch branch = first_branch(p.program);
   REQUIRE(evaluator.initialize_modes(t, x.data(), branch));
@@ -48,17 +49,16 @@ std::vector<double> jacobian_at(const Pipeline& p, double t, const std::vector<d
 }  // namespace
 
 TEST_CASE("a series RLC gives the textbook's two state equations") {
-  const Pipeline p(model_text(R"~("parameters": { "E": 10, "R": 3, "L": 2, "C": 0.5 },
+  const CompiledModel p = compile_text(model_text(R"~("parameters": { "E": 10, "R": 3, "L": 2, "C": 0.5 },
     "elements": { "s": { "kind": "Se", "effort": "E" }, "j": { "kind": "1" }, "r": { "kind": "R", "resistance": "R" },
                   "l": { "kind": "I", "inertance": "L" }, "c": { "kind": "C", "capacitance": "C" } },
     "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r" }, { "from": "j", "to": "l" },
                { "from": "j", "to": "c" } ],
-    "outputs": { "i": "l.f", "u": "r.e" }, )~" +
-                              std::string(kScene)));
-  REQUIRE(p.system.states.size() == 2);
-  CHECK(p.system.states[0].name == "l.p");
-  CHECK(p.system.states[1].name == "c.q");
-  CHECK(p.order.blocks.empty());
+    "outputs": { "i": "l.f", "u": "r.e" }, )~" + std::string(kScene)));
+  REQUIRE(p.system().states.size() == 2);
+  CHECK(p.system().states[0].name == "l.p");
+  CHECK(p.system().states[1].name == "c.q");
+  CHECK(p.study.order().blocks.empty());
   // Exact but for rounding of a handful of operations.
   const std::vector<double> rates = rates_at(p, 0.0, {4.0, 1.0});
   CHECK(rates[0] == Approx(10 - 3 * 2.0 - 1.0 / 0.5).epsilon(1e-15));
@@ -72,7 +72,8 @@ TEST_CASE("half-arrows that leave R, C, I turn the bond's flow, not the element'
   for (const bool reversed : {false, true}) {
     const std::string c = reversed ? R"~({ "from": "c", "to": "j" })~" : R"~({ "from": "j", "to": "c" })~";
     const std::string r = reversed ? R"~({ "from": "r", "to": "j" })~" : R"~({ "from": "j", "to": "r" })~";
-    const Pipeline p(model_text(R"~("elements": { "j": { "kind": "0" }, "c": { "kind": "C", "capacitance": 2 },
+    const CompiledModel p =
+        compile_text(model_text(R"~("elements": { "j": { "kind": "0" }, "c": { "kind": "C", "capacitance": 2 },
         "r": { "kind": "R", "resistance": 5 } }, "bonds": [ )~" +
                                 c + ", " + r + R"~( ],
         "outputs": { "ic": "c.f", "ir": "r.f", "b": "b1.f" }, )~" +
@@ -92,7 +93,8 @@ TEST_CASE("TF and GY conserve power whichever way their half-arrows point") {
           (arrows & 1) != 0 ? R"~({ "from": "x.1", "to": "a" })~" : R"~({ "from": "a", "to": "x.1" })~";
       const std::string two =
           (arrows & 2) != 0 ? R"~({ "from": "b", "to": "x.2" })~" : R"~({ "from": "x.2", "to": "b" })~";
-      const Pipeline p(model_text(R"~("elements": { "s": { "kind": "Se", "effort": 12 }, "a": { "kind": "1" },
+      const CompiledModel p =
+          compile_text(model_text(R"~("elements": { "s": { "kind": "Se", "effort": 12 }, "a": { "kind": "1" },
           "r1": { "kind": "R", "resistance": 2 }, "x": { "kind": ")~" +
                                   kind + R"~(", "modulus": 4 }, "b": { "kind": "1" },
           "r2": { "kind": "R", "resistance": 3 } },
@@ -110,18 +112,18 @@ TEST_CASE("TF and GY conserve power whichever way their half-arrows point") {
 
 TEST_CASE(
     "a mass behind a lever moves with the other: x' = F/(m1 + n^2 m2) and a Jacobian without the dependent store") {
-  const Pipeline p(model_text(R"~("parameters": { "m1": 2, "m2": 3, "n": 0.25 },
+  const CompiledModel p = compile_text(model_text(R"~("parameters": { "m1": 2, "m2": 3, "n": 0.25 },
     "elements": { "f": { "kind": "Se", "effort": 10 }, "v1": { "kind": "1" }, "i1": { "kind": "I", "inertance": "m1" },
       "k": { "kind": "C", "capacitance": "1/200" }, "c": { "kind": "R", "resistance": 4 },
       "lever": { "kind": "TF", "modulus": "n" }, "i2": { "kind": "I", "inertance": "m2" } },
     "bonds": [ { "from": "f", "to": "v1" }, { "from": "v1", "to": "i1" }, { "from": "v1", "to": "k" }, { "from": "v1", "to": "c" },
       { "from": "v1", "to": "lever" }, { "from": "lever", "to": "i2" } ],
     "outputs": { "p2": "i2.p", "v2": "i2.f" }, )~" +
-                              std::string(kScene)));
-  REQUIRE(p.system.states.size() == 2);
-  REQUIRE(p.system.dependent.size() == 1);
-  REQUIRE(p.order.blocks.size() == 1);
-  CHECK(p.order.blocks[0].linear);
+                                                  std::string(kScene)));
+  REQUIRE(p.system().states.size() == 2);
+  REQUIRE(p.system().dependent.size() == 1);
+  REQUIRE(p.study.order().blocks.size() == 1);
+  CHECK(p.study.order().blocks[0].linear);
   const double p1 = 0.7, x = 0.01, v1 = p1 / 2;
   const double a = (10 - 200 * x - 4 * v1) / (2 + 3.0 / 16);  // v2 = v1/4: the load adds m2/16
   const std::vector<double> rates = rates_at(p, 0.0, {p1, x});
@@ -135,22 +137,23 @@ TEST_CASE(
 }
 
 TEST_CASE("a capacitor on a source follows it: its current is C du/dt") {
-  const Pipeline p(model_text(R"~("elements": { "s": { "kind": "Se", "effort": "5*sin(3*t)" }, "j": { "kind": "0" },
+  const CompiledModel p =
+      compile_text(model_text(R"~("elements": { "s": { "kind": "Se", "effort": "5*sin(3*t)" }, "j": { "kind": "0" },
       "c": { "kind": "C", "capacitance": 0.2 }, "r": { "kind": "R", "resistance": 10 } },
     "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "c" }, { "from": "j", "to": "r" } ],
     "outputs": { "i": "s.f" }, )~" +
                               std::string(kScene)));
-  CHECK(p.system.states.empty());
+  CHECK(p.system().states.empty());
   const double t = 0.4;
   CHECK(outputs_at(p, t, {})[0] == Approx(0.2 * 15 * std::cos(3 * t) + 0.5 * std::sin(3 * t)).epsilon(1e-14));
 }
 
 TEST_CASE("a capacitor on a stepping source is refused: a jump has no derivative") {
   try {
-    const Pipeline p(model_text(R"~("elements": { "s": { "kind": "Se", "effort": "step(t - 1)" },
+    const CompiledModel p = compile_text(model_text(R"~("elements": { "s": { "kind": "Se", "effort": "step(t - 1)" },
       "j": { "kind": "0" }, "c": { "kind": "C", "capacitance": 0.2 } },
     "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "c" } ], )~" +
-                                std::string(kScene)));
+                                                    std::string(kScene)));
     FAIL("accepted");
   } catch (const ModelError& error) {
     REQUIRE(error.diagnostics.size() == 1);
@@ -160,11 +163,11 @@ TEST_CASE("a capacitor on a stepping source is refused: a jump has no derivative
 }
 
 TEST_CASE("der follows signals, states and dependent stores") {
-  const Pipeline p(model_text(R"~("signals": { "u": "t^2", "w": "der(u*c.q)" },
+  const CompiledModel p = compile_text(model_text(R"~("signals": { "u": "t^2", "w": "der(u*c.q)" },
     "elements": { "s": { "kind": "Sf", "flow": 3 }, "c": { "kind": "C", "capacitance": 2 } },
     "bonds": [ { "from": "s", "to": "c" } ],
     "outputs": { "w": "w", "second": "der(der(u))", "power": "der(c.q^2/4)" }, )~" +
-                              std::string(kScene)));
+                                                  std::string(kScene)));
   const double t = 1.5, q = 7.0;
   const std::vector<double> y = outputs_at(p, t, {q});
   CHECK(y[0] == Approx(2 * t * q + t * t * 3).epsilon(1e-15));
@@ -173,21 +176,23 @@ TEST_CASE("der follows signals, states and dependent stores") {
 }
 
 TEST_CASE("loops of linear resistors are solved exactly and named") {
-  const Pipeline p(model_text(R"~("elements": { "s": { "kind": "Se", "effort": 10 }, "j": { "kind": "1" },
+  const CompiledModel p =
+      compile_text(model_text(R"~("elements": { "s": { "kind": "Se", "effort": 10 }, "j": { "kind": "1" },
       "r1": { "kind": "R", "resistance": 2 }, "r2": { "kind": "R", "resistance": 3 } },
     "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r1" }, { "from": "j", "to": "r2" } ],
     "outputs": { "i": "s.f" }, )~" +
                               std::string(kScene)));
-  REQUIRE(p.order.blocks.size() == 1);
-  CHECK(p.order.blocks[0].tears.size() == 1);
+  REQUIRE(p.study.order().blocks.size() == 1);
+  CHECK(p.study.order().blocks[0].tears.size() == 1);
   CHECK(outputs_at(p, 0.0, {})[0] == Approx(2.0).epsilon(1e-15));
-  const std::string text = describe_loops(*p.model, p.system, p.order);
+  const std::string text = describe_loops(p.model(), p.system(), p.study.order());
   CHECK(text.find("linear, through r1, r2") != std::string::npos);
 }
 
 TEST_CASE("a nonlinear loop is solved to rounding from a start far away") {
   // Shockley diode and resistor: f = Is (exp(e/Vt) - 1), 5 V over 1 kOhm. Reference: residual of the loop equation.
-  const Pipeline p(model_text(R"~("elements": { "s": { "kind": "Se", "effort": 5 }, "j": { "kind": "1" },
+  const CompiledModel p =
+      compile_text(model_text(R"~("elements": { "s": { "kind": "Se", "effort": 5 }, "j": { "kind": "1" },
       "r": { "kind": "R", "resistance": 1000 }, "d": { "kind": "R", "law": "f = 1e-14*(exp(e/0.025852) - 1)"
 }
 },
@@ -201,7 +206,7 @@ TEST_CASE("a nonlinear loop is solved to rounding from a start far away") {
 
 TEST_CASE("a loop of gain one is reported as singular, with its elements") {
   // The source gives what the resistor takes, plus one: no flow satisfies both.
-  const Pipeline p(model_text(
+  const CompiledModel p = compile_text(model_text(
       R"~("parameters": { "k": 2 }, "elements": { "s": { "kind": "MSe", "effort": "k*r.f + 1" },
                    "r": { "kind": "R", "resistance": 2 } },
     "bonds": [ { "from": "s", "to": "r" } ], "outputs": { "i": "r.f" }, )~" +
@@ -215,7 +220,7 @@ TEST_CASE("a loop of gain one is reported as singular, with its elements") {
 }
 
 TEST_CASE("a law's fault names the operator and its arguments' values") {
-  const Pipeline p(
+  const CompiledModel p = compile_text(
       model_text(R"~("elements": { "c": { "kind": "C", "law": "e = sqrt(q)" }, "r": { "kind": "R", "resistance": 2 } },
     "bonds": [ { "from": "c", "to": "r" } ], "outputs": { "i": "r.f" }, )~" +
                  std::string(kScene)));
@@ -241,10 +246,10 @@ TEST_CASE("initial values of dependent stores are checked against the states tha
       "bonds": [ { "from": "v1", "to": "i1" }, { "from": "v1", "to": "lever" }, { "from": "lever", "to": "i2" } ], )~" +
         kScene);
   };
-  const Pipeline good(text("3"));  // v1 = 2, v2 = 1, p2 = 3
+  const CompiledModel good = compile_text(text("3"));  // v1 = 2, v2 = 1, p2 = 3
   Evaluator evaluator(good.program, good.inputs.parameters);
   CHECK(initial_states(evaluator, good.inputs) == std::vector<double>{4.0});
-  const Pipeline bad(text("3.1"));
+  const CompiledModel bad = compile_text(text("3.1"));
   Evaluator other(bad.program, bad.inputs.parameters);
   try {
     initial_states(other, bad.inputs);
@@ -257,7 +262,7 @@ TEST_CASE("initial values of dependent stores are checked against the states tha
 
 TEST_CASE("the linearization agrees with the evaluator's own Jacobian") {
   // Nonlinear spring, loop of resistors, dependent mass: three kinds of elimination in one model.
-  const Pipeline p(
+  const CompiledModel p = compile_text(
       model_text(R"~("parameters": { "F": 2 }, "elements": { "s": { "kind": "Se", "effort": "F" }, "v": { "kind": "1" },
       "m": { "kind": "I", "inertance": 2 }, "k": { "kind": "C", "law": "e = 3*q + q^3" }, "g": { "kind": "GY", "modulus": 0.5 },
       "w": { "kind": "0" }, "ra": { "kind": "R", "resistance": 4 }, "x": { "kind": "1" }, "rb": { "kind": "R", "law": "e = f + f^3" },
@@ -267,9 +272,9 @@ TEST_CASE("the linearization agrees with the evaluator's own Jacobian") {
       { "from": "x", "to": "c" }, { "from": "v", "to": "n" }, { "from": "n", "to": "m2" } ],
     "outputs": { "f": "rb.f" }, )~" +
                  std::string(kScene)));
-  std::vector<double> x(p.system.states.size());
+  std::vector<double> x(p.system().states.size());
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = 0.3 + 0.2 * static_cast<double>(i);
-  const Linearization lin = linearize(p.model, p.system, p.order, p.inputs, 0.0, x, {"F"});
+  const Linearization lin = test::linear_at(p.study, p.inputs, 0.0, x, {"F"});
   const std::vector<double> j = jacobian_at(p, 0.0, x);
   REQUIRE(lin.a.size() == j.size());
   for (std::size_t i = 0; i < j.size(); ++i) CHECK(lin.a[i] == Approx(j[i]).epsilon(1e-12).margin(1e-13));

@@ -1,7 +1,5 @@
 // Integrals among the signals, as the reader takes them.
 #include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
 
 #include "support/reading.hpp"
 
@@ -23,20 +21,15 @@ std::string text(const Model& model, ExprId e) {
 
 /// A folder with a submodel whose signal x is what @p signal says.
 struct Folder {
-  explicit Folder(const std::string& signal) : path(std::filesystem::temp_directory_path() / "bgsim_integral_test") {
-    std::filesystem::create_directories(path);
-    std::ofstream(path / "part.json")
-        << R"x({ "bgsim": 1, "parameters": { "k": 3 }, "signals": { "x": )x" << signal
-        << R"x( }, "elements": { "s": { "kind": "MSf", "flow": "x" }, "j": { "kind": "0" } },
-             "bonds": [ { "from": "s", "to": "j" } ], "ports": { "j": "j" } })x";
+  explicit Folder(const std::string& signal) {
+    files.write("part.json", R"x({ "bgsim": 1, "parameters": { "k": 3 }, "signals": { "x": )x" + signal +
+                                 R"x( }, "elements": { "s": { "kind": "MSf", "flow": "x" }, "j": { "kind": "0" } },
+             "bonds": [ { "from": "s", "to": "j" } ], "ports": { "j": "j" } })x");
   }
-  ~Folder() { std::filesystem::remove_all(path); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
 
   /// The model whose element `left` is that submodel with @p signals.
   [[nodiscard]] Model read(const std::string& signals, const std::string& scene = "") const {
-    return read_model_text((path / "whole.json").string(),
+    return read_model_text((files.path() / "whole.json").string(),
                            R"x({ "bgsim": 1, "types": { "part": "part.json" }, "parameters": { "a": 2 }, "elements": {
       "left": { "kind": "part", "signals": { )x" +
                                signals + R"x( } }, "c": { "kind": "C", "capacitance": 1 } },
@@ -52,7 +45,7 @@ struct Folder {
     }
     return "none";
   }
-  std::filesystem::path path;
+  test::TemporaryFolder files;
 };
 
 }  // namespace

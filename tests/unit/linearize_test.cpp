@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "support/pipeline.hpp"
+#include "support/run.hpp"
 
 using namespace bgsim;
 using namespace bgsim::test;
@@ -14,9 +14,9 @@ namespace {
 const std::string kScene = R"x("scenes": { "s": { "stop": 1, "samples": 3 } })x";
 
 /// The message with which linearize() refuses the point @p x at t = 0; empty if it does not.
-std::string refusal(const Pipeline& p, const std::vector<double>& x, const std::vector<std::string>& inputs) {
+std::string refusal(const CompiledModel& p, const std::vector<double>& x, const std::vector<std::string>& inputs) {
   try {
-    linearize(p.model, p.system, p.order, p.inputs, 0.0, x, inputs);
+    linear_at(p.study, p.inputs, 0.0, x, inputs);
   } catch (const ModelError& error) {
     return error.what();
   }
@@ -24,27 +24,27 @@ std::string refusal(const Pipeline& p, const std::vector<double>& x, const std::
 }
 
 /// Two resistors in series on a source, with the laws @p first and @p second.
-Pipeline two_resistors(const std::string& first, const std::string& second) {
-  return Pipeline(model_text(R"x("parameters": { "E": 0 }, "elements": { "s": { "kind": "Se", "effort": "E" },
+CompiledModel two_resistors(const std::string& first, const std::string& second) {
+  return compile_text(model_text(R"x("parameters": { "E": 0 }, "elements": { "s": { "kind": "Se", "effort": "E" },
       "j": { "kind": "1" }, "a": { "kind": "R", "law": ")x" +
-                             first + R"x(" }, "b": { "kind": "R", "law": ")x" + second + R"x(" } },
+                                 first + R"x(" }, "b": { "kind": "R", "law": ")x" + second + R"x(" } },
     "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "a" }, { "from": "j", "to": "b" } ],
     "outputs": { "f": "a.f" }, )x" +
-                             kScene));
+                                 kScene));
 }
 
 /// A capacitor with the law @p law that empties through a resistor.
-Pipeline capacitor(const std::string& law) {
-  return Pipeline(model_text(R"x("parameters": { "R": 2 }, "elements": { "c": { "kind": "C", "law": ")x" + law +
-                             R"x(" }, "r": { "kind": "R", "resistance": "R" } },
+CompiledModel capacitor(const std::string& law) {
+  return compile_text(model_text(R"x("parameters": { "R": 2 }, "elements": { "c": { "kind": "C", "law": ")x" + law +
+                                 R"x(" }, "r": { "kind": "R", "resistance": "R" } },
     "bonds": [ { "from": "c", "to": "r" } ], "outputs": { "i": "r.f" }, )x" +
-                             kScene));
+                                 kScene));
 }
 
 }  // namespace
 
 TEST_CASE("a linearization takes parameters as inputs and no other names") {
-  const Pipeline p = capacitor("e = q");
+  const CompiledModel p = capacitor("e = q");
   CHECK(refusal(p, {1.0}, {"R"}).empty());
   CHECK(refusal(p, {1.0}, {"r.f"}) == "BG406: there is no parameter \"r.f\" to serve as input");
 }
@@ -55,7 +55,7 @@ TEST_CASE("a point at which a law has no finite value is not linearized") {
 }
 
 TEST_CASE("a point at which a law has no finite slope is not linearized") {
-  const Pipeline p = capacitor("e = sqrt(q)");
+  const CompiledModel p = capacitor("e = sqrt(q)");
   CHECK(refusal(p, {1.0}, {}).empty());
   CHECK(refusal(p, {0.0}, {}) == "BG407: the system cannot be linearized here: a partial derivative is not finite");
 }
@@ -68,15 +68,14 @@ TEST_CASE("a point at which an algebraic loop is singular is not linearized") {
 }
 
 TEST_CASE("loops of one system may differ by any scale") {
-  const Pipeline p(model_text(R"x("parameters": { "E": 1 }, "elements": {
+  const CompiledModel p = compile_text(model_text(R"x("parameters": { "E": 1 }, "elements": {
       "s": { "kind": "Se", "effort": "E" }, "j": { "kind": "0" }, "k": { "kind": "1" }, "l": { "kind": "1" },
       "a": { "kind": "R", "law": "e = f + f^3" }, "b": { "kind": "R", "law": "e = f + f^5" },
       "c": { "kind": "R", "law": "e = 1e20*(f + f^3)" }, "d": { "kind": "R", "law": "e = 1e20*(f + f^5)" } },
     "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "k" }, { "from": "j", "to": "l" },
       { "from": "k", "to": "a" }, { "from": "k", "to": "b" }, { "from": "l", "to": "c" }, { "from": "l", "to": "d" } ],
-    "outputs": { "f": "a.f", "g": "c.f" }, )x" +
-                              kScene));
-  const Linearization l = linearize(p.model, p.system, p.order, p.inputs, 0.0, {}, {"E"});
+    "outputs": { "f": "a.f", "g": "c.f" }, )x" + kScene));
+  const Linearization l = linear_at(p.study, p.inputs, 0.0, {}, {"E"});
   // f solves 2 f + f^3 + f^5 = 1, and its slope is 1/(2 + 3 f^2 + 5 f^4); g is 1/2e20 of E.
   double f = 0.0;
   for (int i = 0; i < 50; ++i) f -= (2 * f + f * f * f + std::pow(f, 5) - 1) / (2 + 3 * f * f + 5 * std::pow(f, 4));

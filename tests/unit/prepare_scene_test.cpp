@@ -185,7 +185,7 @@ TEST_CASE("a model without scenes has nothing to run") {
 }
 
 TEST_CASE("references are read with their tolerances") {
-  const Model m = read_model_text("folder/test.json", test::framed(R"x("elements": { "j": { "kind": "1" } },
+  const Model m = read_model_text("folder/test.json", test::model_text(R"x("elements": { "j": { "kind": "1" } },
     "outputs": { "f": "j.f" }, "scenes": { "a": { "stop": 1, "reference": "ref/a.csv" },
     "b": { "stop": 1, "reference": { "file": "b.csv", "relative": 1e-4, "absolute": 0.1, "tube": 0.2, "columns": { "f": "flow" } } } })x"));
   CHECK(m.scenes[0].reference->file == "folder/ref/a.csv");

@@ -1,8 +1,4 @@
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <stdexcept>
 
 #include "support/reading.hpp"
 
@@ -10,26 +6,11 @@ using namespace bgsim;
 
 namespace {
 
-namespace fs = std::filesystem;
-
-/// A folder of model files, gone at the end of the test.
+/// A folder of model files.
 class Folder {
  public:
-  /// A name of its own: tests run side by side.
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "bgsim_submodels_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a folder for the test");
-    path_ = name;
-  }
-  ~Folder() { fs::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  void write(const std::string& name, const std::string& body) const {
-    fs::create_directories((path_ / name).parent_path());
-    std::ofstream(path_ / name, std::ios::binary) << test::framed(body);
-  }
-  Model read(const std::string& name) const { return read_model((path_ / name).string()); }
+  void write(const std::string& name, const std::string& body) const { files_.write(name, test::model_text(body)); }
+  Model read(const std::string& name) const { return read_model((files_.path() / name).string()); }
   [[nodiscard]] std::string fault(const std::string& name) const {
     try {
       read(name);
@@ -40,7 +21,7 @@ class Folder {
   }
 
  private:
-  fs::path path_;
+  test::TemporaryFolder files_;
 };
 
 const char* const kPart =

@@ -1,9 +1,9 @@
 #include "bgsim/verify.hpp"
 
 #include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
 #include <limits>
+
+#include "support/files.hpp"
 
 using namespace bgsim;
 
@@ -48,12 +48,12 @@ std::string fault(const Act& act) {
 
 /// read_reference on a file with this text.
 std::string fault_in(const std::string& text) {
-  const auto path = std::filesystem::temp_directory_path() / "bgsim_unit_verify_reference.csv";
-  std::ofstream(path) << text;
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "reference.csv";
+  folder.write("reference.csv", text);
   Reference reference = reference_with(0, 0);
   reference.file = path.string();
   std::string found = fault([&] { read_reference(model_without_files(), reference); });
-  std::filesystem::remove(path);
   const std::size_t at = found.find(path.string());
   return at == std::string::npos ? found : found.replace(at, path.string().size(), "F");
 }
