@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "support/approx.hpp"
+
 using bgsim::Headway;
 
 namespace {
@@ -25,10 +27,10 @@ TEST_CASE("a steady run takes as long as what is left of its time by its pace") 
   const auto pace = pace_after(
       10.0, 1000.0, [](double s) { return 0.5 * s; }, thousand_a_second, 4.0);
   REQUIRE(pace);
-  CHECK(pace->rest == Approx((1000.0 - 5.0) / 0.5));
-  CHECK(pace->progress == Approx(0.5e-3));
-  CHECK(pace->stretch == Approx(2.0));
-  CHECK(pace->seconds == Approx(4.0));
+  CHECK(pace->rest == bgsim::test::same_to_rounding((1000.0 - 5.0) / 0.5));
+  CHECK(pace->progress == bgsim::test::same_to_rounding(0.5e-3));
+  CHECK(pace->stretch == bgsim::test::same_to_rounding(2.0));
+  CHECK(pace->seconds == bgsim::test::same_to_rounding(4.0));
 }
 
 TEST_CASE("a run that picks up has no pace yet, and a slow start is forgotten") {
@@ -41,7 +43,7 @@ TEST_CASE("a run that picks up has no pace yet, and a slow start is forgotten") 
   const auto pace = pace_after(
       10.0, 100.0, [](double s) { return s < 2.0 ? 1e-9 * s : s - 2.0; }, thousand_a_second, 4.0);
   REQUIRE(pace);
-  CHECK(pace->rest == Approx(92.0));
+  CHECK(pace->rest == bgsim::test::same_to_rounding(92.0));
 }
 
 TEST_CASE("a pace that is fast now and then is judged by its best stretch") {
@@ -53,7 +55,7 @@ TEST_CASE("a pace that is fast now and then is judged by its best stretch") {
   const auto pace = pace_after(
       16.0, 1e6, t, [&](double s) { return 100.0 * t(s); }, 4.0);
   REQUIRE(pace);
-  CHECK(pace->rest == Approx((1e6 - 52.0) / 10.0));
+  CHECK(pace->rest == bgsim::test::same_to_rounding((1e6 - 52.0) / 10.0));
 }
 
 TEST_CASE("a run with little work is judged over a longer stretch, and not before there is one") {

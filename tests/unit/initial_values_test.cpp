@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "support/approx.hpp"
 #include "support/reading.hpp"
 
 using namespace bgsim;
@@ -38,26 +39,25 @@ std::string fault(const std::string& store, const std::string& scene = R"("stop"
   return "none";
 }
 
-/// Values are those of the formula up to a few roundings.
-Approx rounded(double value) { return Approx(value).epsilon(1e-14); }
-
 }  // namespace
 
 TEST_CASE("an initial flow of an inertia and an effort of a capacitor become what is stored") {
   CHECK(stored(model(R"x({ "kind": "I", "inertance": "m", "initial": { "f": 3 } })x")) == 12.0);
-  CHECK(stored(model(R"x({ "kind": "C", "capacitance": "1/k", "initial": { "e": "a" } })x")) == rounded(0.02));
-  CHECK(stored(model(R"x({ "kind": "C", "law": "e = k*q^3", "initial": { "e": -2700 } })x")) == rounded(-3.0));
+  CHECK(stored(model(R"x({ "kind": "C", "capacitance": "1/k", "initial": { "e": "a" } })x")) ==
+        test::same_to_rounding(0.02));
+  CHECK(stored(model(R"x({ "kind": "C", "law": "e = k*q^3", "initial": { "e": -2700 } })x")) ==
+        test::same_to_rounding(-3.0));
   CHECK(stored(model(R"x({ "kind": "C", "law": "q = tanh(e)/k", "initial": { "e": 1 } })x")) ==
-        rounded(std::tanh(1.0) / 100.0));
+        test::same_to_rounding(std::tanh(1.0) / 100.0));
   // A relativistic mass: f = p/sqrt(m^2 + (p/a)^2), so that p = m f/sqrt(1 - (f/a)^2); the slope is above 0 everywhere.
   CHECK(stored(model(R"x({ "kind": "I", "law": "p = m*f/sqrt(1 - (f/a)^2)", "initial": { "f": 1 } })x")) ==
-        rounded(4.0 / std::sqrt(0.75)));
+        test::same_to_rounding(4.0 / std::sqrt(0.75)));
 }
 
 TEST_CASE("a law without a closed inverse is solved where it is strictly monotone") {
   // e = k q + a q^3 with q = 2: 216. Found to the last bits by bracketing.
   const Model hardening = model(R"x({ "kind": "C", "law": "e = k*q + a*q^3", "initial": { "e": 216 } })x");
-  CHECK(stored(hardening) == rounded(2.0));
+  CHECK(stored(hardening) == test::same_to_rounding(2.0));
   CHECK(stored(model(R"x({ "kind": "C", "law": "e = -k*q - sinh(q)", "initial": { "e": 100 } })x")) < 0.0);
   CHECK(fault(R"x({ "kind": "C", "law": "e = k*q^2", "initial": { "e": 5 } })x").find("BG183") != std::string::npos);
   CHECK(fault(R"x({ "kind": "C", "law": "e = sin(q)", "initial": { "e": 2 } })x").find("BG183") != std::string::npos);
@@ -116,11 +116,11 @@ TEST_CASE("efforts of several ports of a field are solved for together") {
   const std::string springs = "k*u.q^2/2 + c*(u.q - v.q)^2/2";
   const RunInputs both = prepare_scene(field(springs, R"("u.e": 4, "v.e": 6)"), "");
   REQUIRE(both.initial.size() == 2);
-  CHECK(both.initial[0].value == rounded(5.0));
-  CHECK(both.initial[1].value == rounded(7.0));
+  CHECK(both.initial[0].value == test::same_to_rounding(5.0));
+  CHECK(both.initial[1].value == test::same_to_rounding(7.0));
   // One effort beside a displacement of the other port.
   const RunInputs one = prepare_scene(field(springs, R"("u.q": 1, "v.e": 6)"), "");
   CHECK(one.initial[0].value == 1.0);
-  CHECK(one.initial[1].value == rounded(3.0));
+  CHECK(one.initial[1].value == test::same_to_rounding(3.0));
   CHECK_THROWS_AS(prepare_scene(field("c*(u.q - v.q)^2/2", R"("u.e": 4, "v.e": 6)"), ""), ModelError);
 }
