@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "support/run_model.hpp"
+#include "support/run.hpp"
 
 using namespace bgsim;
 using namespace bgsim::test;
