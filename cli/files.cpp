@@ -64,7 +64,7 @@ std::vector<NamedFile> files_of(const Model& model) {
   std::vector<NamedFile> files;
   for (const Document& source : *model.sources)
     files.push_back({source.path(), files.empty() ? "it is the model itself" : "it is a submodel of the model"});
-  for (const Table& table : model.pool.tables()) files.push_back({table.file, "it is a data file of the model"});
+  for (const auto& table : model.pool.tables()) files.push_back({table->file, "it is a data file of the model"});
   for (const Scene& scene : model.scenes)
     if (scene.reference) files.push_back({scene.reference->file, "it is the reference of scene " + scene.name});
   return files;

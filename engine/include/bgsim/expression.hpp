@@ -122,6 +122,7 @@ class ExprPool {
   ExprId select(ExprId condition, ExprId then, ExprId otherwise);
   ExprId table(Op op, ExprId argument, TableId table);
   TableId add_table(Table table);
+  TableId add_table(const std::shared_ptr<const Table>& table);  ///< of another pool
 
   // Shorthands
   ExprId add(ExprId a, ExprId b) { return make(Op::add, a, b); }
@@ -137,12 +138,15 @@ class ExprPool {
   [[nodiscard]] bool is_constant(ExprId id, double value) const;
   [[nodiscard]] bool is_symbol(ExprId id) const { return nodes_[id.index()].op == Op::symbol; }
   [[nodiscard]] SymbolId symbol_of(ExprId id) const { return SymbolId(nodes_[id.index()].a); }
-  [[nodiscard]] const std::vector<Table>& tables() const { return tables_; }
+  [[nodiscard]] const Table& table(TableId id) const { return *tables_[id.index()]; }
+  /// Data are never changed and never copied: pools that are copies of each other, or translated from each other, share
+  /// them.
+  [[nodiscard]] const std::vector<std::shared_ptr<const Table>>& tables() const { return tables_; }
 
  private:
   ExprId intern(const ExprNode& node);
   std::vector<ExprNode> nodes_;
-  std::vector<Table> tables_;
+  std::vector<std::shared_ptr<const Table>> tables_;
   std::vector<std::uint32_t> index_;  // open-addressing hash table of node ids
 };
 

@@ -232,7 +232,7 @@ bool jumps_with(const ExprPool& pool, ExprId root, const std::function<bool(Symb
     if (node.op == Op::sign || node.op == Op::step || is_rounding(node.op) || node.op == Op::mod ||
         is_comparison(node.op))
       return true;
-    if (node.op == Op::table_slope && pool.tables()[node.b].interpolation == Interpolation::linear) return true;
+    if (node.op == Op::table_slope && pool.table(TableId(node.b)).interpolation == Interpolation::linear) return true;
   }
   return false;
 }

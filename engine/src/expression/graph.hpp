@@ -78,6 +78,22 @@ void for_each_argument(const ExprNode& node, F&& f) {
          op == Op::ne || op == Op::logical_and || op == Op::logical_or;
 }
 
+/// The node with its arguments replaced, built again so that it simplifies.
+template <class Argument>
+ExprId rebuilt(ExprPool& pool, const ExprNode& node, const Argument& argument) {
+  switch (arity(node.op)) {
+    case 1:
+      if (is_table(node.op)) return pool.table(node.op, argument(ExprId(node.a)), TableId(node.b));
+      return pool.make(node.op, argument(ExprId(node.a)));
+    case 2:
+      return pool.make(node.op, argument(ExprId(node.a)), argument(ExprId(node.b)));
+    case 3:
+      return pool.select(argument(ExprId(node.a)), argument(ExprId(node.b)), argument(ExprId(node.c)));
+    default:
+      return node.op == Op::constant ? pool.constant(node.constant) : pool.symbol(SymbolId(node.a));
+  }
+}
+
 /// The expressions of @p nodes (as from reachable()) that depend on a symbol for which @p x is true, by position.
 template <class Predicate>
 std::vector<char> depends_on(const ExprPool& pool, const std::vector<ExprId>& nodes,

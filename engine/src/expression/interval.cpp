@@ -223,7 +223,7 @@ TimeRelation::TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time,
                            bool cells) {
   const ExprNode& top = pool[relation];
   if (cells && is_table(top.op)) {
-    cells_ = &pool.tables()[top.b];
+    cells_ = &pool.table(TableId(top.b));
     relation = ExprId(top.a);
   }
   const std::vector<ExprId> nodes = reachable(pool, {&relation, 1});
@@ -232,7 +232,7 @@ TimeRelation::TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time,
   values_.resize(nodes.size());
   for (std::uint32_t i = 0; i < nodes.size(); ++i) {
     const ExprNode& node = pool[nodes[i]];
-    Step step{node.op, 0, 0, 0, i, is_table(node.op) ? &pool.tables()[node.b] : nullptr};
+    Step step{node.op, 0, 0, 0, i, is_table(node.op) ? &pool.table(TableId(node.b)) : nullptr};
     std::array<std::uint32_t*, 3> places{&step.a, &step.b, &step.c};
     std::size_t n = 0;
     for_each_argument(node, [&](ExprId a) { *places[n++] = *position.find(a); });

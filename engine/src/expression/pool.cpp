@@ -100,6 +100,10 @@ bool same(const ExprNode& l, const ExprNode& r) {
          std::bit_cast<std::uint64_t>(l.constant) == std::bit_cast<std::uint64_t>(r.constant);
 }
 
+bool same(const Table& l, const Table& r) {
+  return l.column == r.column && l.interpolation == r.interpolation && l.file == r.file && l.x == r.x && l.y == r.y;
+}
+
 double truth(bool value) { return value ? 1.0 : 0.0; }
 
 double compare(Op op, double a, double b) {
@@ -280,14 +284,17 @@ ExprId ExprPool::intern(const ExprNode& node) {
 }
 
 TableId ExprPool::add_table(Table table) {
-  for (std::size_t i = 0; i < tables_.size(); ++i) {
-    const Table& known = tables_[i];
-    if (known.column == table.column && known.interpolation == table.interpolation && known.file == table.file &&
-        known.x == table.x && known.y == table.y)
-      return TableId(i);
-  }
+  for (std::size_t i = 0; i < tables_.size(); ++i)
+    if (same(*tables_[i], table)) return TableId(i);
   if (table.interpolation == Interpolation::spline && table.slope2.size() != table.x.size()) prepare_spline(table);
-  tables_.push_back(std::move(table));
+  tables_.push_back(std::make_shared<const Table>(std::move(table)));
+  return TableId(tables_.size() - 1);
+}
+
+TableId ExprPool::add_table(const std::shared_ptr<const Table>& table) {
+  for (std::size_t i = 0; i < tables_.size(); ++i)
+    if (tables_[i] == table || same(*tables_[i], *table)) return TableId(i);
+  tables_.push_back(table);
   return TableId(tables_.size() - 1);
 }
 
@@ -326,33 +333,13 @@ double evaluate(const ExprPool& pool, ExprId root, std::span<const double> symbo
     else if (node.op == Op::symbol)
       value = node.a < symbol_values.size() ? symbol_values[node.a] : kNaN;
     else if (is_table(node.op))
-      value = apply_table(node.op, pool.tables()[node.b], x[0]);
+      value = apply_table(node.op, pool.table(TableId(node.b)), x[0]);
     else
       value = apply(node.op, x[0], x[1], x[2]);
     values.insert(id, value);
   }
   return value;
 }
-
-namespace {
-
-/// The node with its arguments replaced, rebuilt so that it simplifies.
-template <class Argument>
-ExprId rebuild(ExprPool& pool, const ExprNode& node, const Argument& argument) {
-  switch (arity(node.op)) {
-    case 1:
-      if (is_table(node.op)) return pool.table(node.op, argument(ExprId(node.a)), TableId(node.b));
-      return pool.make(node.op, argument(ExprId(node.a)));
-    case 2:
-      return pool.make(node.op, argument(ExprId(node.a)), argument(ExprId(node.b)));
-    case 3:
-      return pool.select(argument(ExprId(node.a)), argument(ExprId(node.b)), argument(ExprId(node.c)));
-    default:
-      return node.op == Op::constant ? pool.constant(node.constant) : pool.symbol(SymbolId(node.a));
-  }
-}
-
-}  // namespace
 
 ExprId substitute(ExprPool& pool, ExprId root, const std::unordered_map<SymbolId, ExprId>& replacement) {
   IdMap<ExprId> memo;
@@ -366,7 +353,7 @@ ExprId substitute(ExprPool& pool, ExprId root, const std::unordered_map<SymbolId
     } else {
       bool changed = false;
       for_each_argument(node, [&](ExprId a) { changed = changed || *memo.find(a) != a; });
-      if (changed) result = rebuild(pool, node, [&](ExprId a) { return *memo.find(a); });
+      if (changed) result = rebuilt(pool, node, [&](ExprId a) { return *memo.find(a); });
     }
     memo.insert(id, result);
   }
@@ -402,10 +389,10 @@ ExprId Translator::operator()(ExprId expression) {
       image = on_der_(memo(ExprId(node.a)));
     } else if (is_table(node.op)) {
       if (tables_.size() <= node.b) tables_.resize(node.b + 1);
-      if (!tables_[node.b].valid()) tables_[node.b] = to_.add_table(Table(from_.tables()[node.b]));
+      if (!tables_[node.b].valid()) tables_[node.b] = to_.add_table(from_.tables()[node.b]);
       image = to_.table(node.op, memo(ExprId(node.a)), tables_[node.b]);
     } else {
-      image = rebuild(to_, node, memo);
+      image = rebuilt(to_, node, memo);
     }
     if (!image.valid()) throw std::logic_error("Translator: a symbol or derivative has no replacement");
     if (memo_.size() < from_.size()) memo_.resize(from_.size());

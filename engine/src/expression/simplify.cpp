@@ -261,7 +261,7 @@ ExprId ExprPool::select(ExprId condition, ExprId then, ExprId otherwise) {
 
 ExprId ExprPool::table(Op op, ExprId argument, TableId table) {
   if (!is_table(op)) throw std::logic_error("ExprPool: not a table operator");
-  const Table& data = tables_.at(table.index());
+  const Table& data = *tables_.at(table.index());
   if (op == Op::table_curvature && data.interpolation == Interpolation::linear) return constant(0.0);
   if (is_constant(argument)) {
     const double x = nodes_[argument.index()].constant;

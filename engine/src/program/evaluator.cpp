@@ -48,13 +48,13 @@ void Evaluator::Impl::run(const std::vector<Instruction>& code) {
         break;
       case Op::table:
       case Op::table_slope: {
-        const Table& table = program.pool.tables()[i.b];
+        const Table& table = program.pool.table(TableId(i.b));
         const double cell = i.c == kNoSlot ? -1.0 : s[i.c];
         s[i.out] = i.op == Op::table ? value_in_cell(table, s[i.a], cell) : slope_in_cell(table, s[i.a], cell);
         break;
       }
       case Op::table_curvature:
-        s[i.out] = table_curvature(program.pool.tables()[i.b], s[i.a]);
+        s[i.out] = table_curvature(program.pool.table(TableId(i.b)), s[i.a]);
         break;
       default:
         s[i.out] = apply(i.op, s[i.a], arity(i.op) > 1 ? s[i.b] : 0.0, arity(i.op) > 2 ? s[i.c] : 0.0);
@@ -285,7 +285,7 @@ double Evaluator::energy_by_laws(std::size_t part, std::span<const double> from,
         for (std::size_t k = 0; k < laws.displacements.size(); ++k)
           if (laws.displacements[k] == SymbolId(node.a)) value[e] = from[k] + s * (to[k] - from[k]);
       } else if (is_table(node.op)) {
-        const Table& table = program.pool.tables()[node.b];
+        const Table& table = program.pool.table(TableId(node.b));
         const double x = value[ExprId(node.a)];
         value[e] = apply_table(node.op, table, x);
       } else {

@@ -39,7 +39,7 @@ Freezer::Freezer(const EquationSystem& system, const BlockOrder& order, Program&
       plain_(order.pool.size()),
       variation_(order.pool.size(), unknown) {
   for (const SystemSymbol& symbol : system.symbols) program.symbol_names.push_back(symbol.name);
-  for (const Table& table : order.pool.tables()) tables_.push_back(program.pool.add_table(table));
+  for (const auto& table : order.pool.tables()) tables_.push_back(program.pool.add_table(table));
 }
 
 ExprId Freezer::operator()(ExprId expression) {
@@ -102,7 +102,7 @@ ExprId Freezer::copy(ExprId expression) {
   if (is_table(node.op)) {
     const TableId table = tables_[node.b];
     const auto key = cell_key(argument, table);
-    if (program_.pool.tables()[table.index()].interpolation == Interpolation::linear && !cells_.contains(key)) {
+    if (program_.pool.table(table).interpolation == Interpolation::linear && !cells_.contains(key)) {
       cells_[key] = static_cast<std::uint32_t>(program_.relations.size());
       freeze(expression, relation_of(Relation::Kind::cell, argument, Op::lt, table));
     }

@@ -45,7 +45,7 @@ class PointValues {
       else if (node.op == Op::symbol)
         result = symbol_values_[node.a];
       else if (is_table(node.op))
-        result = apply_table(node.op, pool_.tables()[node.b], value(node.a));
+        result = apply_table(node.op, pool_.table(TableId(node.b)), value(node.a));
       else
         result = apply(node.op, value(node.a), arity(node.op) > 1 ? value(node.b) : 0.0,
                        arity(node.op) > 2 ? value(node.c) : 0.0);

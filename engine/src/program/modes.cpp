@@ -21,7 +21,7 @@ double Evaluator::Impl::mode_for(const Relation& relation, double guard) const {
     case Relation::Kind::round:
       return std::round(guard);
     case Relation::Kind::cell:
-      return static_cast<double>(cell_of(program.pool.tables()[relation.table.index()], guard));
+      return static_cast<double>(cell_of(program.pool.table(relation.table), guard));
   }
   return 0.0;
 }
@@ -32,7 +32,7 @@ namespace {
 std::pair<double, double> borders(const Program& program, const Relation& relation, double mode) {
   if (relation.kind == Relation::Kind::floor) return {mode, mode + 1.0};
   if (relation.kind == Relation::Kind::round) return {mode - 0.5, mode + 0.5};
-  const auto& x = program.pool.tables()[relation.table.index()].x;
+  const auto& x = program.pool.table(relation.table).x;
   const auto k = static_cast<std::size_t>(mode);
   return {x[k], x[k + 1]};
 }
@@ -112,7 +112,7 @@ void Evaluator::cross(std::span<const int> direction, Branch& branch) const {
       if (direction[guard] < 0) mode -= 1.0;
       if (direction[guard + 1] < 0) mode += 1.0;
       if (relation.kind == Relation::Kind::cell) {
-        const auto last = static_cast<double>(program.pool.tables()[relation.table.index()].x.size() - 2);
+        const auto last = static_cast<double>(program.pool.table(relation.table).x.size() - 2);
         mode = std::clamp(mode, 0.0, last);
       }
       guard += 2;

@@ -63,7 +63,7 @@ void Evaluator::Impl::carry_errors(const std::vector<Instruction>& code) {
         break;
       case Op::table:
       case Op::table_slope: {
-        const Table& table = program.pool.tables()[i.b];
+        const Table& table = program.pool.table(TableId(i.b));
         const double cell = i.c == kNoSlot ? -1.0 : s[i.c];
         error =
             shaken(value,

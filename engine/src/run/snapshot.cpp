@@ -51,10 +51,10 @@ std::string fingerprint(const Program& program, const RunInputs& inputs) {
   for (const Routine* const routine : {&program.once, &program.rates, &program.guards, &program.powers})
     digest.add(*routine);
   for (const double slot : program.initial_slots) digest.add(slot);
-  for (const Table& table : program.pool.tables())
-    for (std::size_t i = 0; i < table.x.size(); ++i) {
-      digest.add(table.x[i]);
-      digest.add(table.y[i]);
+  for (const auto& table : program.pool.tables())
+    for (std::size_t i = 0; i < table->x.size(); ++i) {
+      digest.add(table->x[i]);
+      digest.add(table->y[i]);
     }
   for (const Relation& relation : program.relations) digest.add(relation.text);
   for (const double parameter : inputs.parameters) digest.add(parameter);

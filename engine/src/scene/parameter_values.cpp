@@ -26,7 +26,7 @@ ParameterValues::ParameterValues(const Model& model, const ExprPool& pool, std::
     if (!known) continue;
     known_[i] = true;
     if (node.op == Op::table)
-      values_[i] = table_value(pool.tables()[node.b], x[0]);
+      values_[i] = table_value(pool.table(TableId(node.b)), x[0]);
     else
       values_[i] = apply(node.op, x[0], x[1], x[2]);
   }

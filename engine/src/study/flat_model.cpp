@@ -158,7 +158,7 @@ class FlatWriter {
     const std::vector<ExprId> roots{e};
     for (const SymbolId symbol : symbols_in(pool_, roots)) use(symbol);
     std::string text = to_text(pool_, e, [this](SymbolId s) { return symbol_text(s); });
-    for (const Table& table : pool_.tables()) relocate(text, table.file);
+    for (const auto& table : pool_.tables()) relocate(text, table->file);
     return text;
   }
 

@@ -427,7 +427,7 @@ class UnitBuilder {
       if (made) known->second = system().add_variable();
       return variable(known->second);
     };
-    const Table& data = pool_.tables()[node.b];
+    const Table& data = pool_.table(TableId(node.b));
     const UnitForm x = column(data.file), y = column(data.file + "\n" + data.column);
     if (!argument.adapts)
       add({UnitEquation::Kind::abscissa, site_, node.op, {}, ExprId(node.a), x, data.file, place_}, argument.form,

@@ -171,9 +171,9 @@ class TextWriter : public ExpressionWriter {
     } else {
       text_ += name_of(node.op);
       text_ += "(";
-      if (is_table(node.op)) table_name(pool_.tables()[node.b]);
+      if (is_table(node.op)) table_name(pool_.table(TableId(node.b)));
       push(")");
-      if (is_table(node.op) && pool_.tables()[node.b].interpolation == Interpolation::spline) push(", spline");
+      if (is_table(node.op) && pool_.table(TableId(node.b)).interpolation == Interpolation::spline) push(", spline");
       std::array<ExprId, 3> arguments;
       std::size_t n = 0;
       for_each_argument(node, [&](ExprId a) { arguments[n++] = a; });

@@ -15,7 +15,7 @@ bool is_sum(Op op) { return op == Op::add || op == Op::sub; }
 }  // namespace
 
 Tidier::Tidier(const ExprPool& from, std::span<const SymbolId> order) : from_(from) {
-  for (const Table& table : from.tables()) to_.add_table(table);
+  for (const auto& table : from.tables()) to_.add_table(table);
   for (const SymbolId symbol : order) to_.symbol(symbol);  // smaller ids stand first in a product
 }
 

@@ -61,7 +61,7 @@ bool EventWatch::settle(double t, const double* x, Branch& branch) {
   std::size_t most = kMostRounds;
   for (std::size_t i = 0; i < border_.size(); ++i)
     if (border_[i] && program_.relations[relation_[i]].kind == Relation::Kind::cell)
-      most += program_.pool.tables()[program_.relations[relation_[i]].table.index()].x.size();
+      most += program_.pool.table(program_.relations[relation_[i]].table).x.size();
   for (std::size_t round = 0; round < most; ++round) {
     if (!guards(t, x, branch, values_)) return fail_with_fault();
     for (std::size_t i = 0; i < hold_.size(); ++i)
