@@ -192,6 +192,11 @@ ExprId substitute(ExprPool& pool, ExprId root, const std::unordered_map<SymbolId
 std::vector<std::pair<SymbolId, ExprId>> gradient(ExprPool& pool, ExprId root,
                                                   const std::function<bool(SymbolId)>& wanted);
 
+/// The same with numbers and factors cancelled as they come up, before they are shared: of (x - y)^2/(2*c) it is
+/// (x - y)/c by x and -((x - y)/c) by y. For laws that are derived once and computed often.
+std::vector<std::pair<SymbolId, ExprId>> short_gradient(ExprPool& pool, ExprId root,
+                                                        const std::function<bool(SymbolId)>& wanted);
+
 /// True if the derivative of @p root by @p x hides a jump: x reaches a sign, step, floor, ceil, round, mod
 /// or a comparison of an if.
 bool jumps_with(const ExprPool& pool, ExprId root, const std::function<bool(SymbolId)>& x);

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "bgsim/expression.hpp"
+#include "expression/cancel.hpp"
 #include "expression/graph.hpp"
 
 namespace bgsim {
@@ -134,8 +135,10 @@ class Partials {
 /// Reverse accumulation: what the root changes by, for a change of each expression.
 class Reverse {
  public:
-  Reverse(ExprPool& pool, ExprId root, const std::function<bool(SymbolId)>& wanted)
+  /// @p cancel  what makes products shorter as they come up; none: they stay as they come.
+  Reverse(ExprPool& pool, ExprId root, const std::function<bool(SymbolId)>& wanted, Canceller* cancel = nullptr)
       : pool_(pool),
+        cancel_(cancel),
         nodes_(reachable(pool, {&root, 1})),
         position_(positions(nodes_)),
         active_(depends_on(pool, nodes_, position_, wanted)),
@@ -187,6 +190,7 @@ class Reverse {
     }
     ExprId term = partial->over.valid() ? pool_.mul(g, partial->over) : g;
     if (partial->under.valid()) term = pool_.div(term, partial->under);
+    if (cancel_ != nullptr) term = (*cancel_)(term);
     for (auto branch = branches.rbegin(); branch != branches.rend(); ++branch) {
       const bool then = pool_.is_constant(ExprId(branch->c), 0.0);
       term = pool_.select(ExprId(branch->a), then ? term : ExprId(branch->b), then ? ExprId(branch->c) : term);
@@ -210,6 +214,7 @@ class Reverse {
   [[nodiscard]] bool active(std::uint32_t argument) const { return active_[*position_.find(ExprId(argument))] != 0; }
 
   ExprPool& pool_;
+  Canceller* cancel_;
   std::vector<ExprId> nodes_;
   IdMap<std::uint32_t> position_;
   std::vector<char> active_;
@@ -221,6 +226,12 @@ class Reverse {
 std::vector<std::pair<SymbolId, ExprId>> gradient(ExprPool& pool, ExprId root,
                                                   const std::function<bool(SymbolId)>& wanted) {
   return Reverse(pool, root, wanted).run();
+}
+
+std::vector<std::pair<SymbolId, ExprId>> short_gradient(ExprPool& pool, ExprId root,
+                                                        const std::function<bool(SymbolId)>& wanted) {
+  Canceller cancel(pool);
+  return Reverse(pool, root, wanted, &cancel).run();
 }
 
 bool jumps_with(const ExprPool& pool, ExprId root, const std::function<bool(SymbolId)>& x) {

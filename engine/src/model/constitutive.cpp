@@ -112,7 +112,7 @@ std::vector<Law> laws_from_energy(ExprPool& pool, const Element& element) {
   for (std::size_t port = 0; port < element.ports.size(); ++port)
     laws.push_back({static_cast<std::uint32_t>(port), partner(element.kind, stored), pool.constant(0.0),
                     element.coefficient_place});
-  const auto partials = gradient(pool, element.energy, [&](SymbolId symbol) { return own_port(symbol).has_value(); });
+  const auto partials = short_gradient(pool, element.energy, [&](SymbolId symbol) { return own_port(symbol).has_value(); });
   for (const auto& [symbol, partial] : partials) laws[*own_port(symbol)].right = partial;
   return laws;
 }
