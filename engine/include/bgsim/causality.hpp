@@ -53,8 +53,25 @@ struct FreeChoice {
   std::vector<ElementId> path;  ///< resistors, two-ports and junctions whose strokes follow from it, in model order
 };
 
+/// How the law of a port is used. It is decided with the strokes; later stages only read it.
+struct PortLaw {
+  Law law;           ///< as port_laws() gives it
+  SolvedLaw solved;  ///< for what the port gives
+  ExprId conjugate;  ///< stores: e of a C, f of an I, by what is stored; none if there is no closed form
+  [[nodiscard]] bool valid() const { return law.right.valid(); }
+};
+
+/// Whether the laws of a store with several ports come from one energy.
+struct FieldTest {
+  ElementId element;
+  Reciprocity reciprocity;
+};
+
 struct CausalGraph {
   std::vector<Stroke> strokes;           ///< by BondId
+  ExprPool pool;                         ///< the model's, and the laws: the model's ids stay valid
+  std::vector<PortLaw> laws;             ///< by PortId; none at junctions, TF, GY and detectors
+  std::vector<FieldTest> fields;         ///< in model order
   std::vector<PortId> integral;          ///< store ports in integral causality, in model order
   std::vector<DependentPort> dependent;  ///< store ports in derivative causality, in model order
   std::vector<FreeChoice> free_choices;  ///< in order of assignment

@@ -27,8 +27,15 @@ LawUse law_use(const Model& model, ElementId id, std::size_t port, Gives gives);
 /// The same; what the test writes goes to @p pool, a copy of model.pool or a superset of it (a caller with many
 /// elements copies once).
 LawUse law_use(const Model& model, ExprPool& pool, ElementId id, std::size_t port, Gives gives);
-/// The same for one law, as port_laws() gives it.
-LawUse law_use(ExprPool& pool, const Element& element, const Law& law, Gives gives);
+
+/// A law solved for what its port is to give.
+struct SolvedLaw {
+  Variable wanted = Variable::effort;  ///< e or f; of a store that gives f (C) or e (I), what is stored
+  LawUse use = LawUse::impossible;
+  ExprId solution;  ///< `wanted` by the other variables; none if implicit or impossible
+};
+/// Solves one law, as port_laws() gives it. New expressions go to @p pool.
+SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Gives gives);
 
 /// The laws of a field or one-port in terms of ModelSymbols, one per port, port i's at position i: written laws as they
 /// stand, linear keys written out (e = R f, e = q/C, f = p/I; sources e = ... or f = ...), energies differentiated

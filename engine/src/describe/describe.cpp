@@ -140,20 +140,16 @@ void describe_free_choices(Findings& findings, const View& view) {
 
 /// Nonlinear laws that are not used as they stand.
 void describe_laws(Findings& findings, const View& view) {
-  ExprPool scratch = view.model.pool;
   std::vector<TextRow> rows;
-  for (std::size_t i = 0; i < view.model.elements.size(); ++i) {
-    const Element& element = view.model.elements[i];
+  for (std::size_t i = 0; i < view.graph.ports.size(); ++i) {
+    const Port& port = view.graph.ports[i];
+    const Element& element = view.element(port.element);
     if (element.laws.empty() && !element.energy.valid()) continue;
-    const std::vector<Law> laws = port_laws(view.model, scratch, ElementId(i));
-    for (std::size_t number = 0; number < laws.size(); ++number) {
-      const Gives gives = view.causal.gives(view.graph, view.graph.port(ElementId(i), number));
-      const LawUse use = law_use(scratch, element, laws[number], gives);
-      const std::string given = gives == Gives::effort ? "effort" : "flow";
-      if (use == LawUse::inverted) rows.emplace_back(port_name(element, number), "inverted, to give its " + given);
-      if (use == LawUse::implicit)
-        rows.emplace_back(port_name(element, number), "solved numerically during the run, to give its " + given);
-    }
+    const LawUse use = view.causal.laws[i].solved.use;
+    const std::string given = view.causal.gives(view.graph, PortId(i)) == Gives::effort ? "effort" : "flow";
+    if (use == LawUse::inverted) rows.emplace_back(port_name(element, port.number), "inverted, to give its " + given);
+    if (use == LawUse::implicit)
+      rows.emplace_back(port_name(element, port.number), "solved numerically during the run, to give its " + given);
   }
   add(findings, "laws not used as written", std::move(rows), true);
 }
@@ -175,13 +171,9 @@ std::string verdict_text(const Reciprocity& test) {
 }
 
 void describe_fields(Findings& findings, const View& view) {
-  ExprPool scratch = view.model.pool;
   std::vector<TextRow> rows;
-  for (std::size_t i = 0; i < view.model.elements.size(); ++i) {
-    const Element& element = view.model.elements[i];
-    if (element.kind == ElementKind::c_field || element.kind == ElementKind::i_field)
-      rows.emplace_back(element.name, verdict_text(test_reciprocity(view.model, scratch, ElementId(i))));
-  }
+  for (const FieldTest& field : view.causal.fields)
+    rows.emplace_back(view.element(field.element).name, verdict_text(field.reciprocity));
   add(findings, "fields", std::move(rows), true);
 }
 

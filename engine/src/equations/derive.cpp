@@ -15,13 +15,12 @@ constexpr std::uint32_t kMostDerivatives = 8;
 class Derivation {
  public:
   Derivation(const Model& model, const BondGraph& graph, const CausalGraph& causal)
-      : model_(model), graph_(graph), causal_(causal), law_pool_(model.pool) {}
+      : model_(model), graph_(graph), causal_(causal) {}
 
   EquationSystem run() {
-    collect_laws();
     make_symbols();
     Translator translate(
-        law_pool_, system_.pool, [this](SymbolId symbol) { return meaning(symbol); },
+        causal_.pool, system_.pool, [this](SymbolId symbol) { return meaning(symbol); },
         [this](ExprId argument) { return derivative_of(argument); });
     translate_ = &translate;
     write_signals();
@@ -51,15 +50,6 @@ class Derivation {
     const SymbolId symbol = add_symbol(SystemSymbol::Kind::unknown, system_.equations.size(), std::move(name));
     system_.equations.push_back({symbol, {}, false, {}, {}});
     return symbol;
-  }
-
-  void collect_laws() {
-    laws_.resize(model_.elements.size());
-    for (std::size_t i = 0; i < model_.elements.size(); ++i) {
-      const ElementKind kind = model_.elements[i].kind;
-      if (kind == ElementKind::resistor || kind == ElementKind::r_field || is_store(kind))
-        laws_[i] = port_laws(model_, law_pool_, ElementId(i));
-    }
   }
 
   void make_symbols() {
@@ -226,8 +216,7 @@ class Derivation {
     for (std::size_t k = 0; k < graph_.port_count(id); ++k) {
       const PortId port = graph_.port(id, k);
       const bool gives_effort = causal_.gives(graph_, port) == Gives::effort;
-      apply_law(id, k, (gives_effort ? system_.efforts : system_.flows)[graph_[port].bond.index()],
-                gives_effort ? Variable::effort : Variable::flow);
+      apply_law(port, (gives_effort ? system_.efforts : system_.flows)[graph_[port].bond.index()]);
       power = system_.pool.add(power, system_.pool.mul(effort(port), into(port)));
     }
     add_energy({EnergyPart::Role::dissipator, id, power, {}, {}, {}, false});
@@ -241,11 +230,10 @@ class Derivation {
       const std::size_t bond = graph_[port].bond.index();
       const SymbolId stored = stored_[port.index()];
       if (system_.symbols[stored.index()].kind == SystemSymbol::Kind::state) {
-        apply_law(id, k, displacement ? system_.efforts[bond] : system_.flows[bond],
-                  displacement ? Variable::effort : Variable::flow);
+        apply_law(port, displacement ? system_.efforts[bond] : system_.flows[bond]);
         continue;
       }
-      apply_law(id, k, stored, displacement ? Variable::displacement : Variable::momentum);
+      apply_law(port, stored);
       const ExprId rate = derivative_of(as_expression(stored));
       if (displacement)
         define(system_.flows[bond], signed_by(graph_[port].head, rate), id, element.place);
@@ -255,40 +243,18 @@ class Derivation {
     add_store_energy(id);
   }
 
-  /// Defines @p unknown, the variable @p wanted of a port, by that port's law: as written, inverted, or implicitly.
-  void apply_law(ElementId id, std::size_t number, SymbolId unknown, Variable wanted) {
-    const Law& law = laws_[id.index()][number];
-    const Element& element = model_.elements[id.index()];
-    const ExprId left = (*translate_)(law_pool_.symbol(port_variable(element, law.port, law.variable)));
-    const ExprId right = (*translate_)(law.right);
-    ExprPool& pool = system_.pool;
-    if (law.variable == wanted) {
-      // A flow counted into an element from which the half-arrow leaves is minus the bond's.
-      const bool negated = left != as_expression(unknown);
-      return define(unknown, signed_by(!negated, right), id, law.place);
+  /// Defines @p unknown, what the port's law is to yield, as the causality has solved it.
+  void apply_law(PortId port, SymbolId unknown) {
+    const auto& [law, solved, conjugate] = causal_.laws[port.index()];
+    const Port& at = graph_[port];
+    const ExprId left = meaning(port_variable(model_.elements[at.element.index()], law.port, law.variable));
+    if (solved.use == LawUse::implicit) {
+      const ExprId right = (*translate_)(law.right);
+      return define(unknown, system_.pool.sub(left, right), at.element, law.place, true);
     }
-    if (const auto inverse = invert(pool, right, unknown, left)) return define(unknown, *inverse, id, law.place);
-    const std::vector<ExprId> roots{right};
-    const std::vector<SymbolId> symbols = symbols_in(pool, roots);
-    if (std::find(symbols.begin(), symbols.end(), unknown) == symbols.end()) {
-      // Causality assignment asks for nothing that a law cannot give.
-      throw std::logic_error("the law of \"" + port_name(element, number) + "\" cannot give its " + word(wanted));
-    }
-    define(unknown, pool.sub(left, right), id, law.place, true);
-  }
-
-  [[nodiscard]] static const char* word(Variable variable) {
-    switch (variable) {
-      case Variable::effort:
-        return "effort";
-      case Variable::flow:
-        return "flow";
-      case Variable::displacement:
-        return "displacement";
-      case Variable::momentum:
-        return "momentum";
-    }
-    return "";
+    // A flow counted into an element from which the half-arrow leaves is minus the bond's.
+    const bool negated = solved.wanted == Variable::flow && !at.head;
+    define(unknown, signed_by(!negated, (*translate_)(solved.solution)), at.element, law.place);
   }
 
   void write_transformer(ElementId id) {
@@ -356,7 +322,8 @@ class Derivation {
       const PortId port = graph_.port(id, k);
       part.power = pool.add(part.power, pool.mul(effort(port), into(port)));
       part.displacements.push_back(stored_[port.index()]);
-      part.conjugates.push_back(conjugate_of_stored(id, k));
+      const ExprId conjugate = causal_.laws[port.index()].conjugate;
+      part.conjugates.push_back(conjugate.valid() ? (*translate_)(conjugate) : ExprId());
     }
     if (element.energy.valid()) {
       part.energy = (*translate_)(element.energy);
@@ -376,22 +343,6 @@ class Derivation {
         if (!own && system_.symbols[symbol.index()].kind != SystemSymbol::Kind::parameter) part.modulated = true;
       }
     add_energy(std::move(part));
-  }
-
-  /// Effort of a C port (flow of an I port) as a function of what is stored; none if the law has no such form.
-  ExprId conjugate_of_stored(ElementId id, std::size_t number) {
-    const Law& law = laws_[id.index()][number];
-    const Element& element = model_.elements[id.index()];
-    const bool displacement = stores_displacement(element.kind);
-    const ExprId right = (*translate_)(law.right);
-    if (law.variable == (displacement ? Variable::effort : Variable::flow)) return right;
-    const SymbolId x = stored_[graph_.port(id, number).index()];
-    const PortId port = graph_.port(id, number);
-    const std::size_t bond = graph_[port].bond.index();
-    const auto inverse =
-        invert(system_.pool, right, displacement ? system_.efforts[bond] : system_.flows[bond], as_expression(x));
-    if (!inverse) return {};
-    return signed_by(displacement || graph_[port].head, *inverse);
   }
 
   // --- derivatives
@@ -512,11 +463,9 @@ class Derivation {
   const Model& model_;
   const BondGraph& graph_;
   const CausalGraph& causal_;
-  ExprPool law_pool_;  ///< the model's expressions and the laws derived from energies and linear keys
   Translator* translate_ = nullptr;
   EquationSystem system_;
-  std::vector<std::vector<Law>> laws_;  ///< by ElementId
-  std::vector<SymbolId> stored_;        ///< by PortId (stores only)
+  std::vector<SymbolId> stored_;  ///< by PortId (stores only)
   std::unordered_map<ExprId, SymbolId> derivatives_;
   std::vector<std::pair<ExprId, SymbolId>> pending_;
   std::unordered_map<SymbolId, std::uint32_t> depth_;

@@ -6,12 +6,11 @@
 
 #include "base/text.hpp"
 #include "graph/graph_faults.hpp"
+#include "model/element_kinds.hpp"
 
 namespace bgsim {
 
 namespace {
-
-bool is_two_port(ElementKind kind) { return kind == ElementKind::transformer || kind == ElementKind::gyrator; }
 
 /// One end of a bond; a default-made one marks a port that no bond has taken yet.
 struct End {

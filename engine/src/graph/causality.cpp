@@ -7,6 +7,7 @@
 
 #include "graph/causal_explanation.hpp"
 #include "graph/graph_faults.hpp"
+#include "model/element_kinds.hpp"
 
 namespace bgsim {
 
@@ -34,7 +35,9 @@ class Scap {
         assigned_(graph.bonds.size()),
         junctions_(graph.kinds.size()),
         broken_(graph.kinds.size()),
-        uses_(graph.ports.size()) {
+        pool_(model.pool),
+        laws_(graph.ports.size()),
+        solved_(graph.ports.size()) {
     trail_.reserve(graph.bonds.size());
     for (std::size_t i = 0; i < graph.ports.size(); ++i) {
       JunctionState& junction = junctions_[graph.ports[i].element.index()];
@@ -81,23 +84,31 @@ class Scap {
     const BondEnd here = end_at(graph_[port]);
     return gives == Gives::flow ? here : other(here);
   }
-  bool usable(PortId port, Gives gives) const {
-    return uses_[port.index()][static_cast<std::size_t>(gives)] != LawUse::impossible;
+  const SolvedLaw& solved(PortId port, Gives gives) const {
+    return solved_[port.index()][static_cast<std::size_t>(gives)];
   }
+  bool usable(PortId port, Gives gives) const { return solved(port, gives).use != LawUse::impossible; }
 
   void find_uses() {
-    ExprPool scratch = model_.pool;
     for (std::size_t i = 0; i < model_.elements.size(); ++i) {
       const Element& at = model_.elements[i];
-      if (is_junction(at.kind) || at.kind == ElementKind::transformer || at.kind == ElementKind::gyrator) continue;
-      const bool by_laws = at.energy.valid() || !at.laws.empty();
-      const std::vector<Law> laws = by_laws ? port_laws(model_, scratch, ElementId(i)) : std::vector<Law>{};
-      for (std::size_t number = 0; number < at.ports.size(); ++number)
+      const std::vector<Law> laws = port_laws(model_, pool_, ElementId(i));
+      for (std::size_t number = 0; number < at.ports.size(); ++number) {
+        const std::size_t port = graph_.port(ElementId(i), number).index();
+        if (number < laws.size()) laws_[port] = laws[number];
         for (const Gives gives : {Gives::effort, Gives::flow})
-          uses_[graph_.port(ElementId(i), number).index()][static_cast<std::size_t>(gives)] =
-              by_laws ? law_use(scratch, at, laws[number], gives)
-                      : law_use(model_, scratch, ElementId(i), number, gives);
+          solved_[port][static_cast<std::size_t>(gives)] = solved_law(ElementId(i), number, laws, gives);
+      }
     }
+  }
+
+  /// A law that is given by a coefficient is solved when the strokes are known: its use needs no solution.
+  SolvedLaw solved_law(ElementId id, std::size_t number, const std::vector<Law>& laws, Gives gives) {
+    const Element& at = model_.elements[id.index()];
+    if (at.energy.valid() || !at.laws.empty()) return solve_law(pool_, at, laws[number], gives);
+    SolvedLaw solved;
+    solved.use = law_use(model_, pool_, id, number, gives);
+    return solved;
   }
 
   // --- one stroke, and what follows from it ---
@@ -298,7 +309,7 @@ class Scap {
     for (std::size_t i = 0; i < graph_.ports.size(); ++i) {
       const PortId port(i);
       if (kind(port) != ElementKind::resistor && kind(port) != ElementKind::r_field) continue;
-      const auto& [effort, flow] = uses_[i];
+      const LawUse effort = solved(port, Gives::effort).use, flow = solved(port, Gives::flow).use;
       const bool implicit = effort == LawUse::implicit || flow == LawUse::implicit;
       if (element(port).laws.empty() && !implicit) continue;
       const Gives written = effort == LawUse::as_written ? Gives::effort : Gives::flow;
@@ -391,11 +402,23 @@ class Scap {
     causal.free_choices = free_choices();
     list_stores(causal);
     causal.warnings = part_warnings(model_, graph_);
-    ExprPool scratch = model_.pool;
-    for (std::size_t i = 0; i < model_.elements.size(); ++i)
-      warn_if_not_reciprocal(scratch, ElementId(i), causal.warnings);
+    for (std::size_t i = 0; i < model_.elements.size(); ++i) test_field(ElementId(i), causal);
+    for (std::size_t i = 0; i < graph_.ports.size(); ++i) causal.laws.push_back(used_law(PortId(i)));
     causal.strokes = std::move(strokes_);
+    causal.pool = std::move(pool_);
     return causal;
+  }
+
+  PortLaw used_law(PortId port) {
+    const Law& law = laws_[port.index()];
+    if (!law.right.valid()) return {};
+    const auto solution = [&](Gives gives) {
+      const SolvedLaw& known = solved(port, gives);
+      return element(port).coefficient.valid() ? solve_law(pool_, element(port), law, gives) : known;
+    };
+    PortLaw used{law, solution(stroke_at(graph_, strokes_, port) ? Gives::flow : Gives::effort), {}};
+    if (is_store(kind(port))) used.conjugate = solution(integral(port)).solution;
+    return used;
   }
 
   std::vector<FreeChoice> free_choices() const {
@@ -481,12 +504,13 @@ class Scap {
     }
   }
 
-  void warn_if_not_reciprocal(ExprPool& scratch, ElementId id, std::vector<Diagnostic>& warnings) const {
+  void test_field(ElementId id, CausalGraph& causal) {
     const Element& field = model_.elements[id.index()];
-    if ((field.kind != ElementKind::c_field && field.kind != ElementKind::i_field) || field.laws.empty()) return;
-    const Reciprocity test = test_reciprocity(model_, scratch, id);
+    if (!is_field(field.kind) || !is_store(field.kind)) return;
+    causal.fields.push_back({id, test_reciprocity(model_, pool_, id)});
+    const Reciprocity& test = causal.fields.back().reciprocity;
     if (test.verdict != Reciprocity::Verdict::violated) return;
-    warnings.push_back(
+    causal.warnings.push_back(
         {.severity = Severity::warning,
          .code = "BG306",
          .situation = "the laws of field \"" + field.name + "\" are not reciprocal between ports \"" +
@@ -502,11 +526,13 @@ class Scap {
   const BondGraph& graph_;
   std::vector<Stroke> strokes_;
   std::vector<bool> assigned_;
-  std::vector<JunctionState> junctions_;     // by ElementId
-  std::vector<bool> broken_;                 // by ElementId: reported, not followed any more
-  std::vector<std::array<LawUse, 2>> uses_;  // by PortId, by Gives
-  std::vector<BondId> trail_;                // bonds in order of assignment
-  std::vector<PortId> waiting_;              // first in, first out: short chains of reasons
+  std::vector<JunctionState> junctions_;          // by ElementId
+  std::vector<bool> broken_;                      // by ElementId: reported, not followed any more
+  ExprPool pool_;                                 // the model's, and the laws
+  std::vector<Law> laws_;                         // by PortId
+  std::vector<std::array<SolvedLaw, 2>> solved_;  // by PortId, by Gives
+  std::vector<BondId> trail_;                     // bonds in order of assignment
+  std::vector<PortId> waiting_;                   // first in, first out: short chains of reasons
   std::size_t next_waiting_ = 0;
   std::vector<Decision> decisions_;
   std::unordered_map<BondId, std::set<BondId>> eliminated_;  // what each reversed choice gave way to

@@ -112,7 +112,8 @@ std::vector<Law> laws_from_energy(ExprPool& pool, const Element& element) {
   for (std::size_t port = 0; port < element.ports.size(); ++port)
     laws.push_back({static_cast<std::uint32_t>(port), partner(element.kind, stored), pool.constant(0.0),
                     element.coefficient_place});
-  const auto partials = short_gradient(pool, element.energy, [&](SymbolId symbol) { return own_port(symbol).has_value(); });
+  const auto partials =
+      short_gradient(pool, element.energy, [&](SymbolId symbol) { return own_port(symbol).has_value(); });
   for (const auto& [symbol, partial] : partials) laws[*own_port(symbol)].right = partial;
   return laws;
 }
@@ -149,16 +150,17 @@ std::vector<Law> port_laws(const Model& model, ExprPool& pool, ElementId id) {
   return {linear_law(pool, element)};
 }
 
-LawUse law_use(ExprPool& pool, const Element& element, const Law& law, Gives gives) {
-  if (!relates(element.kind, law.variable)) return LawUse::impossible;
+SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Gives gives) {
   const Variable wanted = wanted_variable(element.kind, gives);
-  if (law.variable == wanted) return LawUse::as_written;
+  const auto solved = [wanted](LawUse use, ExprId solution) { return SolvedLaw{wanted, use, solution}; };
+  if (!relates(element.kind, law.variable)) return solved(LawUse::impossible, {});
+  if (law.variable == wanted) return solved(LawUse::as_written, law.right);
   const SymbolId x = port_variable(element, law.port, wanted);
   const Occurrence found = occurrence(pool, law.right, x);
-  if (!found.occurs) return LawUse::impossible;
+  if (!found.occurs) return solved(LawUse::impossible, {});
   const ExprId y = pool.symbol(port_variable(element, law.port, law.variable));
-  if (invert(pool, law.right, x, y)) return LawUse::inverted;
-  return found.smooth ? LawUse::implicit : LawUse::impossible;
+  if (const auto inverse = invert(pool, law.right, x, y)) return solved(LawUse::inverted, *inverse);
+  return solved(found.smooth ? LawUse::implicit : LawUse::impossible, {});
 }
 
 LawUse law_use(const Model& model, ExprPool& pool, ElementId id, std::size_t port, Gives gives) {
@@ -176,7 +178,7 @@ LawUse law_use(const Model& model, ExprPool& pool, ElementId id, std::size_t por
   }
   if (element.coefficient.valid() && !coefficient_hides_own_variable(pool, element, gives))
     return linear_use(pool, element, gives);
-  return law_use(pool, element, port_laws(model, pool, id)[port], gives);
+  return solve_law(pool, element, port_laws(model, pool, id)[port], gives).use;
 }
 
 LawUse law_use(const Model& model, ElementId id, std::size_t port, Gives gives) {
