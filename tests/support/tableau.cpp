@@ -85,7 +85,11 @@ class TableauWriter {
       case ElementKind::gyrator:
         write_two_port(id, value, true);
         break;
-      default:
+      case ElementKind::c_field:
+      case ElementKind::i_field:
+      case ElementKind::r_field:
+      case ElementKind::zero_junction:
+      case ElementKind::one_junction:
         throw std::invalid_argument("the tableau knows no such element");
     }
   }

@@ -16,7 +16,8 @@
 
 namespace bgsim {
 
-/// Kinds of elements. The modulated kinds (MSe, MR, ...) are the same kinds with Element::modulated set.
+/// Kinds of elements; what is known of each is a row of the table in model/element_kinds.cpp. The modulated kinds (MSe,
+/// MR, ...) are the same kinds with Element::modulated set.
 enum class ElementKind : std::uint8_t {
   effort_source,
   flow_source,
@@ -34,36 +35,21 @@ enum class ElementKind : std::uint8_t {
   one_junction,
 };
 
-/// The kind as it is written in a model: "MSe", "CC", "0".
-std::string kind_text(ElementKind kind, bool modulated);
-[[nodiscard]] constexpr bool is_junction(ElementKind kind) {
-  return kind == ElementKind::zero_junction || kind == ElementKind::one_junction;
-}
-[[nodiscard]] constexpr bool is_store(ElementKind kind) {
-  return kind == ElementKind::capacitor || kind == ElementKind::inertia || kind == ElementKind::c_field ||
-         kind == ElementKind::i_field;
-}
-[[nodiscard]] constexpr bool is_source(ElementKind kind) {
-  return kind == ElementKind::effort_source || kind == ElementKind::flow_source;
-}
-/// What signals read an effort or flow at without taking power.
-[[nodiscard]] constexpr bool is_detector(ElementKind kind) {
-  return kind == ElementKind::effort_detector || kind == ElementKind::flow_detector;
-}
-/// Stores of displacement (C and CC); the other stores hold momentum.
-[[nodiscard]] constexpr bool stores_displacement(ElementKind kind) {
-  return kind == ElementKind::capacitor || kind == ElementKind::c_field;
-}
-
 /// The variables at a port: effort, flow, displacement (C), momentum (I).
 enum class Variable : std::uint8_t { effort, flow, displacement, momentum };
+
+/// The kind as it is written in a model: "MSe", "CC", "0".
+std::string kind_text(ElementKind kind, bool modulated);
+[[nodiscard]] bool is_junction(ElementKind kind);
+[[nodiscard]] bool is_store(ElementKind kind);
+[[nodiscard]] bool is_source(ElementKind kind);
+/// What signals read an effort or flow at without taking power.
+[[nodiscard]] bool is_detector(ElementKind kind);
+/// Stores of displacement (C and CC); the other stores hold momentum.
+[[nodiscard]] bool stores_displacement(ElementKind kind);
 /// What an element sets at its bond whatever the rest of the graph does: a source its own variable, a detector the
 /// other one, which it keeps at zero. None for all other kinds.
-[[nodiscard]] constexpr std::optional<Variable> imposed_variable(ElementKind kind) {
-  if (kind == ElementKind::effort_source || kind == ElementKind::flow_detector) return Variable::effort;
-  if (kind == ElementKind::flow_source || kind == ElementKind::effort_detector) return Variable::flow;
-  return std::nullopt;
-}
+[[nodiscard]] std::optional<Variable> imposed_variable(ElementKind kind);
 char letter(Variable variable);  ///< 'e', 'f', 'q', 'p'
 
 /// Meaning of a symbol in a model's expressions.

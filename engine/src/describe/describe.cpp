@@ -6,6 +6,7 @@
 #include "base/text_rows.hpp"
 #include "bgsim/visible_text.hpp"
 #include "graph/causal_explanation.hpp"
+#include "model/element_kinds.hpp"
 
 namespace bgsim {
 
@@ -195,9 +196,7 @@ void describe_half_arrows(Findings& findings, const View& view) {
   std::vector<TextRow> rows;
   for (const Port& port : view.graph.ports) {
     const Element& element = view.element(port.element);
-    const bool passive =
-        is_store(element.kind) || element.kind == ElementKind::resistor || element.kind == ElementKind::r_field;
-    if (!passive || port.head) continue;
+    if (!is_passive(element.kind) || port.head) continue;
     const std::string name = port_name(element, port.number);
     const std::string& bond = view.bond(port.bond);
     std::string leaves = bond, meaning = name;

@@ -30,8 +30,7 @@ std::string show_element(const Model& model, const Element& element) {
       text += (port == 0 ? "" : ", ") + element.ports[port];
     text += ")";
   }
-  if (element.coefficient.valid())
-    text += ", " + std::string(kind_row(element).ways.front()) + " " + write(element.coefficient);
+  if (element.coefficient.valid()) text += ", " + coefficient_words(element) + " " + write(element.coefficient);
   if (element.energy.valid()) text += ", energy " + write(element.energy);
   for (const Law& law : element.laws)
     text += ", " + symbol_name(model, port_variable(element, law.port, law.variable)) + " = " + write(law.right);

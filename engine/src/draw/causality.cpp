@@ -1,6 +1,7 @@
 // What a drawing shows of the causality of a model, whole or faulty.
 #include "bgsim/drawing.hpp"
 #include "graph/causal_explanation.hpp"
+#include "model/element_kinds.hpp"
 
 namespace bgsim {
 
@@ -24,9 +25,9 @@ std::vector<ElementId> wrongly_bonded(const Model& model) {
   for (std::size_t i = 0; i < bonded.size(); ++i) {
     const Element& element = model.elements[i];
     const auto [entering, leaving, told] = bonded[i];
-    const bool two_port = element.kind == ElementKind::transformer || element.kind == ElementKind::gyrator;
     const bool count = is_junction(element.kind) ? entering + leaving == 0 : entering + leaving != port_count(element);
-    if (wrong[i] || count || (two_port && entering != leaving && told == 0)) elements.push_back(ElementId(i));
+    if (wrong[i] || count || (is_two_port(element.kind) && entering != leaving && told == 0))
+      elements.push_back(ElementId(i));
   }
   return elements;
 }

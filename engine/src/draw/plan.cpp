@@ -10,16 +10,7 @@ namespace bgsim {
 
 namespace {
 
-/// I and detectors above C, R between.
-int height_rank(ElementKind kind) {
-  if (kind == ElementKind::inertia || is_detector(kind)) return 0;
-  return kind == ElementKind::resistor ? 1 : 2;
-}
-
-bool may_hang(ElementKind kind) {
-  return kind == ElementKind::inertia || kind == ElementKind::resistor || kind == ElementKind::capacitor ||
-         is_detector(kind);
-}
+Hangs hangs(ElementKind kind) { return kind_row(kind).hangs; }
 
 /// The bonds of an element.
 struct Around {
@@ -107,10 +98,6 @@ class Reading {
 
 }  // namespace
 
-bool passes_power(ElementKind kind) {
-  return is_junction(kind) || kind == ElementKind::transformer || kind == ElementKind::gyrator;
-}
-
 std::vector<Standing> standings(const Model& model) {
   const std::vector<Around> around = arounds(model);
   std::vector<std::vector<ElementId>> hanging(model.elements.size());
@@ -119,7 +106,7 @@ std::vector<Standing> standings(const Model& model) {
          {std::pair(bond.from.element, bond.to.element), std::pair(bond.to.element, bond.from.element)}) {
       const Element& at = model.elements[junction.index()];
       const Element& one_port = model.elements[leaf.index()];
-      if (is_junction(at.kind) && around[junction.index()].bonds() > 2 && may_hang(one_port.kind) &&
+      if (is_junction(at.kind) && around[junction.index()].bonds() > 2 && hangs(one_port.kind) != Hangs::nowhere &&
           around[leaf.index()].bonds() == 1 && scope_of(at.name) == scope_of(one_port.name))
         hanging[junction.index()].push_back(leaf);
     }
@@ -130,15 +117,14 @@ std::vector<Standing> standings(const Model& model) {
     auto& leaves = hanging[i];
     // There are two places; what takes power comes first.
     if (leaves.size() > 2) std::erase_if(leaves, [&](ElementId leaf) { return is_detector(kind(leaf)); });
-    std::sort(leaves.begin(), leaves.end(), [&](ElementId a, ElementId b) {
-      return std::pair(height_rank(kind(a)), a) < std::pair(height_rank(kind(b)), b);
-    });
+    std::sort(leaves.begin(), leaves.end(),
+              [&](ElementId a, ElementId b) { return std::pair(hangs(kind(a)), a) < std::pair(hangs(kind(b)), b); });
     // Where nothing else does, one of them goes on to the right: of two the R, if there is one.
     if (!leaves.empty() && !around[i].goes_on(leaves.size()) && leaves.size() < 3)
-      leaves.erase(leaves.size() == 2 && kind(leaves.front()) == ElementKind::resistor ? leaves.begin()
+      leaves.erase(leaves.size() == 2 && hangs(kind(leaves.front())) == Hangs::between ? leaves.begin()
                                                                                        : leaves.end() - 1);
     if (leaves.empty()) continue;
-    const bool low = leaves.size() > 1 || kind(leaves.back()) == ElementKind::capacitor;
+    const bool low = leaves.size() > 1 || hangs(kind(leaves.back())) == Hangs::below;
     if (low) standing[leaves.back().index()] = {ElementId(i), Side::below};
     if (!low || leaves.size() > 1) standing[leaves.front().index()] = {ElementId(i), Side::above};
   }

@@ -30,9 +30,6 @@ enum class Hand : std::uint8_t { none, left, right };
 /// By ElementId; none for all but one-ports with one bond.
 std::vector<Hand> hands(const Model& model);
 
-/// Junctions, TF and GY: what power only passes through.
-bool passes_power(ElementKind kind);
-
 /// Clear space that an element and what hangs on it take around its centre, in px.
 struct Extent {
   double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bgsim/equations.hpp"
+#include "model/element_kinds.hpp"
 
 namespace bgsim {
 namespace {
@@ -100,8 +101,8 @@ class Derivation {
     for (const PortId end : {graph_[bond].head, graph_[bond].tail}) {
       const Port& port = graph_[end];
       const ElementKind kind = graph_.kinds[port.element.index()];
-      if (is_junction(kind) || kind == ElementKind::transformer || kind == ElementKind::gyrator) continue;
-      if (variable == Variable::flow && counts_into(kind) && !port.head) continue;
+      if (passes_power(kind)) continue;
+      if (variable == Variable::flow && is_passive(kind) && !port.head) continue;
       return port_name(model_.elements[port.element.index()], port.number) + "." + letter(variable);
     }
     return model_.bonds[bond.index()].name + "." + letter(variable);
@@ -135,16 +136,12 @@ class Derivation {
       case Variable::effort:
         return effort(port);
       case Variable::flow:
-        return counts_into(element.kind) ? into(port) : flow(port);
+        return is_passive(element.kind) ? into(port) : flow(port);
       case Variable::displacement:
       case Variable::momentum:
         return as_expression(stored_[port.index()]);
     }
     return {};
-  }
-
-  [[nodiscard]] static bool counts_into(ElementKind kind) {
-    return kind == ElementKind::resistor || kind == ElementKind::r_field || is_store(kind);
   }
 
   // --- equations
@@ -198,7 +195,7 @@ class Derivation {
   void write_source(ElementId id) {
     const Element& element = model_.elements[id.index()];
     const PortId port = graph_.port(id, 0);
-    const auto& variables = element.kind == ElementKind::effort_source ? system_.efforts : system_.flows;
+    const auto& variables = imposed_variable(element.kind) == Variable::effort ? system_.efforts : system_.flows;
     define(variables[graph_[port].bond.index()], (*translate_)(element.coefficient), id, element.place);
     const ExprId power = system_.pool.mul(effort(port), flow(port));
     add_energy({EnergyPart::Role::source, id, signed_by(!graph_[port].head, power), {}, {}, {}, false});

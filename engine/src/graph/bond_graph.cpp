@@ -88,9 +88,9 @@ class GraphBuilder {
       for (const auto& [own, other] : {std::pair(&bond.from, &bond.to), std::pair(&bond.to, &bond.from)}) {
         const Element& detector = model_.elements[own->element.index()];
         if (!is_detector(detector.kind)) continue;
-        const bool effort = detector.kind == ElementKind::effort_detector;
+        const bool effort = imposed_variable(detector.kind) == Variable::flow;
         const Element& at = model_.elements[other->element.index()];
-        if (at.kind == (effort ? ElementKind::zero_junction : ElementKind::one_junction)) continue;
+        if (shared_variable(at.kind) == (effort ? Variable::effort : Variable::flow)) continue;
         problems_.push_back(
             {.code = "BG207",
              .situation = "the detector " + in_quotes(detector.name) + " is bonded to " + in_quotes(at.name) +

@@ -28,7 +28,7 @@ struct Words {
   }
   std::string kind_and_name(ElementId id) const {
     const Element& at = element(id);
-    return std::string(kind_row(at).words) + ' ' + in_quotes(at.name);
+    return kind_words(at) + ' ' + in_quotes(at.name);
   }
   std::string bonds(const std::vector<BondId>& list) const {
     constexpr std::size_t kMost = 4;
@@ -44,7 +44,7 @@ struct Words {
     return stroke_at(graph, strokes, port_at(id, at)) ? "flow" : "effort";
   }
   std::string shared(ElementId junction) const {
-    return graph.kinds[junction.index()] == ElementKind::zero_junction ? "effort" : "flow";
+    return shared_variable(graph.kinds[junction.index()]) == Variable::effort ? "effort" : "flow";
   }
 };
 
@@ -59,7 +59,7 @@ std::string forced_text(const Words& words, BondId bond) {
     return "no other bond of " + what + " sets its " + shared;
   }
   const std::string given = words.given_at(stroke.element, bond);
-  const std::string taken = kind == ElementKind::transformer ? given : given == "effort" ? "flow" : "effort";
+  const std::string taken = !kind_row(kind).crosses ? given : given == "effort" ? "flow" : "effort";
   return what + " turns the " + taken + " of " + words.bond(stroke.cause) + " into the " + given + " of " +
          words.bond(bond);
 }
@@ -120,7 +120,7 @@ std::string help_for_junction(const Words& words, const CausalConflict& conflict
   const std::string fix = effort ? "put an R on a 1-junction in series with " : "put an R on a 0-junction beside ";
   if (!sources.empty()) {
     const Element& last = words.element(sources.front());
-    const std::string instead = last.kind == ElementKind::effort_source ? "an Sf" : "an Se";
+    const std::string instead = imposed_variable(last.kind) == Variable::effort ? "an Sf" : "an Se";
     return fix + in_quotes(last.name) + ", or make " +
            (sources.size() > 1 ? "one source " : in_quotes(last.name) + " ") + instead;
   }
@@ -154,7 +154,7 @@ Diagnostic explain_junction(const Words& words, const CausalConflict& conflict) 
 Diagnostic explain_two_port(const Words& words, const CausalConflict& conflict) {
   const ElementId id = conflict.element;
   const std::string name = in_quotes(words.element(id).name);
-  const bool transformer = words.graph.kinds[id.index()] == ElementKind::transformer;
+  const bool crosses = kind_row(words.graph.kinds[id.index()]).crosses;
   const auto given = [&](std::size_t i) { return words.given_at(id, conflict.bonds[i]); };
   // The element gives one variable at a port and receives the other.
   const auto received = [&](std::size_t i) { return std::string(given(i) == "effort" ? "flow" : "effort"); };
@@ -164,10 +164,10 @@ Diagnostic explain_two_port(const Words& words, const CausalConflict& conflict) 
                        words.bond(conflict.bonds[1]) + ", but its rule relates the two",
           .place = words.element(id).place,
           .notes = {},
-          .rule = transformer ? "a TF relates its two efforts and its two flows, so exactly one of its two bonds "
-                                "carries the causal stroke at it"
-                              : "a GY relates the effort of each bond to the flow of the other, so both or none of its "
-                                "bonds carry the causal stroke at it",
+          .rule = crosses ? "a GY relates the effort of each bond to the flow of the other, so both or none of its "
+                            "bonds carry the causal stroke at it"
+                          : "a TF relates its two efforts and its two flows, so exactly one of its two bonds "
+                            "carries the causal stroke at it",
           .help = "put an R between " + name + " and one of the elements named above"};
 }
 
@@ -244,8 +244,8 @@ std::string stroke_reason_text(const Model& model, const BondGraph& graph, std::
   const std::string port = words.port(words.port_at(stroke.element, bond));
   switch (stroke.reason) {
     case StrokeReason::source:
-      return in_quotes(element.name) + (kind_row(element).words.starts_with('e') ? " is an " : " is a ") +
-             std::string(kind_row(element).words);
+      return in_quotes(element.name) + (kind_words(element).starts_with('e') ? " is an " : " is a ") +
+             kind_words(element);
     case StrokeReason::one_way_law:
       return "the law of " + port + " can give its " + words.given_at(stroke.element, bond) + " only";
     case StrokeReason::integral:

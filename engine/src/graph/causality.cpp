@@ -147,7 +147,8 @@ class Scap {
   /// Whether the bond at a junction's port sets what the junction's bonds share.
   bool sets(PortId port) const {
     const bool here = stroke_at(graph_, strokes_, port);
-    return kind(port) == ElementKind::zero_junction ? here : kind(port) == ElementKind::one_junction && !here;
+    const auto shared = shared_variable(kind(port));
+    return shared && (*shared == Variable::effort) == here;
   }
 
   void force(PortId port, bool stroke_here, BondId cause) {
@@ -164,7 +165,7 @@ class Scap {
       std::optional<CausalConflict> conflict;
       if (is_junction(kind(port)))
         conflict = follow_junction(graph_[port].element);
-      else if (kind(port) == ElementKind::transformer || kind(port) == ElementKind::gyrator)
+      else if (is_two_port(kind(port)))
         conflict = follow_two_port(port);
       else
         conflict = check_one_port(port);
@@ -178,7 +179,7 @@ class Scap {
   std::optional<CausalConflict> follow_junction(ElementId id) {
     // A copy: assigning changes the state.
     const JunctionState state = junctions_[id.index()];
-    const bool zero = graph_.kinds[id.index()] == ElementKind::zero_junction;
+    const bool zero = shared_variable(graph_.kinds[id.index()]) == Variable::effort;
     if (state.setters > 1) return CausalConflict{CausalConflict::Kind::two_set, id, {}, setters_of(id)};
     if (state.setters == 0 && state.open == 0)
       return CausalConflict{CausalConflict::Kind::none_sets, id, {}, bonds_of(id)};
@@ -195,7 +196,7 @@ class Scap {
     const ElementId id = graph_[port].element;
     const PortId partner = graph_.port(id, 1 - graph_[port].number);
     const bool here = stroke_at(graph_, strokes_, port);
-    const bool wanted = kind(port) == ElementKind::transformer ? !here : here;
+    const bool wanted = kind_row(kind(port)).crosses ? here : !here;
     if (!assigned_[graph_[partner].bond.index()]) {
       force(partner, wanted, graph_[port].bond);
     } else if (stroke_at(graph_, strokes_, partner) != wanted) {
@@ -278,9 +279,7 @@ class Scap {
     list.reserve(graph_.bonds.size());
     add_stores(list);
     add_nonlinear_resistors(list);
-    const auto internal = [&](PortId port) {
-      return is_junction(kind(port)) || kind(port) == ElementKind::transformer || kind(port) == ElementKind::gyrator;
-    };
+    const auto internal = [&](PortId port) { return passes_power(kind(port)); };
     for (const bool between_junctions : {true, false})
       for (std::size_t i = 0; i < graph_.bonds.size(); ++i) {
         const Bond& bond = graph_.bonds[i];
@@ -308,7 +307,7 @@ class Scap {
   void add_nonlinear_resistors(std::vector<Choice>& list) const {
     for (std::size_t i = 0; i < graph_.ports.size(); ++i) {
       const PortId port(i);
-      if (kind(port) != ElementKind::resistor && kind(port) != ElementKind::r_field) continue;
+      if (!is_resistor(kind(port))) continue;
       const LawUse effort = solved(port, Gives::effort).use, flow = solved(port, Gives::flow).use;
       const bool implicit = effort == LawUse::implicit || flow == LawUse::implicit;
       if (element(port).laws.empty() && !implicit) continue;
@@ -322,8 +321,8 @@ class Scap {
   /// The end at which a free stroke decides most: where its bond sets a junction's effort or flow.
   BondEnd free_end(const Bond& bond) const {
     for (const PortId port : {bond.tail, bond.head}) {
-      if (kind(port) == ElementKind::zero_junction) return end_at(graph_[port]);
-      if (kind(port) == ElementKind::one_junction) return other(end_at(graph_[port]));
+      if (const auto shared = shared_variable(kind(port)))
+        return *shared == Variable::effort ? end_at(graph_[port]) : other(end_at(graph_[port]));
     }
     return BondEnd::head;
   }

@@ -21,8 +21,9 @@ void give_any_law(Model& model, std::size_t index) {
     return;
   }
   if (element.energy.valid() || element.laws.size() == element.ports.size()) return;
-  const Variable given = element.kind == ElementKind::r_field ? Variable::flow : stored_variable(element.kind);
-  const Variable left = element.kind == ElementKind::i_field ? Variable::flow : Variable::effort;
+  const bool store = is_store(element.kind);
+  const Variable left = store ? conjugate_variable(element.kind) : Variable::effort;
+  const Variable given = store ? stored_variable(element.kind) : Variable::flow;
   element.laws.clear();
   for (std::uint32_t port = 0; port < element.ports.size(); ++port)
     element.laws.push_back({port, left, model.pool.symbol(port_variable(element, port, given)), element.place});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <stdexcept>
 
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
@@ -22,14 +23,9 @@ Variable wanted_variable(ElementKind kind, Gives gives) {
 
 /// The other variable of the pair that the law of a port relates.
 Variable partner(ElementKind kind, Variable variable) {
-  if (!is_store(kind)) return variable == Variable::effort ? Variable::flow : Variable::effort;
-  const Variable conjugate = stores_displacement(kind) ? Variable::effort : Variable::flow;
+  if (!is_store(kind)) return other_of(variable);
+  const Variable conjugate = conjugate_variable(kind);
   return variable == conjugate ? stored_variable(kind) : conjugate;
-}
-
-bool relates(ElementKind kind, Variable variable) {
-  if (!is_store(kind)) return variable == Variable::effort || variable == Variable::flow;
-  return variable == stored_variable(kind) || variable == partner(kind, stored_variable(kind));
 }
 
 bool has_kink(Op op) {
@@ -87,18 +83,20 @@ Occurrence occurrence(const ExprPool& pool, ExprId root, SymbolId x) {
 Law linear_law(ExprPool& pool, const Element& element) {
   const auto symbol = [&](Variable variable) { return pool.symbol(port_variable(element, 0, variable)); };
   const auto law = [&](Variable left, ExprId right) { return Law{0, left, right, element.coefficient_place}; };
-  switch (element.kind) {
-    case ElementKind::resistor:
+  switch (kind_row(element.kind).family) {
+    case Family::source:
+      return law(*imposed_variable(element.kind), element.coefficient);
+    case Family::resistor:
       return law(Variable::effort, pool.mul(element.coefficient, symbol(Variable::flow)));
-    case ElementKind::capacitor:
-      return law(Variable::effort, pool.div(symbol(Variable::displacement), element.coefficient));
-    case ElementKind::inertia:
-      return law(Variable::flow, pool.div(symbol(Variable::momentum), element.coefficient));
-    case ElementKind::flow_source:
-      return law(Variable::flow, element.coefficient);
-    default:
-      return law(Variable::effort, element.coefficient);
+    case Family::store:
+      return law(conjugate_variable(element.kind),
+                 pool.div(symbol(stored_variable(element.kind)), element.coefficient));
+    case Family::detector:
+    case Family::two_port:
+    case Family::junction:
+      break;
   }
+  throw std::logic_error("no law of one port follows from the coefficient of \"" + element.name + "\"");
 }
 
 std::vector<Law> laws_from_energy(ExprPool& pool, const Element& element) {
@@ -122,7 +120,7 @@ std::vector<Law> laws_from_energy(ExprPool& pool, const Element& element) {
 LawUse linear_use(const ExprPool& pool, const Element& element, Gives gives) {
   const Variable wanted = wanted_variable(element.kind, gives);
   const bool zero = pool.is_constant(element.coefficient, 0.0);
-  if (element.kind == ElementKind::resistor) {
+  if (is_resistor(element.kind)) {
     if (wanted == Variable::effort) return LawUse::as_written;
     return zero ? LawUse::impossible : LawUse::inverted;
   }
@@ -146,14 +144,14 @@ std::vector<Law> port_laws(const Model& model, ExprPool& pool, ElementId id) {
     std::sort(laws.begin(), laws.end(), [](const Law& a, const Law& b) { return a.port < b.port; });
     return laws;
   }
-  if (is_junction(element.kind) || is_detector(element.kind) || element.ports.size() != 1) return {};
+  if (passes_power(element.kind) || is_detector(element.kind) || element.ports.size() != 1) return {};
   return {linear_law(pool, element)};
 }
 
 SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Gives gives) {
   const Variable wanted = wanted_variable(element.kind, gives);
   const auto solved = [wanted](LawUse use, ExprId solution) { return SolvedLaw{wanted, use, solution}; };
-  if (!relates(element.kind, law.variable)) return solved(LawUse::impossible, {});
+  if (!law_relates(element.kind, law.variable)) return solved(LawUse::impossible, {});
   if (law.variable == wanted) return solved(LawUse::as_written, law.right);
   const SymbolId x = port_variable(element, law.port, wanted);
   const Occurrence found = occurrence(pool, law.right, x);
@@ -167,15 +165,7 @@ LawUse law_use(const Model& model, ExprPool& pool, ElementId id, std::size_t por
   const Element& element = model.elements[id.index()];
   if (const auto imposed = imposed_variable(element.kind))
     return (gives == Gives::effort) == (*imposed == Variable::effort) ? LawUse::as_written : LawUse::impossible;
-  switch (element.kind) {
-    case ElementKind::transformer:
-    case ElementKind::gyrator:
-    case ElementKind::zero_junction:
-    case ElementKind::one_junction:
-      return LawUse::as_written;
-    default:
-      break;
-  }
+  if (passes_power(element.kind)) return LawUse::as_written;
   if (element.coefficient.valid() && !coefficient_hides_own_variable(pool, element, gives))
     return linear_use(pool, element, gives);
   return solve_law(pool, element, port_laws(model, pool, id)[port], gives).use;

@@ -30,50 +30,203 @@ constexpr std::array kResistorFieldWays{Keys("laws")};
 constexpr std::array kResistorFieldKeys{Keys("kind"), Keys("about"), Keys("ports"), Keys("laws")};
 constexpr std::array kJunctionKeys{Keys("kind"), Keys("about")};
 
+// Powers of e, f, q, p.
+constexpr std::array kEffort{CoefficientUnit{"effort", {1, 0, 0, 0}}};
+constexpr std::array kFlow{CoefficientUnit{"flow", {0, 1, 0, 0}}};
+constexpr std::array kResistance{CoefficientUnit{"effort/flow", {1, -1, 0, 0}}};
+constexpr std::array kCapacitance{CoefficientUnit{"q/effort", {-1, 0, 1, 0}}};
+constexpr std::array kInertance{CoefficientUnit{"p/flow", {0, -1, 0, 1}}};
+constexpr std::array kRatio{CoefficientUnit{"effort/effort (port 1 to port 2)", {1, 0, 0, 0}, {-1, 0, 0, 0}},
+                            CoefficientUnit{"flow/flow (port 2 to port 1)", {0, -1, 0, 0}, {0, 1, 0, 0}}};
+constexpr std::array kGyration{CoefficientUnit{"effort at port 1 / flow at port 2", {1, 0, 0, 0}, {0, -1, 0, 0}},
+                               CoefficientUnit{"effort at port 2 / flow at port 1", {0, -1, 0, 0}, {1, 0, 0, 0}}};
+
 using Kind = ElementKind;
 constexpr std::array kRows{
-    KindRow{"Se", Kind::effort_source, false, "effort source", kEffortWays, kEffortKeys},
-    KindRow{"Sf", Kind::flow_source, false, "flow source", kFlowWays, kFlowKeys},
-    KindRow{"De", Kind::effort_detector, false, "effort detector", {}, kDetectorKeys},
-    KindRow{"Df", Kind::flow_detector, false, "flow detector", {}, kDetectorKeys},
-    KindRow{"R", Kind::resistor, false, "R", kResistorWays, kResistorKeys},
-    KindRow{"C", Kind::capacitor, false, "C", kCapacitorWays, kCapacitorKeys},
-    KindRow{"I", Kind::inertia, false, "I", kInertiaWays, kInertiaKeys},
-    KindRow{"TF", Kind::transformer, false, "TF", kModulusWays, kModulusKeys},
-    KindRow{"GY", Kind::gyrator, false, "GY", kModulusWays, kModulusKeys},
-    KindRow{"0", Kind::zero_junction, false, "0-junction", {}, kJunctionKeys},
-    KindRow{"1", Kind::one_junction, false, "1-junction", {}, kJunctionKeys},
-    KindRow{"CC", Kind::c_field, true, "CC", kStoreFieldWays, kStoreFieldKeys},
-    KindRow{"II", Kind::i_field, true, "II", kStoreFieldWays, kStoreFieldKeys},
-    KindRow{"RR", Kind::r_field, true, "RR", kResistorFieldWays, kResistorFieldKeys},
-    KindRow{"MSe", Kind::effort_source, true, "effort source", kEffortWays, kEffortKeys},
-    KindRow{"MSf", Kind::flow_source, true, "flow source", kFlowWays, kFlowKeys},
-    KindRow{"MR", Kind::resistor, true, "MR", kResistorWays, kResistorKeys},
-    KindRow{"MC", Kind::capacitor, true, "MC", kCapacitorWays, kCapacitorKeys},
-    KindRow{"MI", Kind::inertia, true, "MI", kInertiaWays, kInertiaKeys},
-    KindRow{"MTF", Kind::transformer, true, "MTF", kModulusWays, kModulusKeys},
-    KindRow{"MGY", Kind::gyrator, true, "MGY", kModulusWays, kModulusKeys},
+    KindRow{.kind = Kind::effort_source,
+            .text = "Se",
+            .words = "effort source",
+            .family = Family::source,
+            .variable = Variable::effort,
+            .modulation = Modulation::with_m,
+            .units = kEffort,
+            .ways = kEffortWays,
+            .keys = kEffortKeys},
+    KindRow{.kind = Kind::flow_source,
+            .text = "Sf",
+            .words = "flow source",
+            .family = Family::source,
+            .variable = Variable::flow,
+            .modulation = Modulation::with_m,
+            .units = kFlow,
+            .ways = kFlowWays,
+            .keys = kFlowKeys},
+    KindRow{.kind = Kind::effort_detector,
+            .text = "De",
+            .words = "effort detector",
+            .family = Family::detector,
+            .variable = Variable::effort,
+            .hangs = Hangs::above,
+            .keys = kDetectorKeys},
+    KindRow{.kind = Kind::flow_detector,
+            .text = "Df",
+            .words = "flow detector",
+            .family = Family::detector,
+            .variable = Variable::flow,
+            .hangs = Hangs::above,
+            .keys = kDetectorKeys},
+    KindRow{.kind = Kind::resistor,
+            .text = "R",
+            .family = Family::resistor,
+            .modulation = Modulation::with_m,
+            .units = kResistance,
+            .hangs = Hangs::between,
+            .ways = kResistorWays,
+            .keys = kResistorKeys},
+    KindRow{.kind = Kind::capacitor,
+            .text = "C",
+            .family = Family::store,
+            .variable = Variable::displacement,
+            .modulation = Modulation::with_m,
+            .units = kCapacitance,
+            .hangs = Hangs::below,
+            .ways = kCapacitorWays,
+            .keys = kCapacitorKeys},
+    KindRow{.kind = Kind::inertia,
+            .text = "I",
+            .family = Family::store,
+            .variable = Variable::momentum,
+            .modulation = Modulation::with_m,
+            .units = kInertance,
+            .hangs = Hangs::above,
+            .ways = kInertiaWays,
+            .keys = kInertiaKeys},
+    KindRow{.kind = Kind::transformer,
+            .text = "TF",
+            .family = Family::two_port,
+            .ports = Ports::two,
+            .modulation = Modulation::with_m,
+            .units = kRatio,
+            .ways = kModulusWays,
+            .keys = kModulusKeys},
+    KindRow{.kind = Kind::gyrator,
+            .text = "GY",
+            .family = Family::two_port,
+            .ports = Ports::two,
+            .modulation = Modulation::with_m,
+            .crosses = true,
+            .units = kGyration,
+            .ways = kModulusWays,
+            .keys = kModulusKeys},
+    KindRow{.kind = Kind::c_field,
+            .text = "CC",
+            .family = Family::store,
+            .variable = Variable::displacement,
+            .ports = Ports::named,
+            .modulation = Modulation::always,
+            .ways = kStoreFieldWays,
+            .keys = kStoreFieldKeys},
+    KindRow{.kind = Kind::i_field,
+            .text = "II",
+            .family = Family::store,
+            .variable = Variable::momentum,
+            .ports = Ports::named,
+            .modulation = Modulation::always,
+            .ways = kStoreFieldWays,
+            .keys = kStoreFieldKeys},
+    KindRow{.kind = Kind::r_field,
+            .text = "RR",
+            .family = Family::resistor,
+            .ports = Ports::named,
+            .modulation = Modulation::always,
+            .ways = kResistorFieldWays,
+            .keys = kResistorFieldKeys},
+    KindRow{.kind = Kind::zero_junction,
+            .text = "0",
+            .words = "0-junction",
+            .family = Family::junction,
+            .variable = Variable::effort,
+            .ports = Ports::by_bond,
+            .keys = kJunctionKeys},
+    KindRow{.kind = Kind::one_junction,
+            .text = "1",
+            .words = "1-junction",
+            .family = Family::junction,
+            .variable = Variable::flow,
+            .ports = Ports::by_bond,
+            .keys = kJunctionKeys},
 };
+
+constexpr bool kinds_in_order() {
+  for (std::size_t i = 0; i < kRows.size(); ++i)
+    if (kRows[i].kind != static_cast<ElementKind>(i)) return false;
+  return true;
+}
+static_assert(kinds_in_order());
 
 }  // namespace
 
-std::string kind_text(ElementKind kind, bool modulated) {
-  const auto* row = std::find_if(kRows.begin(), kRows.end(), [&](const KindRow& r) {
-    return r.kind == kind && (r.modulated == modulated || is_field(kind));
-  });
-  return row == kRows.end() ? std::string() : std::string(row->text);
-}
-
 std::span<const KindRow> kind_rows() { return kRows; }
 
-const KindRow* kind_row(std::string_view text) {
-  const auto* row = std::find_if(kRows.begin(), kRows.end(), [&](const KindRow& r) { return r.text == text; });
-  return row == kRows.end() ? nullptr : row;
+const KindRow& kind_row(ElementKind kind) { return kRows.at(static_cast<std::size_t>(kind)); }
+
+std::optional<WrittenKind> written_kind(std::string_view text) {
+  for (const KindRow& row : kRows) {
+    if (text == row.text) return WrittenKind{&row, row.modulation == Modulation::always};
+    if (row.modulation == Modulation::with_m && text.starts_with('M') && text.substr(1) == row.text)
+      return WrittenKind{&row, true};
+  }
+  return std::nullopt;
 }
 
-const KindRow& kind_row(const Element& element) {
-  return *std::find_if(kRows.begin(), kRows.end(),
-                       [&](const KindRow& r) { return r.kind == element.kind && r.modulated == element.modulated; });
+std::vector<std::string> kind_texts() {
+  std::vector<std::string> texts;
+  for (const KindRow& row : kRows) texts.emplace_back(row.text);
+  for (const KindRow& row : kRows)
+    if (row.modulation == Modulation::with_m) texts.push_back(kind_text(row.kind, true));
+  return texts;
+}
+
+std::string kind_text(ElementKind kind, bool modulated) {
+  const KindRow& row = kind_row(kind);
+  return (modulated && row.modulation == Modulation::with_m ? "M" : "") + std::string(row.text);
+}
+
+std::string kind_words(const Element& element) {
+  const std::string_view words = kind_row(element.kind).words;
+  return words.empty() ? kind_text(element.kind, element.modulated) : std::string(words);
+}
+
+std::string coefficient_words(const Element& element) { return std::string(kind_row(element.kind).ways.front()); }
+
+ElementKind one_port_of(ElementKind field) {
+  const KindRow& row = kind_row(field);
+  return std::find_if(kRows.begin(), kRows.end(),
+                      [&](const KindRow& other) {
+                        return other.family == row.family && other.variable == row.variable &&
+                               other.ports == Ports::one;
+                      })
+      ->kind;
+}
+
+bool is_junction(ElementKind kind) { return kind_row(kind).family == Family::junction; }
+bool is_store(ElementKind kind) { return kind_row(kind).family == Family::store; }
+bool is_source(ElementKind kind) { return kind_row(kind).family == Family::source; }
+bool is_detector(ElementKind kind) { return kind_row(kind).family == Family::detector; }
+
+bool stores_displacement(ElementKind kind) {
+  return is_store(kind) && kind_row(kind).variable == Variable::displacement;
+}
+
+std::optional<Variable> imposed_variable(ElementKind kind) {
+  const KindRow& row = kind_row(kind);
+  if (row.family == Family::source) return row.variable;
+  if (row.family == Family::detector) return other_of(*row.variable);
+  return std::nullopt;
+}
+
+std::optional<Variable> shared_variable(ElementKind kind) {
+  return is_junction(kind) ? kind_row(kind).variable : std::nullopt;
 }
 
 std::optional<Variable> variable_from(char letter) {
@@ -98,9 +251,14 @@ bool has_variable(ElementKind kind, Variable variable) {
 
 bool law_relates(ElementKind kind, Variable variable) {
   if (!is_store(kind)) return variable == Variable::effort || variable == Variable::flow;
-  return variable == stored_variable(kind) ||
-         variable == (stores_displacement(kind) ? Variable::effort : Variable::flow);
+  return variable == stored_variable(kind) || variable == conjugate_variable(kind);
 }
+
+Variable stored_variable(ElementKind kind) {
+  return stores_displacement(kind) ? Variable::displacement : Variable::momentum;
+}
+
+Variable conjugate_variable(ElementKind kind) { return stores_displacement(kind) ? Variable::effort : Variable::flow; }
 
 const char* law_letters(ElementKind kind) {
   if (!is_store(kind)) return "e or f";

@@ -46,7 +46,7 @@ void Reader::parse_element(std::size_t index) {
 std::optional<NodeId> Reader::chosen_way(std::size_t index) {
   const auto [scope, node] = element_text_[index];
   const Document& file = document(scopes_[scope]);
-  const KindRow& row = kind_row(model_.elements[index]);
+  const KindRow& row = kind_row(model_.elements[index].kind);
   if (row.ways.empty()) return std::nullopt;
   std::optional<NodeId> chosen;
   const auto wanted = [&] { return list_of({row.ways.begin(), row.ways.end()}); };

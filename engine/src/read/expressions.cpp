@@ -101,8 +101,7 @@ std::optional<ExprId> Reader::quantity(const Context& context, const Entity& ent
                     std::string(context.constant) + " is computed from numbers and parameters only");
     case Entity::Kind::element: {
       const Element& element = model_.elements[entity.index];
-      if (element.kind == ElementKind::one_junction || element.kind == ElementKind::flow_source ||
-          element.kind == ElementKind::flow_detector)
+      if (kind_row(element.kind).variable == Variable::flow)
         return refuse("BG121", in_quotes(name) + " is an element, no quantity",
                       "write " + in_quotes(std::string(name) + ".f"));
       const std::string port = element.ports.size() > 1 ? "." + element.ports[0] : "";
@@ -184,9 +183,9 @@ std::optional<SymbolId> Reader::variable_of(std::size_t scope, std::string_view 
   }
   if (found->second.kind != Entity::Kind::element) return std::nullopt;
   const Element& element = model_.elements[found->second.index];
-  if (is_junction(element.kind)) {
-    const bool zero = element.kind == ElementKind::zero_junction;
-    if (*variable == (zero ? Variable::effort : Variable::flow)) return element.first_symbol;
+  if (const auto shared = shared_variable(element.kind)) {
+    const bool zero = *shared == Variable::effort;
+    if (*variable == *shared) return element.first_symbol;
     const std::string kind = zero ? "0-junction" : "1-junction";
     return refuse("BG121", in_quotes(name) + " is a " + kind + " and has no ." + std::string(1, letter),
                   "the bonds of a " + kind + " share their " + (zero ? "effort " : "flow ") +

@@ -155,22 +155,29 @@ void Reader::declare_element(std::size_t scope, NodeId node) {
     return missing(file, node, "the element " + in_quotes(name) + " has no \"kind\"", file.key_place(node),
                    "add \"kind\": \"R\", say");
   if (!expect(file, kind, JsonKind::string, "\"kind\"")) return;
-  const KindRow* row = kind_row(file[kind].text);
-  if (row == nullptr) return declare_instance(scope, node, file[kind].text);
+  const auto written = written_kind(file[kind].text);
+  if (!written) return declare_instance(scope, node, file[kind].text);
 
-  check_keys(file, node, row->keys, "an element of kind " + std::string(row->text), row->kind);
+  const KindRow& row = *written->row;
+  check_keys(file, node, row.keys, "an element of kind " + kind_text(row.kind, written->modulated), row.kind);
   Element element;
   element.name = scopes_[scope].prefix + std::string(name);
-  element.kind = row->kind;
-  element.modulated = row->modulated;
+  element.kind = row.kind;
+  element.modulated = written->modulated;
   element.place = file.key_place(node);
   element.about = text_of(file, node, "about");
-  if (is_field(element.kind)) {
-    if (!read_ports(scope, node, element)) return;
-  } else if (is_two_port(element.kind)) {
-    element.ports = {"1", "2"};
-  } else if (!is_junction(element.kind)) {
-    element.ports = {""};
+  switch (row.ports) {
+    case Ports::one:
+      element.ports = {""};
+      break;
+    case Ports::two:
+      element.ports = {"1", "2"};
+      break;
+    case Ports::named:
+      if (!read_ports(scope, node, element)) return;
+      break;
+    case Ports::by_bond:
+      break;
   }
   add_element(scope, node, std::move(element));
 }
@@ -197,12 +204,9 @@ bool Reader::read_ports(std::size_t scope, NodeId node, Element& element) {
       problem("BG116", "the field " + name + " has two ports called " + in_quotes(file[port].text), file.place(port),
               "rename one of the two");
   }
-  if (file[ports].child_count < 2) {
-    const ElementKind kind = element.kind;
-    const char* one = kind == ElementKind::c_field ? "C" : kind == ElementKind::i_field ? "I" : "R";
+  if (file[ports].child_count < 2)
     problem("BG113", "the field " + name + " has fewer than two ports", file.place(ports),
-            std::string("an element with one port is of kind ") + one);
-  }
+            "an element with one port is of kind " + kind_text(one_port_of(element.kind), false));
   return element.ports.size() > 1;
 }
 
@@ -214,8 +218,8 @@ void Reader::add_element(std::size_t scope, NodeId node, Element element) {
   symbol.kind = ModelSymbol::Kind::port_variable;
   symbol.element = ElementId(index);
   element.first_symbol = SymbolId(model_.symbols.size());
-  if (is_junction(element.kind)) {
-    symbol.variable = element.kind == ElementKind::zero_junction ? Variable::effort : Variable::flow;
+  if (const auto shared = shared_variable(element.kind)) {
+    symbol.variable = *shared;
     add_symbol(symbol);
   }
   for (std::uint32_t port = 0; port < element.ports.size(); ++port) {

@@ -230,9 +230,13 @@ std::string own_value_key(ElementKind kind) {
       return "a field has an \"energy\", or \"laws\": one equation for each port";
     case ElementKind::r_field:
       return "an RR has \"laws\": one equation for each port";
-    default:
-      return {};
+    case ElementKind::effort_detector:
+    case ElementKind::flow_detector:
+    case ElementKind::zero_junction:
+    case ElementKind::one_junction:
+      break;
   }
+  return {};
 }
 
 std::string instead_of_own_key(ElementKind kind, std::string_view key) {
@@ -254,9 +258,14 @@ std::string instead_of_own_key(ElementKind kind, std::string_view key) {
     case ElementKind::zero_junction:
     case ElementKind::one_junction:
       return help_for(kJunctionKeys, key);
-    default:
-      return {};
+    case ElementKind::effort_detector:
+    case ElementKind::flow_detector:
+    case ElementKind::c_field:
+    case ElementKind::i_field:
+    case ElementKind::r_field:
+      break;
   }
+  return {};
 }
 
 }  // namespace

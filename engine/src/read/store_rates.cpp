@@ -59,18 +59,15 @@ class SameVariables {
     const Element& element = model_.elements[id.index()];
     const std::vector<End>& ends = ends_[id.index()];
     if (ends.empty()) return;
-    if (is_junction(element.kind)) {
-      const Variable shared = element.kind == ElementKind::one_junction ? Variable::flow : Variable::effort;
-      const Variable other = shared == Variable::flow ? Variable::effort : Variable::flow;
-      for (std::size_t i = 1; i < ends.size(); ++i) join(ends[0].bond, shared, ends[i].bond, shared);
+    if (const auto shared = shared_variable(element.kind)) {
+      const Variable other = other_of(*shared);
+      for (std::size_t i = 1; i < ends.size(); ++i) join(ends[0].bond, *shared, ends[i].bond, *shared);
       if (ends.size() == 2) join(ends[0].bond, other, ends[1].bond, other);
     } else if (is_two_port(element.kind) && ends.size() == 2) {
-      const bool gyrator = element.kind == ElementKind::gyrator;
-      const Variable across = gyrator ? Variable::flow : Variable::effort;
-      const Variable other = gyrator ? Variable::effort : Variable::flow;
+      const Variable across = kind_row(element.kind).crosses ? Variable::flow : Variable::effort;
       join(ends[0].bond, Variable::effort, ends[1].bond, across);
-      join(ends[0].bond, Variable::flow, ends[1].bond, other);
-    } else if (with_resistors_ && element.kind == ElementKind::resistor && !element.modulated) {
+      join(ends[0].bond, Variable::flow, ends[1].bond, other_of(across));
+    } else if (with_resistors_ && is_resistor(element.kind) && !element.modulated) {
       join(ends[0].bond, Variable::effort, ends[0].bond,
            Variable::flow);  // a function of each other, and of nothing else
     }

@@ -9,12 +9,6 @@ namespace {
 
 constexpr double kMostElements = 1e7;
 
-std::vector<std::string> names_of_kinds() {
-  std::vector<std::string> names;
-  for (const KindRow& row : kind_rows()) names.emplace_back(row.text);
-  return names;
-}
-
 }  // namespace
 
 /// The "types" of a file; files are loaded when an element is of that kind.
@@ -26,7 +20,7 @@ std::unordered_map<std::string_view, Reader::Type>& Reader::types_of(DocumentId 
   if (!types.valid() || !expect(file, types, JsonKind::object, "\"types\"")) return there->second;
   for (NodeId node = file[types].first_child; node.valid(); node = file[node].next_sibling) {
     Type type{node, {}, false};
-    if (kind_row(file[node].key) != nullptr) {
+    if (written_kind(file[node].key)) {
       problem("BG115", in_quotes(file[node].key) + " cannot be the name of a submodel: it is a kind of element",
               file.key_place(node), "choose another name");
       continue;
@@ -48,7 +42,7 @@ std::vector<Reader::Use> Reader::uses_of(DocumentId id) {
   for (NodeId node = document(id)[elements].first_child; node.valid(); node = document(id)[node].next_sibling) {
     const Document& file = document(id);
     const NodeId kind = file[node].kind == JsonKind::object ? file.find(node, "kind") : NodeId{};
-    if (!kind.valid() || file[kind].kind != JsonKind::string || kind_row(file[kind].text) != nullptr) continue;
+    if (!kind.valid() || file[kind].kind != JsonKind::string || written_kind(file[kind].text)) continue;
     const auto type = types.find(file[kind].text);
     if (type == types.end() || type->second.refused) continue;
     const auto [known, is_new] = position.try_emplace(type->first, uses.size());
@@ -127,7 +121,7 @@ void Reader::declare_instance(std::size_t scope, NodeId node, std::string_view k
   if (type == types.end()) {
     const NodeId section = file.find(Document::root(), "types");
     if (section.valid() && file[section].kind != JsonKind::object) return;  // reported
-    std::vector<std::string> candidates = names_of_kinds();
+    std::vector<std::string> candidates = kind_texts();
     for (const auto& [name, unused] : types) candidates.emplace_back(name);
     std::sort(candidates.begin(), candidates.end());
     std::string help = instead_of_kind(kind);

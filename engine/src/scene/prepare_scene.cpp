@@ -448,18 +448,18 @@ class ScenePreparation {
       if (!element.coefficient.valid()) continue;
       const auto value = values.of(element.coefficient);
       if (!value) continue;
-      const std::string what = "the " + std::string(kind_row(element).ways.front()) + " of " + in_quotes(element.name);
+      const std::string what = "the " + coefficient_words(element) + " of " + in_quotes(element.name);
       if (!std::isfinite(*value)) {
         number(element.coefficient, what, element.coefficient_place);
-      } else if ((element.kind == ElementKind::capacitor || element.kind == ElementKind::inertia) && *value == 0.0) {
+      } else if (is_store(element.kind) && *value == 0.0) {
         problem("BG145", what + " is " + number_text(*value, 6), element.coefficient_place,
                 "leave the element out, or give it a small positive value",
                 "a store takes energy in as it fills: its capacitance or inertance is not 0");
-      } else if ((element.kind == ElementKind::capacitor || element.kind == ElementKind::inertia) && *value < 0.0) {
+      } else if (is_store(element.kind) && *value < 0.0) {
         warn("BG180", what + " is " + number_text(*value, 6) + ": the store is unstable", element.coefficient_place,
              "if this is not intended, check the sign (a linearised inverted pendulum has such a spring)",
              "a negative store gives off energy as it fills");
-      } else if (element.kind == ElementKind::resistor && *value < 0.0) {
+      } else if (is_resistor(element.kind) && *value < 0.0) {
         warn("BG148", what + " is " + number_text(*value, 6) + ": the element is active", element.coefficient_place,
              "if it should not supply power, check the sign", "a negative resistance supplies power");
       }

@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "model/element_kinds.hpp"
+
 namespace bgsim {
 
 CutGraph::CutGraph(const BondGraph& graph, const std::vector<Cut>& cuts, const std::vector<ElementId>& dropped)
@@ -10,15 +12,13 @@ CutGraph::CutGraph(const BondGraph& graph, const std::vector<Cut>& cuts, const s
       gone_bond_(graph.bonds.size(), false),
       used_(graph.kinds.size(), false) {
   for (const Cut& cut : cuts) {
-    const ElementKind kind = graph.kinds[cut.element.index()];
-    if (kind != ElementKind::resistor && kind != ElementKind::capacitor && kind != ElementKind::inertia)
+    if (!is_passive_one_port(graph.kinds[cut.element.index()]))
       throw std::invalid_argument("only R, C and I can be cut out");
     cut_[cut.element.index()] = true;
     const PortId port = graph.port(cut.element, 0);
     const ElementKind joint = graph.kinds[graph[graph.opposite(port)].element.index()];
-    const ElementKind without =
-        cut.kind == CutKind::zero_effort ? ElementKind::one_junction : ElementKind::zero_junction;
-    if (joint != without) continue;
+    // What is cut changes nothing at a junction that shares its other variable.
+    if (shared_variable(joint) != (cut.kind == CutKind::zero_effort ? Variable::flow : Variable::effort)) continue;
     gone_element_[cut.element.index()] = true;
     gone_bond_[graph[port].bond.index()] = true;
   }

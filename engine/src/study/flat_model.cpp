@@ -120,13 +120,12 @@ class FlatWriter {
         replacement_[variable(Variable::flow)] = pool_.neg(pool_.symbol(variable(Variable::flow)));
       }
       if (!is_store(element.kind)) continue;
-      const bool stays = element.kind == ElementKind::capacitor && !no_effort;
-      const SymbolId stored =
-          variable(element.kind == ElementKind::capacitor ? Variable::displacement : Variable::momentum);
+      const bool stays = stores_displacement(element.kind) && !no_effort;
+      const SymbolId stored = variable(stored_variable(element.kind));
       if (stays)
         replacement_[stored] = initial_of(element);
       else
-        undefined_[stored] = element.name + (element.kind == ElementKind::capacitor ? ".q" : ".p");
+        undefined_[stored] = element.name + "." + letter(stored_variable(element.kind));
     }
   }
 
@@ -237,11 +236,9 @@ class FlatWriter {
   Json element_json(const Element& element) {
     const std::string user = "\"" + element.name + "\"";
     Json json{{"kind", kind_text(element.kind, element.modulated)}};
-    const bool field = element.kind == ElementKind::c_field || element.kind == ElementKind::i_field ||
-                       element.kind == ElementKind::r_field;
+    const bool field = is_field(element.kind);
     if (field) json["ports"] = element.ports;
-    if (element.coefficient.valid())
-      json[std::string(kind_row(element).ways.front())] = value(element.coefficient, user);
+    if (element.coefficient.valid()) json[coefficient_words(element)] = value(element.coefficient, user);
     if (element.energy.valid()) json["energy"] = value(element.energy, user);
     Json laws = Json::array();
     for (const Law& law : element.laws) laws.push_back(law_text(element, law, user));

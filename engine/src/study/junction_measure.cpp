@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/element_kinds.hpp"
+
 namespace bgsim {
 
 RunInputs record_bonds(EquationSystem& system, const RunInputs& inputs) {
@@ -39,8 +41,9 @@ CutKind JunctionMeasure::first_choice(ElementId element) const {
   const PortId port = graph_.port(element, 0);
   const ElementId junction = graph_[graph_.opposite(port)].element;
   const ElementKind kind = graph_.kinds[junction.index()];
-  if (!is_junction(kind)) return CutKind::zero_effort;
-  const bool common_flow = kind == ElementKind::one_junction;
+  const auto shared = shared_variable(kind);
+  if (!shared) return CutKind::zero_effort;
+  const bool common_flow = *shared == Variable::flow;
   const std::vector<double>& own = common_flow ? efforts_ : flows_;
   const std::vector<double>& common = common_flow ? flows_ : efforts_;
   const std::size_t bond = graph_[port].bond.index();

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "model/element_kinds.hpp"
 #include "run/failures.hpp"
 #include "study/junction_measure.hpp"
 
@@ -111,9 +112,7 @@ class Reducer {
     candidates_.clear();
     for (const ElementActivity& row : table) {
       const auto found = element_of_.find(study.model().elements[row.element.index()].name);
-      const ElementKind kind = study.graph().kinds[row.element.index()];
-      const bool can_go =
-          kind == ElementKind::resistor || kind == ElementKind::capacitor || kind == ElementKind::inertia;
+      const bool can_go = is_passive_one_port(study.graph().kinds[row.element.index()]);
       const ElementId id = &study == &full_ ? row.element : found->second;
       if (can_go && !is_kept(id)) candidates_.push_back({id, row.share, measure.first_choice(row.element)});
     }

@@ -8,10 +8,13 @@
 #include <unordered_map>
 
 #include "expression/graph.hpp"
+#include "model/element_kinds.hpp"
 
 namespace bgsim {
 
 namespace {
+
+constexpr std::array kVariables{Variable::effort, Variable::flow, Variable::displacement, Variable::momentum};
 
 UnitForm variable(std::uint32_t number) { return {{{number, 1.0}}, {}}; }
 UnitForm seconds() { return {{}, second()}; }
@@ -176,7 +179,7 @@ class UnitBuilder {
     if (e.coefficient.valid()) coefficient(id, e);
     if (e.energy.valid()) energy(id, e);
     // Laws of resistors hold constants that are fitted, and are the last ones to be believed.
-    const std::uint32_t depth = e.kind == ElementKind::resistor || e.kind == ElementKind::r_field ? kFitted : 0;
+    const std::uint32_t depth = is_resistor(e.kind) ? kFitted : 0;
     for (const Law& law : e.laws) {
       const SymbolId left = port_variable(e, law.port, law.variable);
       value({UnitSite::Kind::law, index, law.port}, symbol_name(model_, left), symbol_form(left), law.right, law.place,
@@ -234,13 +237,7 @@ class UnitBuilder {
     const UnitSite site{UnitSite::Kind::element, id.value};
     const Part part = expression(site, e.coefficient, e.coefficient_place);
     const auto at = [&](std::size_t port, Variable variable) { return port_form(id, port, variable); };
-    const auto is = [&](const char* name, const UnitForm& left) {
-      if (!part.adapts)
-        add({UnitEquation::Kind::quotient, site, Op::add, {}, e.coefficient, left, name, e.coefficient_place},
-            part.form);
-    };
-    const bool two_port = e.kind == ElementKind::transformer || e.kind == ElementKind::gyrator;
-    if (two_port && part.adapts)
+    if (is_two_port(e.kind) && part.adapts)
       add({UnitEquation::Kind::same_power,
            site,
            Op::add,
@@ -250,25 +247,22 @@ class UnitBuilder {
            {},
            e.place},
           at(1, Variable::effort) * at(1, Variable::flow));
-    switch (e.kind) {
-      case ElementKind::effort_source:
-        return is("effort", at(0, Variable::effort));
-      case ElementKind::flow_source:
-        return is("flow", at(0, Variable::flow));
-      case ElementKind::resistor:
-        return is("effort/flow", at(0, Variable::effort) / at(0, Variable::flow));
-      case ElementKind::capacitor:
-        return is("q/effort", at(0, Variable::displacement) / at(0, Variable::effort));
-      case ElementKind::inertia:
-        return is("p/flow", at(0, Variable::momentum) / at(0, Variable::flow));
-      case ElementKind::transformer:
-        is("effort/effort (port 1 to port 2)", at(0, Variable::effort) / at(1, Variable::effort));
-        return is("flow/flow (port 2 to port 1)", at(1, Variable::flow) / at(0, Variable::flow));
-      case ElementKind::gyrator:
-        is("effort at port 1 / flow at port 2", at(0, Variable::effort) / at(1, Variable::flow));
-        return is("effort at port 2 / flow at port 1", at(1, Variable::effort) / at(0, Variable::flow));
-      default:
-        return;
+    if (part.adapts) return;
+    for (const CoefficientUnit& unit : kind_row(e.kind).units) {
+      UnitForm form;
+      for (std::size_t i = 0; i < kVariables.size(); ++i) {
+        if (unit.first[i] != 0) form = form * power(at(0, kVariables[i]), unit.first[i]);
+        if (unit.second[i] != 0) form = form * power(at(1, kVariables[i]), unit.second[i]);
+      }
+      add({UnitEquation::Kind::quotient,
+           site,
+           Op::add,
+           {},
+           e.coefficient,
+           form,
+           std::string(unit.words),
+           e.coefficient_place},
+          part.form);
     }
   }
 

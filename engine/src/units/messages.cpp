@@ -181,8 +181,7 @@ class UnitWords {
       case UnitSite::Kind::output:
         return "output " + in_quotes(model_.outputs[s.index].name);
       case UnitSite::Kind::element:
-        return "the " + std::string(kind_row(model_.elements[s.index]).ways.front()) + " of " +
-               in_quotes(model_.elements[s.index].name);
+        return "the " + coefficient_words(model_.elements[s.index]) + " of " + in_quotes(model_.elements[s.index].name);
       case UnitSite::Kind::law:
         return "the law of " + in_quotes(port_name(model_.elements[s.index], s.port));
       case UnitSite::Kind::energy:

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/element_kinds.hpp"
+
 namespace bgsim {
 
 Stiction::Stiction(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double span)
@@ -18,8 +20,7 @@ Stiction::Stiction(const Program& program, Evaluator& evaluator, const Tolerance
 bool Stiction::possible(std::size_t guard) const {
   const Relation& relation = program_.relations[evaluator_.guard_relation(guard)];
   if (relation.kind != Relation::Kind::sign || !relation.where.element.valid()) return false;
-  const ElementKind kind = program_.model->elements[relation.where.element.index()].kind;
-  return kind == ElementKind::resistor || kind == ElementKind::r_field;
+  return is_resistor(program_.model->elements[relation.where.element.index()].kind);
 }
 
 bool Stiction::held(std::size_t guard) const { return std::find(held_.begin(), held_.end(), guard) != held_.end(); }
