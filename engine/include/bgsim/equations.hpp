@@ -23,6 +23,9 @@ struct Equation {
   bool implicit = false;
   ElementId element;  ///< whose law or junction rule it is; none for signals
   Place place;
+  /// `0 = exponential` is the same law without its logarithms, which have no digits left where a diode blocks: a loop
+  /// through it is solved for the unknown by this equation. None for all others.
+  ExprId exponential = {};
 };
 
 /// An independent store, or an integral among the signals: x' = rate.

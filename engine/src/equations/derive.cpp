@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bgsim/equations.hpp"
+#include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
@@ -252,6 +253,37 @@ class Derivation {
     // A flow counted into an element from which the half-arrow leaves is minus the bond's.
     const bool negated = solved.wanted == Variable::flow && !at.head;
     define(unknown, signed_by(!negated, (*translate_)(solved.solution)), at.element, law.place);
+    set_exponential(port, unknown, left);
+  }
+
+  /// The form of a law without logarithms, where what defines @p unknown has one that the other form has not.
+  void set_exponential(PortId port, SymbolId unknown, ExprId left) {
+    const auto& [law, solved, conjugate] = causal_.laws[port.index()];
+    ExprPool& pool = system_.pool;
+    const ExprId right = (*translate_)(law.right), solution = (*translate_)(solved.solution);
+    ExprId other_form;
+    if (solved.use == LawUse::inverted && levels_off(solution, right)) other_form = pool.sub(left, right);
+    const bool power = solved.wanted == Variable::effort || solved.wanted == Variable::flow;
+    if (solved.use == LawUse::as_written && power) {
+      const std::size_t bond = graph_[port].bond.index();
+      const SymbolId other = (solved.wanted == Variable::effort ? system_.flows : system_.efforts)[bond];
+      if (const auto inverse = invert(pool, right, other, left); inverse && levels_off(right, *inverse))
+        other_form = pool.sub(as_expression(other), *inverse);
+    }
+    system_.equations[system_.symbols[unknown.index()].index].exponential = other_form;
+  }
+
+  /// Whether the inverse of a law is defined over a part of the numbers only: the law goes towards a limit, where the
+  /// inverse has no digits left (the voltage of a diode that blocks).
+  [[nodiscard]] bool levels_off(ExprId inverse, ExprId law) const {
+    const auto count = [this](ExprId root) {
+      const std::vector<ExprId> nodes = reachable(system_.pool, {&root, 1});
+      return std::count_if(nodes.begin(), nodes.end(), [this](ExprId e) {
+        const Op op = system_.pool[e].op;
+        return op == Op::log || op == Op::log1p || op == Op::log10 || op == Op::atanh;
+      });
+    };
+    return count(inverse) > count(law);
   }
 
   void write_transformer(ElementId id) {

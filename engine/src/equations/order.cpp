@@ -124,7 +124,8 @@ class Ordering {
     LoopGraph loop;
     loop.depends_on.resize(component.size());
     for (std::uint32_t i = 0; i < component.size(); ++i) {
-      loop.must_tear.push_back(system_.equations[component[i]].implicit);
+      loop.must_tear.push_back(system_.equations[component[i]].implicit ||
+                               system_.equations[component[i]].exponential.valid());
       for (const std::uint32_t other : depends_on_[component[i]])
         if (const auto found = local.find(other); found != local.end()) loop.depends_on[i].push_back(found->second);
     }
@@ -143,8 +144,9 @@ class Ordering {
     }
     for (const std::uint32_t i : tearing.tears) {
       const Equation& equation = system_.equations[component[i]];
-      ExprId residual = resolve_equation(equation);
-      if (!equation.implicit) residual = order_.pool.sub(order_.pool.symbol(equation.unknown), residual);
+      ExprId residual = equation.exponential.valid() ? resolve(equation.exponential) : resolve_equation(equation);
+      if (!equation.implicit && !equation.exponential.valid())
+        residual = order_.pool.sub(order_.pool.symbol(equation.unknown), residual);
       order_.origins.resize(order_.pool.size(), Origin{equation.element, {}});
       block.residuals.push_back(residual);
     }

@@ -72,7 +72,8 @@ class Compiler {
         block_of_tear_.push_back(static_cast<std::uint32_t>(program_.blocks.size()));
         compiled.tears.push_back(symbol.name);
         program_.tear_names.push_back(symbol.name);
-        compiled.explicit_row.push_back(!system_.equations[symbol.index].implicit);
+        const Equation& equation = system_.equations[symbol.index];
+        compiled.explicit_row.push_back(!equation.implicit && !equation.exponential.valid());
       }
       for (const ElementId id : block.elements)
         if (!is_junction(model.elements[id.index()].kind)) compiled.elements.push_back(model.elements[id.index()].name);

@@ -27,7 +27,7 @@ Evaluator::Impl::Impl(const Program& p, std::span<const double> parameters)
   prepare_positions();
 }
 
-void Evaluator::Impl::run(const std::vector<Instruction>& code) {
+void Evaluator::Impl::run(std::span<const Instruction> code) {
   double* const s = slots.data();
   for (const Instruction& i : code) {
     switch (i.op) {

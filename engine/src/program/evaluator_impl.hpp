@@ -13,13 +13,17 @@ namespace bgsim {
 
 enum class LoopOutcome : std::uint8_t { solved, not_finite, singular, no_convergence };
 
+/// A pivot this much smaller than the largest one of the equilibrated matrix is rounding: the loop is singular.
+inline constexpr double kSingularLoop = 1e-13;
+
 /// Scratch memory of one loop.
 struct LoopScratch {
   explicit LoopScratch(std::size_t size);
   Eigen::MatrixXd matrix;
   Eigen::PartialPivLU<Eigen::MatrixXd> factors;
   Eigen::VectorXd residual, scaled, step, next_step, row_scale, column_scale, base, scale;
-  Eigen::MatrixXd by_states;  ///< d tears / d states, columns as in JacobianPlan::BlockPart::columns
+  std::vector<double> start, failed;  ///< tears before an iteration, and where it failed
+  Eigen::MatrixXd by_states;          ///< d tears / d states, columns as in JacobianPlan::BlockPart::columns
 };
 
 struct Evaluator::Impl {
@@ -50,7 +54,7 @@ struct Evaluator::Impl {
   bool goes_on() { return --until_look != 0 || ask(); }
   bool ask();
 
-  void run(const std::vector<Instruction>& code);
+  void run(std::span<const Instruction> code);
   /// Runs a routine at (t, x) on the branch, with its loops' tears as they are.
   bool run_given(const Routine& routine, double t, const double* x, const Branch& branch);
   /// The same with loops solved, and the solution left in the branch; false at a fault in a loop.
@@ -70,7 +74,13 @@ struct Evaluator::Impl {
   LoopOutcome solve(std::size_t block);
   LoopOutcome solve_linear(std::size_t block);
   LoopOutcome solve_newton(std::size_t block);
+  LoopOutcome solve_limited(std::size_t block, bool from_zero);
+  LoopOutcome accept_by_rounding(std::size_t block);
   LoopOutcome factorize(std::size_t block);
+  LoopOutcome factorize_partials(std::size_t block, double singular);
+  LoopOutcome factorize_where_blocked(std::size_t block);
+  LoopOutcome factorize_with_slopes(std::size_t block, double least, double singular);
+  double residual_over_rounding(std::size_t block);
   [[nodiscard]] std::span<double> tears_of(std::size_t block) {
     const ProgramBlock& b = program.blocks[block];
     return {slots.data() + program.first_tear + b.first_tear, b.size};

@@ -20,6 +20,30 @@ ExprId rebuild(ExprPool& pool, const ExprNode& node, const std::vector<ExprId>& 
   }
 }
 
+/// exp(u) - 1 as expm1(u) and log(1 + u) as log1p(u): the same numbers, but exact to rounding for small u, where a
+/// diode at rest is. A law that writes 1e-9*(exp(e/Vt) - 1) gives nothing but 0 below e = 1e-16*Vt otherwise.
+ExprId exact_near_zero(ExprPool& pool, const ExprNode& node, const std::vector<ExprId>& of) {
+  const auto is = [&pool](ExprId e, Op op) { return pool[e].op == op; };
+  const auto expm1_of = [&pool](ExprId e) { return pool.make(Op::expm1, ExprId(pool[e].a)); };
+  if (node.op == Op::sub || node.op == Op::add) {
+    const ExprId a = of[node.a], b = of[node.b];
+    const double one = node.op == Op::sub ? 1.0 : -1.0;
+    if (is(a, Op::exp) && pool.is_constant(b, one)) return expm1_of(a);
+    if (node.op == Op::add && is(b, Op::exp) && pool.is_constant(a, one)) return expm1_of(b);
+    if (node.op == Op::sub && is(b, Op::exp) && pool.is_constant(a, one)) return pool.neg(expm1_of(b));
+  }
+  if (node.op == Op::log) {
+    const ExprNode argument = pool[of[node.a]];
+    if (argument.op == Op::add) {
+      if (pool.is_constant(ExprId(argument.a), 1.0)) return pool.make(Op::log1p, ExprId(argument.b));
+      if (pool.is_constant(ExprId(argument.b), 1.0)) return pool.make(Op::log1p, ExprId(argument.a));
+    }
+    if (argument.op == Op::sub && pool.is_constant(ExprId(argument.a), 1.0))
+      return pool.make(Op::log1p, pool.neg(ExprId(argument.b)));
+  }
+  return {};
+}
+
 Relation relation_of(Relation::Kind kind, ExprId guard, Op comparison = Op::lt, TableId table = {}) {
   Relation relation;
   relation.kind = kind;
@@ -107,6 +131,7 @@ ExprId Freezer::copy(ExprId expression) {
       freeze(expression, relation_of(Relation::Kind::cell, argument, Op::lt, table));
     }
   }
+  if (const ExprId exact = exact_near_zero(program_.pool, node, frozen_); exact.valid()) return exact;
   return rebuild(program_.pool, node, frozen_, tables_);
 }
 

@@ -7,8 +7,6 @@
 namespace bgsim {
 namespace {
 
-/// A pivot this much smaller than the largest one of the equilibrated matrix is rounding: the loop is singular.
-constexpr double kSingular = 1e-13;
 constexpr int kMostIterations = 300;  ///< an exponential law gives up one decade of its argument at a time
 constexpr double kSmallestDamping = 1e-12;
 /// A full Newton step of this relative size has converged: contraction is quadratic, so the next one is below rounding.
@@ -30,7 +28,9 @@ LoopScratch::LoopScratch(std::size_t size)
       row_scale(to_index(size)),
       column_scale(to_index(size)),
       base(to_index(size)),
-      scale(to_index(size)) {}
+      scale(to_index(size)),
+      start(size),
+      failed(size) {}
 
 double Evaluator::Impl::scaled_norm(const Eigen::VectorXd& step, const Eigen::VectorXd& scale) {
   double sum = 0.0;
@@ -57,9 +57,15 @@ bool Evaluator::Impl::load_residual(std::size_t block) {
 /// Equilibrates and factorizes the partials of a loop's residuals by its tears.
 LoopOutcome Evaluator::Impl::factorize(std::size_t block) {
   if (!goes_on()) return LoopOutcome::no_convergence;
+  for (const auto& code : program.blocks[block].jacobian.code) run(code);
+  const LoopOutcome outcome = factorize_partials(block, kSingularLoop);
+  return outcome == LoopOutcome::singular && !program.blocks[block].linear ? factorize_where_blocked(block) : outcome;
+}
+
+/// The same with the partials as the slots hold them.
+LoopOutcome Evaluator::Impl::factorize_partials(std::size_t block, double singular) {
   const ProgramBlock& b = program.blocks[block];
   LoopScratch& scratch = loops[block];
-  for (const auto& code : b.jacobian.code) run(code);
   scratch.matrix.setZero();
   for (std::size_t i = 0; i < b.entries.size(); ++i) {
     const double value = slots[b.jacobian.results[i]];
@@ -83,13 +89,27 @@ LoopOutcome Evaluator::Impl::factorize(std::size_t block) {
     scratch.column_scale[0] = 1.0;
   scratch.factors.compute(scratch.matrix);
   const auto pivots = scratch.factors.matrixLU().diagonal().cwiseAbs();
-  if (!(pivots.minCoeff() > kSingular * std::max(1.0, pivots.maxCoeff()))) return LoopOutcome::singular;
+  if (!(pivots.minCoeff() > singular * std::max(1.0, pivots.maxCoeff()))) return LoopOutcome::singular;
   return LoopOutcome::solved;
 }
 
 LoopOutcome Evaluator::Impl::solve(std::size_t block) {
   ++counts.loop_solves;
-  return program.blocks[block].linear ? solve_linear(block) : solve_newton(block);
+  if (program.blocks[block].linear) return solve_linear(block);
+  const std::span<double> z = tears_of(block);
+  LoopScratch& scratch = loops[block];
+  scratch.start.assign(z.begin(), z.end());
+  const LoopOutcome outcome = solve_newton(block);
+  if (outcome == LoopOutcome::solved) return outcome;
+  // Where the damped iteration ended it may be as near as rounding lets it come.
+  if (outcome != LoopOutcome::not_finite && accept_by_rounding(block) == LoopOutcome::solved)
+    return LoopOutcome::solved;
+  scratch.failed.assign(z.begin(), z.end());
+  std::copy(scratch.start.begin(), scratch.start.end(), z.begin());
+  for (const bool from_zero : {false, true})
+    if (solve_limited(block, from_zero) == LoopOutcome::solved) return LoopOutcome::solved;
+  std::copy(scratch.failed.begin(), scratch.failed.end(), z.begin());
+  return outcome;
 }
 
 /// From zero, so that the result depends on nothing but the point.

@@ -37,13 +37,12 @@ struct Tolerances::Probe {
   const Program& program;
   const Sparsity& pattern;
   bool implicit;
-  std::vector<double> jacobian, entries;
+  std::vector<double> entries;
 
   Probe(const Program& the_program, bool is_implicit)
       : program(the_program),
         pattern(is_implicit ? the_program.implicit_pattern : the_program.jacobian_pattern),
         implicit(is_implicit),
-        jacobian(pattern.row.size()),
         entries(pattern.row.size()) {
     right = make_vector(context.get(), pattern.size);
     change = make_vector(context.get(), pattern.size);
@@ -52,20 +51,21 @@ struct Tolerances::Probe {
     SUNLinSolInitialize(algebra.solver.get());
   }
 
-  /// The Jacobian at the point; false where it does not exist.
-  bool see(Evaluator& evaluator, double t, const double* y, Branch branch) {
-    return implicit || evaluator.jacobian(t, y, branch, jacobian.data());
+  /// What the matrices of a point are made of: df/dx, or the residuals' partials by unknowns. False where it does
+  /// not exist.
+  bool see(Evaluator& evaluator, double t, const double* y, Branch branch, std::vector<double>& jacobian) const {
+    jacobian.resize(pattern.row.size());
+    return implicit ? evaluator.residual_jacobian(t, 0.0, y, branch, jacobian.data())
+                    : evaluator.jacobian(t, y, branch, jacobian.data());
   }
 
-  bool factor(Evaluator& evaluator, double h, double t, const double* y, const Branch& branch) {
-    if (implicit) {
-      if (!evaluator.residual_jacobian(t, 1.0 / h, y, branch, entries.data())) return false;
-    } else {
-      for (std::size_t column = 0; column < pattern.size; ++column)
-        for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
-             k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
-          entries[k] = (static_cast<std::size_t>(pattern.row[k]) == column ? 1.0 : 0.0) - h * jacobian[k];
-    }
+  bool factor(double h, const std::vector<double>& jacobian) {
+    for (std::size_t column = 0; column < pattern.size; ++column)
+      for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
+           k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k) {
+        const bool state = static_cast<std::size_t>(pattern.row[k]) == column && column < program.state_names.size();
+        entries[k] = implicit ? jacobian[k] + (state ? 1.0 / h : 0.0) : (state ? 1.0 : 0.0) - h * jacobian[k];
+      }
     if (algebra.pattern == nullptr)
       scatter(algebra.matrix.get(), pattern, entries.data());
     else
@@ -119,6 +119,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
   struct Push {
     std::vector<double> rates;
     double lasts;
+    std::vector<double> jacobian;  ///< there, if it is another one than here
   };
   const double stop = start_ + span_;
   std::vector<Push> pushes;
@@ -130,30 +131,32 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
   };
   Branch here = branch;
   if (!evaluator.rates(t, x, here, now.data())) return;
-  pushes.push_back({now, lasts(t)});
+  pushes.push_back({now, lasts(t), {}});
+  std::vector<double> y(x, x + states_);
+  if (implicit_) y.insert(y.end(), here.tears.begin(), here.tears.end());
+  for (std::size_t i = states_; i < size_; ++i) recent_[i] = std::max(recent_[i], std::abs(y[i]));
+  Probe probe(program_, implicit_);
+  std::vector<double> jacobian, other_jacobian;
+  if (!probe.see(evaluator, t, y.data(), here, jacobian)) return;
   Branch there;
   for (const double other : times) {
     there = here;
     evaluator.set_time_modes(other, there);
-    if (evaluator.rates(other, x, there, now.data())) pushes.push_back({now, lasts(other)});
+    if (!evaluator.rates(other, x, there, now.data())) continue;
+    if (implicit_) std::copy(there.tears.begin(), there.tears.end(), y.begin() + static_cast<std::ptrdiff_t>(states_));
+    if (!probe.see(evaluator, other, y.data(), there, other_jacobian)) continue;
+    pushes.push_back({now, lasts(other), other_jacobian == jacobian ? std::vector<double>() : other_jacobian});
   }
-
-  std::vector<double> y(x, x + states_);
-  if (implicit_) y.insert(y.end(), here.tears.begin(), here.tears.end());
-  for (std::size_t i = states_; i < size_; ++i) recent_[i] = std::max(recent_[i], std::abs(y[i]));
 
   // Earlier promises are forgotten slowly: a state that has been at rest may be called upon again.
   for (std::vector<double>& stage : stages_)
     for (double& magnitude : stage) magnitude /= 30.0;
-  Probe probe(program_, implicit_);
-  if (!probe.see(evaluator, t, y.data(), here)) return;
-  std::vector<double> magnitude(size_), moved(x, x + states_), second(states_);
+  std::vector<double> magnitude(size_), least, moved(x, x + states_), second(states_);
   for (std::size_t stage = 0; stage < kStages.size(); ++stage) {
     const double h = kStages[stage] * span_;
-    if (!probe.factor(evaluator, h, t, y.data(), here)) continue;
+    if (!probe.factor(h, jacobian)) continue;
     std::fill(magnitude.begin(), magnitude.end(), 0.0);
-    const auto take = [&](const std::vector<double>& rates, double length, bool only_unmoved) {
-      const double* change = probe.solve(length, rates);
+    const auto take = [&](const double* change, bool only_unmoved) {
       for (std::size_t i = 0; change != nullptr && i < size_; ++i) {
         const double size = std::abs(change[i]);
         if (std::isfinite(size) && !(only_unmoved && magnitude[i] > 0.0)) magnitude[i] = std::max(magnitude[i], size);
@@ -168,7 +171,19 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
           magnitude[i] = std::max(magnitude[i], kCertain * std::abs(push.rates[i]) * push.lasts);
         continue;
       }
-      const double* change = take(push.rates, h, false);
+      const double* change = probe.solve(h, push.rates);
+      if (!push.jacobian.empty() && change != nullptr) {
+        // The smaller of two promises: by the matrix here, and by that of the push. A diode's current at the source's
+        // peak is nothing to go by without its slope there.
+        least.assign(change, change + size_);
+        change = probe.factor(h, push.jacobian) ? probe.solve(h, push.rates) : nullptr;
+        for (std::size_t i = 0; change != nullptr && i < size_; ++i)
+          if (!(std::abs(least[i]) < std::abs(change[i]))) least[i] = change[i];
+        take(least.data(), false);
+        probe.factor(h, jacobian);
+        continue;
+      }
+      take(change, false);
       if (&push != &pushes.front() || change == nullptr) continue;
       for (std::size_t i = 0; i < states_; ++i) moved[i] = x[i] + change[i];
     }
@@ -176,7 +191,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
     bool unmoved = false;
     for (std::size_t i = 0; i < states_; ++i) unmoved = unmoved || (magnitude[i] == 0.0 && recent_[i] == 0.0);
     there = here;
-    if (unmoved && evaluator.rates(t, moved.data(), there, second.data())) take(second, h, true);
+    if (unmoved && evaluator.rates(t, moved.data(), there, second.data())) take(probe.solve(h, second), true);
     add_estimate(stage, magnitude);
   }
   reach_ = 0.0;
@@ -244,8 +259,16 @@ void Tolerances::see_jacobian(const Sparsity& pattern, const double* entries) {
            k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
         visit(static_cast<std::size_t>(pattern.row[k]), column, std::abs(entries[k]));
   };
+  // Noise that is remembered is remembered as what it made of the unknown: where the rate was noisy because it was
+  // steep (a diode that conducts, or an iterate far off), it is worth nothing where it is flat.
   each([&](std::size_t row, std::size_t column, double size) {
-    if (row == column) damping_[row] = size;
+    if (row != column) return;
+    if (size < damping_[row]) {
+      const double flatter = (1.0 + step_ * size) / (1.0 + step_ * damping_[row]);
+      noise_[row] *= flatter;
+      time_noise_[row] *= flatter;
+    }
+    damping_[row] = size;
   });
   // Always from the noise itself, over a few links: what went round a loop and came back larger (where stiff parts
   // face each other) would grow from Jacobian to Jacobian, and in the end the run would be free to go anywhere.
