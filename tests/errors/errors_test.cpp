@@ -20,6 +20,7 @@
 #include "bgsim/bgsim.hpp"
 #include "bgsim/input_file.hpp"
 #include "failing_models.hpp"
+#include "run/clock.hpp"
 #include "support/files.hpp"
 #include "support/test_of_each.hpp"
 
@@ -48,6 +49,7 @@ struct Options {
   SceneOverrides overrides;
   ReadOptions reading;
   SimulateOptions run;
+  Clock clock = wall_seconds;
   ReduceOptions reduction;
 };
 
@@ -81,7 +83,7 @@ Options read_options(const fs::path& model) {
     else if (option == "--time-limit")
       options.run.time_limit = std::stod(value);
     else if (option == "--tick")
-      options.run.clock = [now = 0.0, tick = std::stod(value)]() mutable { return now += tick; };
+      options.clock = [now = 0.0, tick = std::stod(value)]() mutable { return now += tick; };
     else if (option == "--interrupt")
       options.run.progress = [](double) { return false; };
     else
@@ -120,7 +122,8 @@ std::string messages(const std::string& path) {
     const RunInputs inputs = prepare_scene(*model, options.scene, options.overrides);
     warn(inputs.warnings);
     options.run.remark = [&](const Diagnostic& remark) { warn({remark}); };
-    const RunResult result = study.scene(inputs, {.keep_all = true}).simulate(options.run);
+    const Simulation scene = study.scene(inputs, {.keep_all = true});
+    const RunResult result = simulate(scene.program(), inputs, options.run, options.clock);
     if (result.failure) text += render(*result.failure, *model->sources);
     if (path.substr(0, 4) == "BG15") hold_against_reference(*model, inputs, result);
   } catch (const ModelError& error) {

@@ -3,6 +3,7 @@
 #include <iomanip>
 #include <sstream>
 
+#include "run/clock.hpp"
 #include "support/run.hpp"
 
 using namespace bgsim;
@@ -36,6 +37,13 @@ struct CountedClock {
   double operator()() const { return tick * static_cast<double>(++*looks); }
 };
 
+/// A run by @p clock.
+RunResult run_by(const CountedClock& clock, const std::string& text, const SimulateOptions& options,
+                 const SceneOverrides& overrides = {}) {
+  const CompiledModel model = compile_text(text, overrides);
+  return simulate(model.program, model.inputs, options, clock);
+}
+
 bool has_code(const RunResult& result, const std::string& code) {
   return result.failure && result.failure->code == code;
 }
@@ -52,9 +60,8 @@ TEST_CASE("a limit of time ends every method, also within a step") {
     if (facts_of(method).fixed_step()) overrides.step = 1e-3;
     const CountedClock clock{1.0};
     SimulateOptions options;
-    options.clock = clock;
     options.time_limit = 500.0;
-    const RunResult result = run_text(oscillator(1.0, 0.0, 1e6), overrides, options);
+    const RunResult result = run_by(clock, oscillator(1.0, 0.0, 1e6), options, overrides);
     CHECK(result.stop == StopReason::failed);
     CHECK(has_code(result, "BG618"));
     // Each look is one evaluation. A step that has begun is not finished, whatever its stages are; to try it again some
@@ -67,7 +74,6 @@ TEST_CASE("a limit of time ends every method, also within a step") {
 
 TEST_CASE("a limit of time ends a model without states, and leaves one alone that is done before") {
   SimulateOptions options;
-  options.clock = CountedClock{1.0};
   options.time_limit = 300.0;
   options.energy_audit = false;
   const std::string grid = R"({ "bgsim": 1, "name": "grid",
@@ -78,19 +84,17 @@ TEST_CASE("a limit of time ends a model without states, and leaves one alone tha
     std::string text = grid;
     return text.replace(text.find("SAMPLES"), 7, samples);
   };
-  const RunResult ended = run_text(with_samples("100000"), {}, options);
+  const RunResult ended = run_by(CountedClock{1.0}, with_samples("100000"), options);
   CHECK(has_code(ended, "BG618"));
   CHECK(ended.rows < 320);
-  options.clock = CountedClock{1.0};
-  CHECK(run_text(with_samples("5"), {}, options).stop == StopReason::completed);
+  CHECK(run_by(CountedClock{1.0}, with_samples("5"), options).stop == StopReason::completed);
 }
 
 TEST_CASE("a run whose pace is steady and hopeless is reported, then ended, and names what is fast") {
   std::vector<Diagnostic> remarks;
   SimulateOptions options;
-  options.clock = CountedClock{0.02};
   options.remark = [&](const Diagnostic& remark) { remarks.push_back(remark); };
-  const RunResult result = run_text(oscillator(1e9, 0.0, 1e4), {}, options);
+  const RunResult result = run_by(CountedClock{0.02}, oscillator(1e9, 0.0, 1e4), options);
   REQUIRE(has_code(result, "BG617"));
   REQUIRE(remarks.size() == 1);
   CHECK(remarks[0].code == "BG616");
@@ -104,34 +108,29 @@ TEST_CASE("a run whose pace is steady and hopeless is reported, then ended, and 
 
 TEST_CASE("a limit of time, or none at all, takes the place of the judgement by pace") {
   SimulateOptions options;
-  options.clock = CountedClock{0.02};
   options.max_steps = 5000;
   options.longest_run = 0.0;
-  CHECK(has_code(run_text(oscillator(1e9, 0.0, 1e4), {}, options), "BG607"));
+  CHECK(has_code(run_by(CountedClock{0.02}, oscillator(1e9, 0.0, 1e4), options), "BG607"));
   options.longest_run = 86400.0;
   options.time_limit = 1e6;
-  options.clock = CountedClock{0.02};
-  CHECK(has_code(run_text(oscillator(1e9, 0.0, 1e4), {}, options), "BG607"));
+  CHECK(has_code(run_by(CountedClock{0.02}, oscillator(1e9, 0.0, 1e4), options), "BG607"));
 }
 
 TEST_CASE("a run that rings at first is not ended if the ringing dies out") {
   // 1e6 rad/s over a scene of 1e6 s: hopeless, but for a damping that makes it be over after 0.01 s.
   SimulateOptions options;
-  options.clock = CountedClock{0.02};
-  const RunResult damped = run_text(oscillator(1e6, 2000.0, 1e6), {}, options);
+  const RunResult damped = run_by(CountedClock{0.02}, oscillator(1e6, 2000.0, 1e6), options);
   CHECK(damped.stop == StopReason::completed);
-  options.clock = CountedClock{0.02};
-  CHECK(has_code(run_text(oscillator(1e6, 0.0, 1e6), {}, options), "BG617"));
+  CHECK(has_code(run_by(CountedClock{0.02}, oscillator(1e6, 0.0, 1e6), options), "BG617"));
 }
 
 TEST_CASE("the clock does not show in the numbers") {
   const std::string text = oscillator(1.0, 0.0, 1000.0, 101);
   int remarks = 0;
   SimulateOptions slow;
-  slow.clock = CountedClock{1.0};
   slow.longest_run = 0.0;
   slow.remark = [&](const Diagnostic&) { ++remarks; };
-  const RunResult a = run_text(text), b = run_text(text, {}, slow);
+  const RunResult a = run_text(text), b = run_by(CountedClock{1.0}, text, slow);
   REQUIRE(b.stop == StopReason::completed);
   CHECK(remarks == 1);
   CHECK(a.trace.columns == b.trace.columns);

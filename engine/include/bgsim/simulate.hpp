@@ -92,7 +92,6 @@ struct SimulateOptions {
   /// Seconds of wall time: a run whose headway says that it takes longer ends with BG617 (docs/design/simulate.md); 0:
   /// none does. Without effect if there is a time limit.
   double longest_run = 86400.0;
-  std::function<double()> clock;  ///< seconds from any origin; empty: wall time
   Progress progress;
   RowSink rows;                                   ///< if given, the trace is not kept in memory
   std::function<void(const Diagnostic&)> remark;  ///< what is to be known while the run goes on: BG616

@@ -5,20 +5,12 @@
 
 namespace bgsim {
 
-namespace {
-
 double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-}  // namespace
-
-RunClock::RunClock(const SimulateOptions& options, double start)
-    : options_(options),
-      clock_(options.clock ? options.clock : wall_seconds),
-      begin_(clock_()),
-      now_(begin_),
-      t_(start) {}
+RunClock::RunClock(const SimulateOptions& options, Clock clock, double start)
+    : options_(options), clock_(std::move(clock)), begin_(clock_()), now_(begin_), t_(start) {}
 
 void RunClock::ask() {
   if (end_ != End::none) return;

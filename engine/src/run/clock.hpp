@@ -9,11 +9,19 @@
 
 namespace bgsim {
 
+/// Seconds from any origin.
+using Clock = std::function<double()>;
+
+double wall_seconds();
+
+/// simulate() by another clock than the wall's: so tests of limits of time do not depend on the machine's speed.
+RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock);
+
 class RunClock {
  public:
   enum class End : std::uint8_t { none, interrupted, time_over };
 
-  RunClock(const SimulateOptions& options, double start);
+  RunClock(const SimulateOptions& options, Clock clock, double start);
 
   /// Looks at the clock, and asks the caller. For Evaluator::watch: the number of evaluations until the next look, so
   /// chosen that these are some hundredths of a second apart whatever an evaluation costs; 0, which makes all
@@ -33,7 +41,7 @@ class RunClock {
   void ask();
 
   const SimulateOptions& options_;
-  std::function<double()> clock_;
+  Clock clock_;
   double begin_, now_;
   double t_;  ///< reached
   double ended_at_ = 0.0;

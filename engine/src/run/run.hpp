@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bgsim/simulate.hpp"
@@ -26,7 +27,7 @@ namespace bgsim {
 /// accepted step. All that goes on from a point is in the members that carry() names.
 class Run {
  public:
-  Run(const Program& program, const RunInputs& inputs, const SimulateOptions& options)
+  Run(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock)
       : program_(program),
         inputs_(inputs),
         options_(options),
@@ -35,7 +36,7 @@ class Run {
                    (inputs.method == Method::automatic && program.system_class == SystemClass::implicit_dae) ||
                    !program.plan.explicit_form)),
         evaluator_(program, inputs.parameters),
-        clock_(options, inputs.start),
+        clock_(options, std::move(clock), inputs.start),
         tolerances_(program, inputs, implicit_),
         schedule_(program, evaluator_, inputs),
         events_(program, evaluator_, tolerances_, inputs.stop - inputs.start, !implicit_),

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/stopwatch.hpp"
 #include "run/failures.hpp"
@@ -210,7 +211,11 @@ bool Run::follow_grid() {
 }
 
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options) {
-  return Run(program, inputs, options).execute();
+  return simulate(program, inputs, options, wall_seconds);
+}
+
+RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock) {
+  return Run(program, inputs, options, std::move(clock)).execute();
 }
 
 }  // namespace bgsim
