@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,25 +32,19 @@ std::vector<Stage> time_stages(std::size_t elements) {
   const auto timed = [&stages](const char* name, const std::function<void()>& work) {
     stages.push_back({name, seconds_of(work)});
   };
-  std::string text = bench::ladder_json(elements / 4, 2);
-  std::shared_ptr<const Model> model;
-  timed("read", [&] { model = std::make_shared<const Model>(read_model_text("ladder.json", std::move(text))); });
-  BondGraph graph;
-  timed("graph", [&] { graph = build_bond_graph(*model); });
-  CausalGraph causal;
-  timed("causality", [&] { causal = assign_causality(*model, graph); });
-  std::optional<EquationSystem> system;
-  timed("equations", [&] { system = derive_equations(*model, graph, causal); });
-  std::optional<BlockOrder> order;
-  timed("order", [&] { order = order_equations(*model, *system); });
+  const std::string text = bench::ladder_json(elements / 4, 2);
+  std::optional<Study> study;
+  timed("read", [&] { study = Study::from_text(text, "ladder.json"); });
+  static_cast<void>(study->order());
+  for (const auto& [name, seconds] : study->seconds()) stages.push_back({name, seconds});
   RunInputs inputs;
-  timed("scene", [&] { inputs = prepare_scene(*model, ""); });
-  std::optional<Program> program;
-  timed("compile", [&] { program = compile(model, *system, *order, {inputs.outputs, false}); });
+  timed("scene", [&] { inputs = prepare_scene(study->model(), ""); });
+  const Simulation scene = study->scene(inputs, {.energy_audit = false, .keep_all = true});
+  for (const auto& [name, seconds] : scene.seconds()) stages.push_back({name, seconds});
   SimulateOptions options;
   options.energy_audit = false;
   RunResult result;
-  timed("simulate", [&] { result = simulate(*program, inputs, options); });
+  timed("simulate", [&] { result = scene.simulate(options); });
   if (result.stop != StopReason::completed) {
     std::fprintf(stderr, "the run of %zu elements did not end: %s\n", elements, result.failure->situation.c_str());
     std::exit(1);
