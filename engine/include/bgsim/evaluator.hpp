@@ -107,6 +107,9 @@ class Evaluator {
   /// Values of the dependent stores, by EquationSystem::dependent.
   bool dependents(double t, const double* x, Branch& branch, double* values);
 
+  /// By slot: values of what depends on parameters alone; the other slots hold anything.
+  [[nodiscard]] std::span<const double> constants() const;
+
   /// Lets @p look be called now and then during the evaluations: it returns how many may pass until it is asked again.
   /// 0 ends them: each one fails from then on, without a fault, until watch() is called again. It must not evaluate.
   void watch(std::function<std::uint64_t()> look);

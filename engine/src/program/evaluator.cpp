@@ -302,6 +302,8 @@ double Evaluator::energy_by_laws(std::size_t part, std::span<const double> from,
   return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(power_along, 0.0, 1.0, kDeepest, kTolerance);
 }
 
+std::span<const double> Evaluator::constants() const { return impl_->slots; }
+
 void Evaluator::watch(std::function<std::uint64_t()> look) {
   impl_->until_look = look ? 1 : std::numeric_limits<std::uint64_t>::max();
   impl_->look = std::move(look);

@@ -66,6 +66,7 @@ bool Run::plan() {
   const SourcePlan& sources = schedule_.sources();
   pace_.know_sources(sources.longest_step, sources.frequency);
   tolerances_.know_edges(sources.edges);
+  tolerances_.know_proportional(proportional_states(program_, evaluator_.constants(), inputs_.start, inputs_.stop));
   return choose_integrator();
 }
 

@@ -101,11 +101,32 @@ Tolerances::Tolerances(const Program& program, const RunInputs& inputs, bool imp
       damping_(size_, 0.0),
       doubt_(size_, 0.0),
       next_doubt_(size_, 0.0),
-      stages_(kStages.size(), std::vector<double>(size_, 0.0)) {
+      stages_(kStages.size(), std::vector<double>(size_, 0.0)),
+      cap_(size_, std::numeric_limits<double>::infinity()) {
   for (std::size_t i = 0; i < states_; ++i) {
     if (inputs.absolute) given_[i] = *inputs.absolute;
     const auto own = inputs.absolute_by_state.find(program.state_names[i]);
     if (own != inputs.absolute_by_state.end()) given_[i] = own->second;
+  }
+}
+
+void Tolerances::know_proportional(Proportional states) {
+  proportional_ = std::move(states);
+  size_of_group_.assign(proportional_.groups, 0.0);
+}
+
+/// What is small now decides what is large later where a state is its own factor, or a group of states is: their scale
+/// is what they are now.
+void Tolerances::cap_proportional(const double* y) {
+  std::fill(size_of_group_.begin(), size_of_group_.end(), 0.0);
+  for (std::size_t i = 0; i < proportional_.group.size(); ++i)
+    if (const std::uint32_t group = proportional_.group[i]; group != kNoGroup && largest_[i] > 0.0)
+      size_of_group_[group] = std::max(size_of_group_[group], std::abs(y[i]) / largest_[i]);
+  for (std::size_t i = 0; i < proportional_.group.size(); ++i) {
+    if (proportional_.alone[i])
+      cap_[i] = std::abs(y[i]);
+    else if (const std::uint32_t group = proportional_.group[i]; group != kNoGroup)
+      cap_[i] = largest_[i] > 0.0 ? largest_[i] * size_of_group_[group] : std::numeric_limits<double>::infinity();
   }
 }
 
@@ -223,7 +244,7 @@ double Tolerances::absolute(std::size_t unknown) const {
   if (given_[unknown] >= 0.0) return given_[unknown];
   const double scale =
       std::max({recent_[unknown], earlier_[unknown], kRemembered * largest_[unknown], floor_[unknown]});
-  return std::max(relative_ * scale, unknowable(unknown));
+  return std::max(relative_ * std::min(scale, cap_[unknown]), unknowable(unknown));
 }
 
 /// What rounding leaves open of an unknown over one step.
@@ -246,6 +267,10 @@ void Tolerances::weights(double t, double step, const double* y, double* weight)
     const double size = std::abs(y[i]);
     recent_[i] = std::max(recent_[i], size);
     largest_[i] = std::max(largest_[i], size);
+  }
+  cap_proportional(y);
+  for (std::size_t i = 0; i < size_; ++i) {
+    const double size = std::abs(y[i]);
     const double tolerance = relative_ * size + absolute(i);
     // A state that is 0 and that nothing is known to move is not watched until it moves.
     weight[i] = tolerance > 0.0 ? std::min(1.0 / tolerance, kLargest) : 0.0;

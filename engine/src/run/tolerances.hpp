@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "program/proportional.hpp"
 #include "run/integrate/sundials.hpp"
 
 namespace bgsim {
@@ -26,6 +27,9 @@ class Tolerances {
   void know_edges(std::vector<double> edges) { edges_ = std::move(edges); }
   /// At such a time: what rounding did to the rates before says nothing about them behind.
   void forget_noise();
+
+  /// States that may shrink and grow again: the error of these is relative to what they are now.
+  void know_proportional(Proportional states);
 
   /// Weights for the error test at an accepted point @p y, reached with steps of about @p step.
   void weights(double t, double step, const double* y, double* weight);
@@ -54,6 +58,7 @@ class Tolerances {
     archive("damping", damping_);
     archive("doubt", doubt_);
     archive("stages", stages_);
+    archive("caps", cap_);
   }
 
   [[nodiscard]] double relative() const { return relative_; }
@@ -66,6 +71,7 @@ class Tolerances {
   struct Probe;
   void add_estimate(std::size_t stage, const std::vector<double>& magnitude);
   void reach(double elapsed);
+  void cap_proportional(const double* y);
   [[nodiscard]] double unknowable(std::size_t unknown) const;
 
   const Program& program_;
@@ -75,10 +81,11 @@ class Tolerances {
   double reach_ = 0.0;  ///< the floor holds for this distance from the start
   double step_ = 0.0;   ///< latest step
   std::vector<double> edges_;
-  std::vector<double> given_;                          ///< by unknown; negative: not given
-  std::vector<double> largest_;                        ///< magnitudes so far
-  std::vector<double> recent_, earlier_;               ///< magnitudes since window_start_, and in the window before it
-  double window_start_ = 0.0;                          ///< elapsed time
+  std::vector<double> given_;             ///< by unknown; negative: not given
+  std::vector<double> largest_;           ///< magnitudes so far
+  std::vector<double> recent_, earlier_;  ///< magnitudes since window_start_, and in the window before it
+  double window_start_ = 0.0;             ///< elapsed time
+  Proportional proportional_;
   std::vector<double> floor_;                          ///< scale for unknowns that were smaller so far
   std::vector<double> shaken_, rates_, shaken_rates_;  ///< scratch
   std::vector<double> noise_;                          ///< rounding errors of the rates per unit of time
@@ -87,6 +94,8 @@ class Tolerances {
   std::vector<double> damping_;                        ///< rate at which the unknown forgets
   std::vector<double> doubt_, next_doubt_;             ///< rounding of others, passed on, per unit of time
   std::vector<std::vector<double>> stages_;            ///< promised magnitudes by length of the Euler step
+  std::vector<double> cap_;                            ///< by unknown: its scale is not above this
+  std::vector<double> size_of_group_;
 };
 
 }  // namespace bgsim
