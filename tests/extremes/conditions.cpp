@@ -30,6 +30,14 @@ std::string stopped(double relative, double limit) {
 }
 
 const std::vector<Extreme> kEntries{
+    {"x' = if(min(x, 1) >= 1, 0, 1), from x = 0: equality that is reached and kept",
+     "it fills until it is full, and stays: x = 1",
+     [] {
+       const Ran run = ran(filling("if(min(store.q, 1) >= 1, 0, 1)", "0", R"("stop": 2, "samples": 11)"));
+       REQUIRE(run.completed());
+       CHECK(run.result->report.state_events == 1);
+       return within(std::abs(run.last("q") - 1.0), 1e-9);
+     }},
     {"relay x' = -sign(x), from x = 1",
      "the model does not define the motion at 0: stop, name the condition; plain CVODE takes two million steps there",
      [] {

@@ -186,3 +186,70 @@ TEST_CASE("random relations change only where sampling sees them change") {
     }
   }
 }
+
+TEST_CASE("a comparison of an expression with what it is on a stretch is decided there") {
+  Events e;
+  const double behind = std::nextafter(1.0, 2.0);
+  for (const std::string text :
+       {"if(t > min(t, 1), 1, 0)", "if(min(t, 1) < t, 1, 0)", "sign(t - min(t, 1))", "if(2*t > 2*min(t, 1), 1, 0)",
+        "if(max(t, 1) > 1, 1, 0)", "if(t != min(1, t), 1, 0)"}) {
+    INFO(text);
+    CHECK(e.all(text, 0.0, 2.0) == std::vector<double>{behind});
+    std::vector<double> at(8, 0.0);
+    CHECK(value_just_after(e.world.pool, e.relation(text), World::id(0), at, 0.0) == 0.0);
+    CHECK(value_just_after(e.world.pool, e.relation(text), World::id(0), at, behind) == 1.0);
+  }
+  CHECK(e.all("if(abs(t - 1) > t - 1, 1, 0)", 0.0, 2.0) == std::vector<double>{1.0});
+  CHECK(e.all("if(t >= min(t, 1), 1, 0)", 0.0, 2.0).empty());
+  // the same by other operations: undecided up to 1, false at each single time
+  CHECK(e.all("if(t*t > t*min(t, 1) + 0*t, 1, 0)", 0.0, 2.0) == std::vector<double>{behind});
+  CHECK(e.all("if(t + t > t + min(t, 1), 1, 0)", 0.0, 2.0).size() == 1);
+  CHECK(e.all("if(abs(t) <= t, 1, 0)", -1.0, 2.0) == std::vector<double>{0.0});
+  CHECK(e.all("if(if(t < 1, t, 1) < t, 1, 0)", 0.0, 2.0) == std::vector<double>{behind});
+}
+
+TEST_CASE("the value just after an instant is the limit from the right, also where rounding hides it") {
+  Events e;
+  const auto after = [&](const std::string& text, double t) {
+    return value_just_after(e.world.pool, e.relation(text), World::id(0), e.parameters, t);
+  };
+  CHECK(after("floor(1 - t)", 0.0) == 0.0);
+  CHECK(after("floor(1 + t)", 0.0) == 1.0);
+  CHECK(after("ceil(3 + t)", 0.0) == 4.0);
+  CHECK(after("ceil(3 - t)", 0.0) == 3.0);
+  CHECK(after("round(2.5 - t)", 0.0) == 2.0);
+  CHECK(after("round(-2.5 + t)", 0.0) == -2.0);
+  CHECK(after("floor(1e3 - t)", 1.0) == 998.0);
+  CHECK(after("floor(1 - t^2)", 0.0) == 0.0);
+  CHECK(after("floor(cos(t))", 0.0) == 0.0);
+  CHECK(after("if(1 - t < 1, 1, 0)", 0.0) == 1.0);
+  CHECK(after("if(1 + t^3 > 1, 1, 0)", 0.0) == 1.0);
+  CHECK(after("sign(exp(t) - 1)", 0.0) == 1.0);
+  CHECK(after("step(-t)", 0.0) == 0.0);
+  CHECK(after("floor(2)", 0.0) == 2.0);
+  // no event is made of what rounding hides
+  CHECK(e.all("floor(1 - t)", 0.0, 0.5).empty());
+  CHECK(e.all("floor(1e3 - t)", 1.0, 1.5).empty());
+  CHECK(e.all("floor(1 - t)", 0.0, 2.0).size() == 1);
+  CHECK(e.all("floor(1 - t)", 0.0, 2.0).front() == Approx(1.0).epsilon(1e-15));
+}
+
+TEST_CASE("the search for known times ends, and tells where it could not decide") {
+  Events e;
+  for (const std::string text : {"floor(sin(t)^2 + cos(t)^2)", "if((t + 1)^2 > t^2 + 2*t + 1, 1, 0)"}) {
+    INFO(text);
+    TimeSearch search;
+    double t = 0.0;
+    int changes = 0;
+    for (; changes < 50 && !search.undecided; ++changes) {
+      const auto next = next_change(e.world.pool, e.relation(text), World::id(0), e.parameters, t, 2.0, &search);
+      if (!next) break;
+      t = *next;
+    }
+    CHECK((search.undecided || t < 1e-9));  // or it goes from double to double, which the run sees
+  }
+  // contacts are decided by what is on either side
+  TimeSearch search;
+  CHECK(!next_change(e.world.pool, e.relation("if(sin(t) >= 1, 1, 0)"), World::id(0), e.parameters, 0.0, 3.0, &search));
+  CHECK(!search.undecided);
+}

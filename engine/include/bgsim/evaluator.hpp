@@ -89,6 +89,8 @@ class Evaluator {
   bool set_time_modes(double t, Branch& branch);
   /// The first time in (after, until] at which a time-only relation changes.
   [[nodiscard]] std::optional<double> next_time_event(double after, double until);
+  /// Time-only relations (indices into Program::relations) whose changes could not all be found, and from when on.
+  [[nodiscard]] std::vector<std::pair<std::size_t, double>> undecided_relations() const;
 
   // Energy audit
   [[nodiscard]] std::size_t energy_parts() const;

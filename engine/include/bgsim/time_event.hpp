@@ -8,6 +8,11 @@
 
 namespace bgsim {
 
+/// What a search for known times could not do.
+struct TimeSearch {
+  std::optional<double> undecided;  ///< from here on the relation is not decided by its rounded values, or not in time
+};
+
 /// The first time in (after, until] at which @p relation (an expression of time and parameters whose values are
 /// piecewise constant: a comparison, sign, step, floor, or a table, which means its cell's index) takes another
 /// value than just after @p after, to the last bit: the value holds on [t*, ...).
@@ -18,15 +23,19 @@ namespace bgsim {
 /// stretches stay undecided, or the search advances 16384 times slower than before, undecided stretches are passed over
 /// (the shortest ones first), so that the work stays bounded; a change is then still seen by the values on either side.
 ///
+/// Where the two sides are the same expression on a stretch (min(t, 1) is t before 1) the relation is decided there.
+/// The work is bounded; @p search tells where a relation could not be decided.
+///
 /// @p symbol_values gives the parameters (time's entry is ignored).
 /// @return none if there is none.
 /// @note About 150 interval evaluations of the relation for each change.
 std::optional<double> next_change(const ExprPool& pool, ExprId relation, SymbolId time,
-                                  std::span<const double> symbol_values, double after, double until);
+                                  std::span<const double> symbol_values, double after, double until,
+                                  TimeSearch* search = nullptr);
 
 /// The value that @p relation has just after @p after: that of the first stretch beyond it on which it is decided. For
-/// sign(t) after 0 this is 1, for t > 0 too. Where it has no value there,
-/// as behind the end of measured data, the value at @p after.
+/// sign(t) after 0 this is 1, for t > 0 too; for floor(1 - t) it is 0, although 1 - t rounds to 1 there. Where it has
+/// no value there, as behind the end of measured data, the value at @p after.
 double value_just_after(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values,
                         double after);
 

@@ -230,7 +230,9 @@ TimeRelation::TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time,
   const IdMap<std::uint32_t> position = positions(nodes);
   const std::vector<char> depends = depends_on(pool, nodes, position, [time](SymbolId s) { return s == time; });
   values_.resize(nodes.size());
+  same_.resize(nodes.size());
   for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+    same_[i] = i;
     const ExprNode& node = pool[nodes[i]];
     Step step{node.op, 0, 0, 0, i, is_table(node.op) ? &pool.table(TableId(node.b)) : nullptr};
     std::array<std::uint32_t*, 3> places{&step.a, &step.b, &step.c};
@@ -249,7 +251,66 @@ TimeRelation::TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time,
   }
 }
 
+/// Which of the values before it the result is on the whole stretch.
+void TimeRelation::follow(const Step& step) {
+  const Range& a = values_[step.a];
+  const Range& b = values_[step.b];
+  std::uint32_t& same = same_[step.out];
+  same = step.out;
+  if (is_empty(a)) return;
+  if (step.op == Op::min || step.op == Op::max) {
+    if (is_empty(b)) return;
+    const bool first_below = a.upper() <= b.lower(), first_above = a.lower() >= b.upper();
+    if (same_[step.a] == same_[step.b] || (step.op == Op::min ? first_below : first_above))
+      same = same_[step.a];
+    else if (step.op == Op::min ? first_above : first_below)
+      same = same_[step.b];
+  } else if (step.op == Op::abs) {
+    if (a.lower() >= 0.0) same = same_[step.a];
+  } else if (step.op == Op::mod) {
+    if (!is_empty(b) && a.lower() >= 0.0 && a.upper() < b.lower()) same = same_[step.a];
+  } else if (step.op == Op::select) {
+    if (is_thin(a)) same = same_[a.lower() != 0.0 ? step.b : step.c];
+  } else {
+    const int n = arity(step.op);
+    if (same_[step.a] != step.a || (n > 1 && same_[step.b] != step.b)) same = twin_of(step);
+  }
+}
+
+/// A value that is computed in the same way from the same ones.
+std::uint32_t TimeRelation::twin_of(const Step& step) {
+  const auto key = [](const Step& s, std::uint32_t a, std::uint32_t b) {
+    const bool two = arity(s.op) > 1;
+    return std::array<std::uint32_t, 4>{static_cast<std::uint32_t>(s.op), a, two ? b : 0, 0};
+  };
+  if (step.table != nullptr) return step.out;
+  if (twins_.empty())
+    for (const Step& other : steps_)
+      if (other.table == nullptr && arity(other.op) < 3) twins_.emplace(key(other, other.a, other.b), other.out);
+  const auto found = twins_.find(key(step, same_[step.a], same_[step.b]));
+  // what is computed later has not got this stretch's range yet
+  return found != twins_.end() && found->second < step.out ? found->second : step.out;
+}
+
+/// What an operator makes of two values that are the same.
+std::optional<Range> TimeRelation::of_equals(const Step& step) const {
+  if (arity(step.op) != 2 || step.table != nullptr || same_[step.a] != same_[step.b]) return std::nullopt;
+  const Range& a = values_[step.a];
+  if (is_empty(a) || !std::isfinite(a.lower()) || !std::isfinite(a.upper())) return std::nullopt;
+  if (step.op == Op::sub) return Range(0.0, 0.0);
+  if (is_comparison(step.op)) {
+    const double yes = apply(step.op, 0.0, 0.0);
+    return Range(yes, yes);
+  }
+  return std::nullopt;
+}
+
 void TimeRelation::run(const Step& step) {
+  follow(step);
+  if (const auto known = of_equals(step)) {
+    values_[step.out] = *known;
+    return;
+  }
   const int n = arity(step.op);
   const Range& a = values_[step.a];
   Range& out = values_[step.out];

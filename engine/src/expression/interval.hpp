@@ -1,7 +1,10 @@
 /// The values an expression of time takes over a stretch of time.
 #pragma once
 
+#include <array>
 #include <boost/numeric/interval.hpp>
+#include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -28,6 +31,8 @@ class TimeRelation {
   std::optional<double> value_on(double begin, double end);
   /// What holds all values that it takes in [begin, end]: empty if there is none.
   Range range_on(double begin, double end);
+  /// Operations of one evaluation.
+  [[nodiscard]] std::size_t size() const { return steps_.size(); }
 
  private:
   struct Step {
@@ -36,8 +41,15 @@ class TimeRelation {
     const Table* table;
   };
   void run(const Step& step);
+  void follow(const Step& step);
+  [[nodiscard]] std::optional<Range> of_equals(const Step& step) const;
+  std::uint32_t twin_of(const Step& step);
 
   std::vector<Step> steps_;  ///< of what depends on time
+  /// By value: the one that it is on the whole stretch, whatever the time (min(t, 1) is t before 1); itself if none is
+  /// known. So t > min(t, 1) is decided though the ranges of both sides are the same.
+  std::vector<std::uint32_t> same_;
+  std::map<std::array<std::uint32_t, 4>, std::uint32_t> twins_;  ///< operator and arguments -> value
   std::vector<Range> values_;
   std::vector<std::uint32_t> time_;  ///< where time occurs
   const Table* cells_ = nullptr;     ///< the relation is this table's cell

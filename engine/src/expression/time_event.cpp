@@ -5,13 +5,17 @@
 #include <limits>
 
 #include "expression/interval.hpp"
+#include "expression/right_limit.hpp"
 
 namespace bgsim {
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;      ///< trials between looks at the progress
-constexpr double kCrawl = 1.0 / 16384.0;  ///< of the best progress so far: slower than this is a contact
+constexpr std::size_t kBlock = 4096;           ///< trials between looks at the progress
+constexpr double kCrawl = 1.0 / 16384.0;       ///< of the best progress so far: slower than this is a contact
+constexpr std::size_t kMostWork = 20'000'000;  ///< operations of one search
+constexpr std::size_t kFewestTrials = 10'000;  ///< of one search, however long the relation is
+constexpr double kNoticed = 1e-6;  ///< part of the stretch searched: more than this left undecided is no contact
 double next_double(double t) { return std::nextafter(t, std::numeric_limits<double>::infinity()); }
 bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
@@ -24,12 +28,22 @@ struct Stretch {
 /// behind.
 class Scanner {
  public:
-  Scanner(TimeRelation& relation, double begin, double until)
-      : relation_(relation), at_(begin), until_(until), width_(next_double(begin) - begin), block_begin_(begin) {}
+  Scanner(TimeRelation& relation, double begin, double until, std::size_t most_trials)
+      : relation_(relation),
+        begin_(begin),
+        at_(begin),
+        until_(until),
+        width_(next_double(begin) - begin),
+        block_begin_(begin),
+        most_trials_(most_trials) {}
 
   std::optional<Stretch> next() {
     bool shrunk = false;
     while (at_ < until_) {
+      if (trials_ >= most_trials_) {
+        if (!undecided_from_) undecided_from_ = at_;
+        return std::nullopt;
+      }
       watch_progress();
       const double begin = at_;
       const double end = std::min(std::max(begin + width_, next_double(begin)), until_);
@@ -41,6 +55,8 @@ class Scanner {
       }
       if (end == next_double(begin) || width_ <= least_) {
         at_ = end;
+        undecided_length_ += end - begin;
+        if (!undecided_from_ && undecided_length_ > kNoticed * (until_ - begin_)) undecided_from_ = begin;
         if (++undecided_ % kBlock == 0) least_ = 16.0 * (end - begin);
         width_ = std::max(end - begin, least_);
       } else {
@@ -50,6 +66,9 @@ class Scanner {
     }
     return std::nullopt;
   }
+
+  /// From where on the relation could not be decided, though it is no mere contact, or the search had to end.
+  [[nodiscard]] std::optional<double> undecided_from() const { return undecided_from_; }
 
  private:
   /// Near a contact the decided stretches become shorter and shorter: allow undecided ones to be passed over.
@@ -65,11 +84,14 @@ class Scanner {
   }
 
   TimeRelation& relation_;
-  double at_, until_, width_;
+  double begin_, at_, until_, width_;
   double least_ = 0.0;         ///< undecided stretches no longer than this are passed over
   std::size_t undecided_ = 0;  ///< in a row
   std::size_t trials_ = 0;
   double block_begin_, best_progress_ = 0.0;
+  std::size_t most_trials_;
+  double undecided_length_ = 0.0;
+  std::optional<double> undecided_from_;
 };
 
 /// The first time with @p value between @p without, which has another one, and @p with: adjacent to one without it.
@@ -85,28 +107,40 @@ double first_with(TimeRelation& relation, double value, double without, double w
 }  // namespace
 
 std::optional<double> next_change(const ExprPool& pool, ExprId relation, SymbolId time,
-                                  std::span<const double> symbol_values, double after, double until) {
-  const double begin = next_double(after);
-  if (!(begin <= until)) return std::nullopt;
+                                  std::span<const double> symbol_values, double after, double until,
+                                  TimeSearch* search) {
+  if (!(next_double(after) <= until)) return std::nullopt;
   TimeRelation values(pool, relation, time, symbol_values);
-  Scanner scanner(values, begin, until);
-  const auto first = scanner.next();
-  if (!first) return std::nullopt;
-  double unchanged = first->end;
+  // Where rounding hides the side to which the relation goes, the search begins beyond.
+  const auto right = right_limit(pool, relation, time, symbol_values, after);
+  const double begin = right ? std::max(next_double(after), after + right->hidden) : next_double(after);
+  Scanner scanner(values, begin, until, std::max(kFewestTrials, kMostWork / std::max<std::size_t>(1, values.size())));
+  std::optional<double> first, change;
+  if (right) first = right->value;
+  double unchanged = begin;
   while (const auto stretch = scanner.next()) {
-    if (!same(stretch->value, first->value)) return first_with(values, stretch->value, unchanged, stretch->begin);
+    // What was undecided up to here has the value that it has at single times.
+    if (!first && stretch->begin > begin) first = values.value_on(begin, begin);
+    if (first && !same(stretch->value, *first)) {
+      change = first_with(values, stretch->value, unchanged, stretch->begin);
+      break;
+    }
+    first = stretch->value;
     unchanged = stretch->end;
   }
+  if (search != nullptr) search->undecided = scanner.undecided_from();
+  if (change || !first) return change;
   const auto last = values.value_on(until, until);
-  if (!last || same(*last, first->value)) return std::nullopt;
+  if (!last || same(*last, *first)) return std::nullopt;
   return first_with(values, *last, unchanged, until);
 }
 
 double value_just_after(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values,
                         double after) {
+  if (const auto right = right_limit(pool, relation, time, symbol_values, after)) return right->value;
   TimeRelation values(pool, relation, time, symbol_values);
   const double begin = next_double(after);
-  const auto first = Scanner(values, begin, std::numeric_limits<double>::max()).next();
+  const auto first = Scanner(values, begin, std::numeric_limits<double>::max(), kFewestTrials).next();
   if (first && !std::isnan(first->value)) return first->value;
   return values.value_on(after, after).value_or(std::numeric_limits<double>::quiet_NaN());
 }

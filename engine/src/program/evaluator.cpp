@@ -22,6 +22,8 @@ Evaluator::Impl::Impl(const Program& p, std::span<const double> parameters)
   next_change.assign(program.relations.size(), nan);
   looked_from.assign(program.relations.size(), nan);
   looked_until.assign(program.relations.size(), nan);
+  near_changes.assign(program.relations.size(), 0);
+  undecided.assign(program.relations.size(), std::nullopt);
   guard_values.assign(program.guarded.size(), 0.0);
   for (const auto& code : program.once.code) run(code);
   prepare_positions();

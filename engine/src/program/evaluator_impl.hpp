@@ -38,6 +38,8 @@ struct Evaluator::Impl {
   Counts counts;
   std::vector<double> next_change;  ///< by relation of time alone: its next known change; NaN if not looked for yet
   std::vector<double> looked_until, looked_from;
+  std::vector<std::uint32_t> near_changes;  ///< by relation of time alone: in a row, each just after the one before
+  std::vector<std::optional<double>> undecided;  ///< by relation of time alone: TimeSearch::undecided, the first
   // Where the plan's entries go in jacobian_pattern and implicit_pattern, and where tears' columns go
   std::vector<std::int64_t> explicit_rates, implicit_entries;
   std::vector<std::vector<std::int64_t>>
@@ -53,6 +55,8 @@ struct Evaluator::Impl {
   /// False when the evaluations were ended (Evaluator::watch).
   bool goes_on() { return --until_look != 0 || ask(); }
   bool ask();
+
+  void look_for_change(std::size_t relation, double after, double until);
 
   void run(std::span<const Instruction> code);
   /// Runs a routine at (t, x) on the branch, with its loops' tears as they are.

@@ -138,6 +138,32 @@ bool Evaluator::set_time_modes(double t, Branch& branch) {
   return changed;
 }
 
+/// The next known change of a relation of time alone. One that changes from double to double for long is rounding about
+/// a border that it never leaves: it has no known times.
+void Evaluator::Impl::look_for_change(std::size_t relation, double after, double until) {
+  constexpr double kNear = 1e-12;  // of what is left of the scene
+  constexpr std::uint32_t kMostInARow = 100;
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  TimeSearch search;
+  const auto change = bgsim::next_change(program.pool, program.relations[relation].origin, program.time, symbol_values,
+                                         after, until, &search);
+  looked_from[relation] = after;
+  looked_until[relation] = until;
+  next_change[relation] = change.value_or(kNever);
+  if (search.undecided && !undecided[relation]) undecided[relation] = search.undecided;
+  near_changes[relation] = change && *change - after < kNear * (until - after) ? near_changes[relation] + 1 : 0;
+  if (near_changes[relation] <= kMostInARow) return;
+  if (!undecided[relation]) undecided[relation] = after;
+  looked_until[relation] = next_change[relation] = kNever;
+}
+
+std::vector<std::pair<std::size_t, double>> Evaluator::undecided_relations() const {
+  std::vector<std::pair<std::size_t, double>> result;
+  for (std::size_t i = 0; i < impl_->undecided.size(); ++i)
+    if (impl_->undecided[i]) result.emplace_back(i, *impl_->undecided[i]);
+  return result;
+}
+
 std::optional<double> Evaluator::next_time_event(double after, double until) {
   Impl& impl = *impl_;
   const Program& program = impl.program;
@@ -148,13 +174,7 @@ std::optional<double> Evaluator::next_time_event(double after, double until) {
     const bool known = impl.looked_from[i] <= after &&
                        (after < impl.next_change[i] || std::isinf(impl.next_change[i])) &&
                        until <= impl.looked_until[i];
-    if (!known) {
-      const auto change =
-          bgsim::next_change(program.pool, program.relations[i].origin, program.time, impl.symbol_values, after, until);
-      impl.looked_from[i] = after;
-      impl.looked_until[i] = until;
-      impl.next_change[i] = change.value_or(std::numeric_limits<double>::infinity());
-    }
+    if (!known) impl.look_for_change(i, after, until);
     if (impl.next_change[i] <= until && (!first || impl.next_change[i] < *first)) first = impl.next_change[i];
   }
   return first;

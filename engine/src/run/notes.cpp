@@ -29,6 +29,12 @@ std::optional<std::string> fast_sources_note(double frequency, double span, std:
          " on average) saw samples only: tighten the tolerance, or replace it by its mean";
 }
 
+std::string undecided_note(const Relation& relation, double since) {
+  return "from t = " + number_text(since, 6) + " on, " + relation.text +
+         " is at its border, or so near that rounding decides: the search for its changes ended there, and it stays as "
+         "it was; write it so that its sides differ";
+}
+
 std::optional<std::string> unseen_error_note(const Program& program) {
   const JacobianPlan& plan = program.plan;
   std::vector<bool> fed(program.state_names.size(), false);

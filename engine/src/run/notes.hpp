@@ -21,6 +21,10 @@ std::optional<std::string> fast_sources_note(double frequency, double span, std:
 /// The energy balance is off by more than the tolerance explains.
 std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative);
 
+/// A relation of time alone whose changes could not all be found.
+/// @param since  from when on.
+std::string undecided_note(const Relation& relation, double since);
+
 /// A law that divides by a state which is negative at the start: a volume or a distance had better not be.
 std::optional<std::string> negative_start_note(const Program& program, const std::vector<double>& x);
 

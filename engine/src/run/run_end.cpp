@@ -86,6 +86,8 @@ void Run::report() {
     if (result_.stop == StopReason::completed)
       note(fast_sources_note(schedule_.sources().frequency, inputs_.stop - inputs_.start, steps_));
   }
+  for (const auto& [relation, since] : evaluator_.undecided_relations())
+    note(undecided_note(program_.relations[relation], since));
   report.loop_iterations = loop_iterations_before_ + evaluator_.counts().loop_iterations;
   if (result_.failure && x_.empty() && !program_.state_names.empty()) {
     report.energy.why_not = "the run did not start";

@@ -76,6 +76,7 @@ bool EventWatch::settle(double t, const double* x, Branch& branch) {
 
 bool EventWatch::crossed(std::size_t guard, double value, const Branch& branch) const {
   if (idle_[guard]) return false;
+  if (side_[guard] != 0 && value == 0.0) return hold_[guard] == 0.0 && changes_at_border(guard, branch);
   if (side_[guard] != 0) return value * side_[guard] < 0.0 && std::abs(value) > hold_[guard];
   return value != 0.0 && changes_mode(guard, sign_of(value), branch);
 }
@@ -93,6 +94,29 @@ bool EventWatch::changes_mode(std::size_t guard, int side, const Branch& branch)
   if (relation.kind == Relation::Kind::condition) return apply(relation.comparison, side, 0.0) != mode;
   if (relation.kind == Relation::Kind::step) return apply(Op::step, side) != mode;
   return side != mode;  // sign
+}
+
+double EventWatch::mode_at_zero(std::size_t relation) const {
+  const Relation& at = program_.relations[relation];
+  return at.kind == Relation::Kind::condition ? apply(at.comparison, 0.0, 0.0) : apply(Op::step, 0.0);
+}
+
+/// Whether the mode is another one where the guard is exactly zero: there it may stay (min(q, 1) >= 1).
+bool EventWatch::changes_at_border(std::size_t guard, const Branch& branch) const {
+  const Relation& relation = program_.relations[relation_[guard]];
+  const double mode = branch.modes[relation_[guard]];
+  const bool upper = guard > 0 && relation_[guard - 1] == relation_[guard];
+  switch (relation.kind) {
+    case Relation::Kind::floor:
+      return upper;
+    case Relation::Kind::round:
+      return std::round(mode + (upper ? 0.5 : -0.5)) != mode;
+    case Relation::Kind::condition:
+    case Relation::Kind::step:
+      return mode_at_zero(relation_[guard]) != mode;
+    default:  // a sign that is 0 for an instant is no answer: a relay would seem to rest there
+      return false;
+  }
 }
 
 /// Undecided guards that moved to the side of their mode.
@@ -132,11 +156,15 @@ bool EventWatch::change(const std::vector<double>& values, Branch& branch) {
     if (kind == Relation::Kind::floor || kind == Relation::Kind::round) {
       // distance to the lower border is the first guard of the pair, to the upper the second
       const bool lower = i == 0 || relation_[i - 1] != relation;
-      mode = before + (lower ? std::floor(values[i]) : std::floor(-values[i]) + 1.0);
+      const double down = values[i] == 0.0 ? -1.0 : std::floor(values[i]);
+      mode = before + (lower ? down : std::floor(-values[i]) + 1.0);
       direction_[i] = 0;
       changed = true;
     } else {
-      evaluator_.cross(direction_, branch);
+      if (values[i] == 0.0 && !border_[i])
+        mode = mode_at_zero(relation);
+      else
+        evaluator_.cross(direction_, branch);
       direction_[i] = 0;
       if (!border_[i]) side_[i] = sign_of(values[i]);
       const bool moved = mode != before;
@@ -244,7 +272,8 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
         fault = true;
         return -1.0;
       }
-      const double value = side_[i] != 0 ? side_[i] * at_probe_[i] : -std::abs(at_probe_[i]);
+      double value = side_[i] != 0 ? side_[i] * at_probe_[i] : -std::abs(at_probe_[i]);
+      if (value == 0.0) value = -std::numeric_limits<double>::min();  // crossed where it rests, too
       return crossed(i, at_probe_[i], probe_) ? value : std::max(value, std::numeric_limits<double>::min());
     };
     const double at_from = std::max(distance(from), std::numeric_limits<double>::min());

@@ -72,6 +72,8 @@ class EventWatch {
  private:
   [[nodiscard]] bool crossed(std::size_t guard, double value, const Branch& branch) const;
   [[nodiscard]] bool any_crossed(const std::vector<double>& values, const Branch& branch) const;
+  [[nodiscard]] bool changes_at_border(std::size_t guard, const Branch& branch) const;
+  [[nodiscard]] double mode_at_zero(std::size_t relation) const;
   [[nodiscard]] bool changes_mode(std::size_t guard, int side, const Branch& branch) const;
   void decide(const std::vector<double>& values);
   bool change(const std::vector<double>& values, Branch& branch);
