@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bgsim/equations.hpp"
+#include "equations/derivative_faults.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
 
@@ -27,11 +28,14 @@ class Derivation {
     translate_ = &translate;
     write_signals();
     for (std::size_t i = 0; i < model_.elements.size(); ++i) {
+      wish_ = Wish{line_of(model_.elements[i]), {}};
       write_element(ElementId(i));
       claim({ElementId(i), {}});
     }
-    for (const Output& output : model_.outputs)
+    for (const Output& output : model_.outputs) {
+      wish_ = Wish{output.place, {}};
       system_.outputs.push_back({output.name, translate(output.value), output.unit});
+    }
     claim({});
     write_derivatives();
     claim({});
@@ -156,6 +160,7 @@ class Derivation {
 
   void write_signals() {
     for (std::size_t i = 0; i < model_.signals.size(); ++i) {
+      wish_ = Wish{model_.signals[i].place, {}};
       const ExprId value = (*translate_)(model_.signals[i].value);
       if (model_.signals[i].is_state())
         system_.states[system_.symbols[system_.signals[i].index()].index].rate = value;
@@ -232,7 +237,9 @@ class Derivation {
         continue;
       }
       apply_law(port, stored);
+      const Wish laws = std::exchange(wish_, Wish{element.place, system_.symbols[stored.index()].name});
       const ExprId rate = derivative_of(as_expression(stored));
+      wish_ = laws;
       if (displacement)
         define(system_.flows[bond], signed_by(graph_[port].head, rate), id, element.place);
       else
@@ -245,6 +252,7 @@ class Derivation {
   void apply_law(PortId port, SymbolId unknown) {
     const auto& [law, solved, conjugate] = causal_.laws[port.index()];
     const Port& at = graph_[port];
+    wish_ = Wish{law.place.document.valid() ? law.place : line_of(model_.elements[at.element.index()]), {}};
     const ExprId left = meaning(port_variable(model_.elements[at.element.index()], law.port, law.variable));
     if (solved.use == LawUse::implicit) {
       const ExprId right = (*translate_)(law.right);
@@ -387,7 +395,7 @@ class Derivation {
     const auto [entry, is_new] = derivatives_.try_emplace(argument, SymbolId{});
     if (is_new) {
       entry->second = add_unknown(derivative_name(argument));
-      pending_.emplace_back(argument, entry->second);
+      pending_.push_back({argument, entry->second, wish_});
     }
     return as_expression(entry->second);
   }
@@ -400,11 +408,12 @@ class Derivation {
 
   void write_derivatives() {
     for (std::size_t next = 0; next < pending_.size(); ++next) {
-      const auto [argument, unknown] = pending_[next];
-      if (system_.pool.is_symbol(argument))
-        write_symbol_derivative(system_.pool.symbol_of(argument), unknown);
+      const Pending pending = pending_[next];  // a copy: more are added
+      wish_ = pending.wish;
+      if (system_.pool.is_symbol(pending.argument))
+        write_symbol_derivative(system_.pool.symbol_of(pending.argument), pending.unknown);
       else
-        define(unknown, total_derivative(argument, {}), {}, {});
+        define(pending.unknown, total_derivative(pending.argument, wish_.place), {}, wish_.place);
     }
   }
 
@@ -420,7 +429,8 @@ class Derivation {
     set_depth(unknown, level);
     if (level > kMostDerivatives) return report_index(equation, symbol.name);
     if (!equation.implicit)
-      return define(unknown, total_derivative(equation.expression, equation.element), equation.element, equation.place);
+      return define(unknown, total_derivative(equation.expression, line_of(equation)), equation.element,
+                    equation.place);
     // 0 = F(u, ...) gives F_u u' + sum F_o o' = 0
     ExprPool& pool = system_.pool;
     ExprId own = pool.constant(0.0), others = pool.constant(0.0);
@@ -438,11 +448,12 @@ class Derivation {
                     [this](SymbolId s) { return system_.symbols[s.index()].kind != SystemSymbol::Kind::parameter; });
   }
 
-  ExprId total_derivative(ExprId expression, ElementId element) {
+  /// @param place  the user's line that gives the expression.
+  ExprId total_derivative(ExprId expression, Place place) {
     ExprPool& pool = system_.pool;
     if (jumps_with(pool, expression,
                    [this](SymbolId s) { return system_.symbols[s.index()].kind != SystemSymbol::Kind::parameter; }))
-      report_jump(expression, element);
+      report_jump(expression, place);
     ExprId sum = pool.constant(0.0);
     for (const auto& [symbol, partial] : partials(expression))
       sum = pool.add(sum, pool.mul(partial, derivative_of(as_expression(symbol))));
@@ -457,37 +468,30 @@ class Derivation {
   void set_depth(SymbolId symbol, std::uint32_t level) { depth_[symbol] = level; }
 
   void report_index(const Equation& equation, const std::string& name) {
-    if (index_reported_) return;
+    if (!index_reported_) problems_.push_back(index_fault(name, kMostDerivatives, equation.place));
     index_reported_ = true;
-    problems_.push_back({Severity::error,
-                         "BG403",
-                         "the derivative of \"" + name + "\" is needed more than " + std::to_string(kMostDerivatives) +
-                             " times over: the equations are of higher index",
-                         equation.place,
-                         {},
-                         "only systems of index 1 after symbolic differentiation are integrated",
-                         "give one of the dependent stores a small compliance or resistance of its own"});
   }
 
-  void report_jump(ExprId expression, ElementId element) {
-    Diagnostic problem{
-        Severity::error,
-        "BG402",
-        {},
-        {},
-        {},
-        "a jump has no derivative (it is an impulse)",
-        "let the quantity rise over a short time with min and max, or separate the store from it by an R"};
+  void report_jump(ExprId expression, Place place) {
     const auto name = [this](SymbolId s) { return system_.symbols[s.index()].name; };
-    problem.situation =
-        "the time derivative of " + to_text(system_.pool, expression, name) + " is needed, but it jumps";
-    if (element.valid()) problem.place = model_.elements[element.index()].place;
-    for (const DependentStore& store : system_.dependent)
-      problem.notes.push_back(
-          {model_.elements[store.element.index()].place,
-           "store \"" + store.name + "\" is in derivative causality: its rate is such a derivative"});
-    problems_.push_back(std::move(problem));
+    problems_.push_back(jump_fault(to_text(system_.pool, expression, name), place, wish_));
   }
+
+  /// Where the model says what an element does: its value, rather than its name.
+  [[nodiscard]] static Place line_of(const Element& element) {
+    return element.coefficient_place.document.valid() ? element.coefficient_place : element.place;
+  }
+  [[nodiscard]] Place line_of(const Equation& equation) const {
+    if (!equation.element.valid()) return equation.place;
+    const Element& element = model_.elements[equation.element.index()];
+    return equation.place.begin == element.place.begin ? line_of(element) : equation.place;
+  }
+
+  struct Pending {
+    ExprId argument;
+    SymbolId unknown;
+    Wish wish;
+  };
 
   const Model& model_;
   const BondGraph& graph_;
@@ -496,7 +500,8 @@ class Derivation {
   EquationSystem system_;
   std::vector<SymbolId> stored_;  ///< by PortId (stores only)
   std::unordered_map<ExprId, SymbolId> derivatives_;
-  std::vector<std::pair<ExprId, SymbolId>> pending_;
+  std::vector<Pending> pending_;
+  Wish wish_;  ///< of what is being written
   std::unordered_map<SymbolId, std::uint32_t> depth_;
   std::vector<Diagnostic> problems_;
   bool index_reported_ = false;
