@@ -229,18 +229,26 @@ RunResult simulate_into(TraceFile& trace, const Simulation& compiled, const RunI
   how.rows = [&trace](double t, std::span<const double> values) { trace.take(t, values); };
   how.resume = resume;
   how.snapshot_steps = options.snapshot_steps;
+  bool stored = false;
   if (!options.snapshot.empty())
-    how.snapshot = [&options](double /*t*/, const std::string& snapshot) {
+    how.snapshot = [&](double /*t*/, const std::string& snapshot) {
       OutputFile file(options.snapshot);
       file.stream() << snapshot;
       file.commit();
+      stored = true;
     };
   how.remark = [&](const Diagnostic& remark) {
     watch.clear();
     std::cerr << render(remark, *model.sources);
   };
   try {
-    return compiled.simulate(inputs, how);
+    RunResult result = compiled.simulate(inputs, how);
+    if (!options.snapshot.empty() && !stored) {
+      watch.clear();
+      std::cerr << "bgsim: no snapshot was written: "
+                << (compiled.program().state_names.empty() ? "the run has no states" : "the run failed") << '\n';
+    }
+    return result;
   } catch (const UsageError&) {
     throw;
   } catch (const ModelError&) {

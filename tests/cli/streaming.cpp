@@ -183,6 +183,13 @@ TEST_CASE("a run is continued from its snapshot on the command line") {
   CHECK(other.code == 1);
   CHECK_THAT(other.err, Contains("BG171: the run cannot be continued"));
   CHECK(!here.has("out.csv"));
+  here.write("static.json", R"x({ "bgsim": 1, "name": "static", "elements": { "s": { "kind": "Se", "effort": "t" },
+      "r": { "kind": "R", "resistance": 2 } }, "bonds": [ { "from": "s", "to": "r" } ], "outputs": { "f": "r.f" },
+      "scenes": { "main": { "stop": 1, "samples": 3 } } })x");
+  const Outcome without = here.bgsim("static.json -o out2.csv --snapshot s3.json --quiet");
+  CHECK(without.code == 0);
+  CHECK_THAT(without.err, Contains("no snapshot was written: the run has no states"));
+  CHECK(!here.has("s3.json"));
   const Outcome none = here.bgsim("ring.json --resume nothing.json");
   CHECK(none.code == 2);
   CHECK_THAT(none.err, Contains("cannot read the snapshot \"nothing.json\""));
