@@ -100,7 +100,7 @@ struct SimulateOptions {
   std::string resume;
   /// Takes snapshots, JSON texts from which the run can be continued: every snapshot_steps steps (0: none), and the
   /// last when the run is completed, was interrupted, or has reached its limit of steps or time (not within an event).
-  /// The integrator starts anew after each, so that a run goes on exactly as it does when resumed from there.
+  /// The integrator restarts after each, so that a run goes on exactly as it does when resumed from there.
   std::function<void(double t, const std::string& snapshot)> snapshot;
   std::uint64_t snapshot_steps = 0;
 };

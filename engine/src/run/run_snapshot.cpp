@@ -61,7 +61,7 @@ bool Run::resume() {
   return true;
 }
 
-/// What the integrator remembers of past steps is no part of a snapshot: it starts anew here, as it will where the run
+/// What the integrator remembers of past steps is no part of a snapshot: it restarts here, as it will where the run
 /// is resumed.
 void Run::offer_snapshot() {
   next_snapshot_ = steps_ + options_.snapshot_steps;
