@@ -60,10 +60,11 @@ void prepare(const Workplace& here) {
   here.write("held.csv", "t,x\r\n0,0\r\n6000000,1\r\n");
 }
 
-/// Interrupts after @p seconds. A process that had not begun yet (a busy machine) is given longer.
+/// Interrupts after @p seconds, once: without --foreground the signal goes to the process and to its group, and a
+/// second one ends a run at once. A process that had not begun yet (a busy machine) is given longer.
 Outcome interrupted(const Workplace& here, const std::string& signal, double seconds, const std::string& arguments) {
   for (;; seconds *= 3.0) {
-    Outcome done = here.shell("timeout --preserve-status -s " + signal + " " + std::to_string(seconds) +
+    Outcome done = here.shell("timeout --foreground --preserve-status -s " + signal + " " + std::to_string(seconds) +
                               " '" BGSIM_COMMAND "' " + arguments);
     if (done.code < 128 || seconds > 20.0) return done;
   }
