@@ -95,3 +95,18 @@ TEST_CASE("a state that only shrinks, or that others feed, costs what it cost") 
   CHECK(steps("-y.q - y.q^3", "1") < 200);
   CHECK(steps("1 - y.q", "0") < 200);
 }
+
+TEST_CASE("a tank behind a valve that another state moves runs empty, by laws that end there in finite time") {
+  // q' = -v sqrt(q) with v = 0.5 + 0.01 sin(t): empty when the integral of v is 2, near t = 3.97.
+  const auto emptied = [](const char* law) {
+    return run_text(populations({{"v", "0.01*cos(t)"}, {"q", law}}, {"0.5", "1"}, R"x("stop": 100, "samples": 101)x"),
+                    with_method(Method::bdf, 1e-6));
+  };
+  const RunResult run = emptied("-v.q*if(q.q > 0, sqrt(q.q), 0)");
+  REQUIRE(run.stop == StopReason::completed);
+  CHECK(run.report.steps < 2000);
+  for (std::size_t k = 5; k < run.trace.times.size(); ++k)
+    CHECK(std::abs(run.trace["q"][k]) < 1e-3);  // the root of the tolerance, 1e-6: the law's slope at zero is infinite
+  // With a root on both sides of zero the run has to come to its end.
+  CHECK(emptied("-v.q*sign(q.q)*sqrt(abs(q.q))").stop == StopReason::completed);
+}

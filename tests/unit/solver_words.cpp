@@ -8,7 +8,7 @@
 
 using namespace bgsim;
 
-TEST_CASE("a flag that is known is told in words, any other with SUNDIALS' own text") {
+TEST_CASE("a flag that is known is given in words, any other with SUNDIALS' own text") {
   CHECK(cvode_words(CV_ERR_FAILURE, "At t = 0.1, the error test failed.") ==
         "the estimated error stayed too large however small the step");
   CHECK(cvode_words(CV_ILL_INPUT, "tout too close to t0") == "CVODE returned CV_ILL_INPUT: tout too close to t0");

@@ -37,13 +37,12 @@ Annihilators both(const Annihilators& a, const Annihilators& b) {
   return result;
 }
 
+/// Zero at zero, with a bounded slope there. Not roots: what falls by the root of itself is empty in finite time, and
+/// to be followed relative to what is left it would take ever shorter steps.
 bool is_zero_at_zero(Op op) {
   switch (op) {
     case Op::neg:
     case Op::abs:
-    case Op::sign:
-    case Op::sqrt:
-    case Op::cbrt:
     case Op::sin:
     case Op::tan:
     case Op::asin:
@@ -89,7 +88,7 @@ std::vector<Annihilators> annihilators(const Program& program, std::span<const d
           of[i.out] = of[i.a];
           break;
         case Op::pow:
-          if (fixed[i.b] && slots[i.b] > 0.0) of[i.out] = of[i.a];
+          if (fixed[i.b] && slots[i.b] >= 1.0) of[i.out] = of[i.a];
           break;
         default:
           if (is_zero_at_zero(i.op)) of[i.out] = of[i.a];

@@ -82,7 +82,7 @@ struct SolverMessages {
 };
 
 /// A CVODE, ARKODE or IDA return flag in words: "the error test failed repeatedly or with the smallest step". A flag
-/// that a run is not known to end with is told by its name and SUNDIALS' own text.
+/// that a run is not known to end with is given by its name and SUNDIALS' own text.
 std::string cvode_words(int flag, const std::string& own_text);
 std::string arkode_words(int flag, const std::string& own_text);
 std::string ida_words(int flag, const std::string& own_text);
