@@ -1,6 +1,9 @@
 #include "bgsim/diagnostic.hpp"
 
 #include <catch2/catch.hpp>
+#include <stdexcept>
+
+#include "base/codes.hpp"
 
 using namespace bgsim;
 
@@ -105,4 +108,13 @@ TEST_CASE("the nearest name is a misspelling away, or there is none") {
   CHECK(nearest_name("r_b", names) == "R_b");
   CHECK(nearest_name("capacity", names).empty());
   CHECK(nearest_name("x", names).empty());
+}
+
+TEST_CASE("a message has the severity of its code") {
+  const Diagnostic error = diagnostic_of("BG113", "situation", {}, "rule", "help");
+  CHECK(error.severity == Severity::error);
+  CHECK(render(error, {}) == "error BG113: situation\n  rule: rule\n  help: help\n  see docs/errors.md#bg113\n");
+  CHECK(diagnostic_of("BG306").severity == Severity::warning);
+  CHECK(code_row("BG306").title == "A field whose laws are not reciprocal");
+  CHECK_THROWS_AS(diagnostic_of("BG999"), std::logic_error);
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
+#include "base/codes.hpp"
 #include "base/text.hpp"
 #include "bgsim/diagnostic.hpp"
 
@@ -96,7 +97,7 @@ class DocumentBuilder {
   [[noreturn]] void fail(const char* code, std::string situation, std::size_t begin, std::size_t end,
                          std::string help) {
     const Place place{document_.self_, {}, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end)};
-    throw ModelError({{Severity::error, code, std::move(situation), place, {}, {}, std::move(help)}}, sources());
+    throw ModelError({diagnostic_of(code, std::move(situation), place, {}, std::move(help))}, sources());
   }
 
   struct Fault {
@@ -279,13 +280,10 @@ class DocumentBuilder {
   void report_duplicate(NodeId first, NodeId second) {
     constexpr std::size_t kMostReported = 100;
     if (problems_.size() >= kMostReported) return;
-    problems_.push_back({Severity::error,
-                         "BG102",
-                         "the key \"" + std::string(document_[second].key) + "\" occurs twice in the same object",
-                         document_.key_place(second),
-                         {{document_.key_place(first), "the first one is here"}},
-                         "a name means one thing",
-                         "rename or remove one of the two"});
+    problems_.push_back(
+        diagnostic_of("BG102", "the key \"" + std::string(document_[second].key) + "\" occurs twice in the same object",
+                      document_.key_place(second), "a name means one thing", "rename or remove one of the two",
+                      {{document_.key_place(first), "the first one is here"}}));
   }
 
   Document& document_;
@@ -307,8 +305,7 @@ Document Document::parse(DocumentId self, std::string path, std::string text, bo
   document.decoded_ = std::make_shared<std::deque<std::string>>();
   if (document.text().size() >= std::numeric_limits<std::uint32_t>::max())
     throw ModelError(
-        {{Severity::error, "BG104", "the file is larger than 4 GiB", {}, {}, {}, "split the model into submodels"}},
-        nullptr);
+        {diagnostic_of("BG104", "the file is larger than 4 GiB", {}, {}, "split the model into submodels")}, nullptr);
   DocumentBuilder builder(document);
   const std::string& t = document.text();
   // Every value but the root follows one of these; a comma in a text counts too much, which only costs memory.

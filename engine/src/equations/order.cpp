@@ -4,6 +4,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/codes.hpp"
 #include "bgsim/ordering.hpp"
 #include "equations/tearing.hpp"
 
@@ -181,14 +182,10 @@ class Ordering {
 
   void report_singular(const Block& block) {
     std::string through;
-    Diagnostic problem{Severity::error,
-                       "BG411",
-                       {},
-                       {},
-                       {},
-                       "a loop can be solved only if its equations contain its unknowns",
-                       "the elements on the loop contradict or repeat each other: give one of them a resistance or a "
-                       "storage of its own, or correct its modulus"};
+    Diagnostic problem =
+        diagnostic_of("BG411", {}, {}, "a loop can be solved only if its equations contain its unknowns",
+                      "the elements on the loop contradict or repeat each other: give one of them a resistance or a "
+                      "storage of its own, or correct its modulus");
     for (const ElementId id : block.elements) {
       const Element& element = model_.elements[id.index()];
       if (is_junction(element.kind)) continue;

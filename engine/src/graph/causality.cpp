@@ -5,6 +5,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "base/codes.hpp"
 #include "graph/causal_explanation.hpp"
 #include "graph/graph_faults.hpp"
 #include "model/element_kinds.hpp"
@@ -509,16 +510,14 @@ class Scap {
     causal.fields.push_back({id, test_reciprocity(model_, pool_, id)});
     const Reciprocity& test = causal.fields.back().reciprocity;
     if (test.verdict != Reciprocity::Verdict::violated) return;
-    causal.warnings.push_back(
-        {.severity = Severity::warning,
-         .code = "BG306",
-         .situation = "the laws of field \"" + field.name + "\" are not reciprocal between ports \"" +
-                      field.ports[test.port_a] + "\" and \"" + field.ports[test.port_b] + "\"",
-         .place = field.laws.front().place,
-         .notes = {{std::nullopt, test.text}},
-         .rule = "laws that come from one stored energy have equal cross derivatives (Maxwell reciprocity); others "
-                 "create energy on a closed path",
-         .help = "give the field its \"energy\" instead of laws, or check the cross terms"});
+    causal.warnings.push_back(diagnostic_of(
+        "BG306",
+        "the laws of field \"" + field.name + "\" are not reciprocal between ports \"" + field.ports[test.port_a] +
+            "\" and \"" + field.ports[test.port_b] + "\"",
+        field.laws.front().place,
+        "laws that come from one stored energy have equal cross derivatives (Maxwell reciprocity); others "
+        "create energy on a closed path",
+        "give the field its \"energy\" instead of laws, or check the cross terms", {{std::nullopt, test.text}}));
   }
 
   const Model& model_;

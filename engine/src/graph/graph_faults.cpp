@@ -4,6 +4,7 @@
 #include <array>
 #include <boost/pending/disjoint_sets.hpp>
 
+#include "base/codes.hpp"
 #include "bgsim/causality.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
@@ -100,7 +101,7 @@ std::vector<Diagnostic> part_warnings(const Model& model, const BondGraph& graph
   const auto parts = Parts(model, graph).lists();
   if (parts.size() < 2) return {};
   constexpr std::size_t kListed = 5;
-  Diagnostic warning{Severity::warning, "BG206", {}, {}, {}, {}, {}};
+  Diagnostic warning = diagnostic_of("BG206");
   warning.situation = "the graph falls into " + std::to_string(parts.size()) + " parts that no bond or signal connects";
   for (std::size_t i = 0; i < parts.size() && i < kListed; ++i)
     warning.notes.push_back({model.elements[parts[i].front().index()].place, "a part: " + names_of(model, parts[i])});

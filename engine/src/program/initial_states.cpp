@@ -2,6 +2,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "base/codes.hpp"
 #include "bgsim/evaluator.hpp"
 #include "bgsim/visible_text.hpp"
 
@@ -60,7 +61,7 @@ std::vector<double> initial_states(Evaluator& evaluator, const RunInputs& inputs
     if (it == inputs.initial.end()) continue;
     if (std::abs(it->value - values[i]) <= kAgreement * std::max(std::abs(it->value), std::abs(values[i]))) continue;
     const std::string states = determining_states(program, i);
-    Diagnostic problem{Severity::error, "BG405", {}, it->place, {}, {}, {}};
+    Diagnostic problem = diagnostic_of("BG405", {}, it->place);
     problem.situation = "the initial value " + name + " = " + number_text(it->value) + " contradicts " +
                         (states.empty() ? "the sources" : states) + ", from which " + number_text(values[i]) +
                         " follows";

@@ -3,6 +3,7 @@
 #include <limits>
 #include <unordered_map>
 
+#include "base/codes.hpp"
 #include "bgsim/evaluator.hpp"
 
 namespace bgsim {
@@ -11,7 +12,7 @@ namespace {
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 [[noreturn]] void fail(const Model& model, const char* code, std::string situation, std::string help) {
-  throw ModelError({{Severity::error, code, std::move(situation), {}, {}, {}, std::move(help)}}, model.sources);
+  throw ModelError({diagnostic_of(code, std::move(situation), {}, {}, std::move(help))}, model.sources);
 }
 
 std::string words_of(const Fault& fault) {

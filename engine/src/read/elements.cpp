@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/codes.hpp"
 #include "read/reader.hpp"
 
 namespace bgsim {
@@ -183,13 +184,9 @@ void Reader::warn_of_euler(std::size_t index, ExprId right, const Place& place) 
     if (std::all_of(symbols.begin(), symbols.end(),
                     [this](SymbolId s) { return model_.symbols[s.index()].kind == ModelSymbol::Kind::parameter; }))
       continue;
-    model_.warnings.push_back({Severity::warning,
-                               "BG182",
-                               "in this law e^(...) is a power of the effort e of " + in_quotes(element.name),
-                               place,
-                               {},
-                               "in a law e is the element's own effort; Euler's number is exp(1)",
-                               "write exp(x) for e^x"});
+    model_.warnings.push_back(
+        diagnostic_of("BG182", "in this law e^(...) is a power of the effort e of " + in_quotes(element.name), place,
+                      "in a law e is the element's own effort; Euler's number is exp(1)", "write exp(x) for e^x"));
     return;
   }
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/codes.hpp"
 #include "read/other_keys.hpp"
 #include "read/reader.hpp"
 
@@ -79,7 +80,7 @@ void Reader::problem(const char* code, std::string situation, std::optional<Plac
   if (place) key += "@" + std::to_string(place->document.value) + ":" + std::to_string(place->begin);
   if (!reported_.insert(std::move(key)).second) return;
   problems_.push_back(
-      {Severity::error, code, std::move(situation), place, std::move(notes), std::move(rule), std::move(help)});
+      diagnostic_of(code, std::move(situation), place, std::move(rule), std::move(help), std::move(notes)));
 }
 
 void Reader::check_keys(const Document& file, NodeId object, std::span<const std::string_view> allowed,

@@ -2,6 +2,7 @@
 #include <array>
 #include <filesystem>
 
+#include "base/codes.hpp"
 #include "base/nearest_file.hpp"
 #include "base/shown_text.hpp"
 #include "graph/graph_faults.hpp"
@@ -14,13 +15,8 @@ Model read_model(const std::string& path, const ReadOptions& options) {
   InputText file = read_input(path, NamedBy::user, '{');
   const std::string near = file.fault.empty() ? "" : file_suggestion(path);
   if (!file.fault.empty())
-    throw ModelError({{Severity::error,
-                       "BG100",
-                       "cannot read " + in_quotes(path) + ": " + file.fault,
-                       {},
-                       {},
-                       {},
-                       near.empty() ? "give the path of a model file, such as models/bellow.json" : near}},
+    throw ModelError({diagnostic_of("BG100", "cannot read " + in_quotes(path) + ": " + file.fault, {}, {},
+                                    near.empty() ? "give the path of a model file, such as models/bellow.json" : near)},
                      std::make_shared<Sources>());
   return read_model_text(path, std::move(file.text), options);
 }
@@ -77,13 +73,8 @@ void Reader::give_up() {
     return std::pair(a.place->document, a.place->begin) < std::pair(b.place->document, b.place->begin);
   });
   if (further_problems_ > 0)
-    problems_.push_back({Severity::error,
-                         "BG105",
-                         std::to_string(further_problems_) + " further problems are not shown",
-                         {},
-                         {},
-                         {},
-                         "correct the first ones and try again"});
+    problems_.push_back(diagnostic_of("BG105", std::to_string(further_problems_) + " further problems are not shown",
+                                      {}, {}, "correct the first ones and try again"));
   throw ModelError(std::move(problems_), sources_);
 }
 

@@ -5,6 +5,7 @@
 #include <boost/pending/disjoint_sets.hpp>
 #include <unordered_set>
 
+#include "base/codes.hpp"
 #include "base/text.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
@@ -186,7 +187,7 @@ class RateSearch {
     const Element& element = model_.elements[id.index()];
     const bool q = stores_displacement(element.kind);
     const std::string own = element.name + (q ? ".q" : ".p");
-    Diagnostic problem{Severity::error, "BG117", {}, place, {}, {}, {}};
+    Diagnostic problem = diagnostic_of("BG117", {}, place);
     problem.situation = "the " + std::string(element.energy.valid() ? "energy" : "law") + " of " +
                         in_quotes(element.name) + " contains " + what +
                         (signal.empty() ? "" : " through the signal " + in_quotes(signal)) +

@@ -4,16 +4,13 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/codes.hpp"
+
 namespace bgsim {
 
 namespace {
 
-Diagnostic failure(std::string code, std::string situation) {
-  Diagnostic diagnostic;
-  diagnostic.code = std::move(code);
-  diagnostic.situation = std::move(situation);
-  return diagnostic;
-}
+Diagnostic failure(std::string_view code, std::string situation) { return diagnostic_of(code, std::move(situation)); }
 
 std::string at(double t) { return " at t = " + number_text(t); }
 

@@ -1,6 +1,7 @@
 // Snapshots of a run.
 #include <nlohmann/json.hpp>
 
+#include "base/codes.hpp"
 #include "bgsim/visible_text.hpp"
 #include "run/run.hpp"
 #include "run/snapshot.hpp"
@@ -36,7 +37,7 @@ void Run::carry(Archive& archive) {
 /// @throws ModelError BG171.
 bool Run::resume() {
   const auto refuse = [&](const std::string& why) {
-    Diagnostic diagnostic{Severity::error, "BG171", "the run cannot be continued: " + why, {}, {}, {}, {}};
+    Diagnostic diagnostic = diagnostic_of("BG171", "the run cannot be continued: " + why);
     diagnostic.rule = "a snapshot holds the state of a run of one model, scene and method";
     diagnostic.help = "give the model, scene and options of the run that wrote it; output times and the end may differ";
     throw ModelError({std::move(diagnostic)}, program_.model->sources);

@@ -5,6 +5,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "base/codes.hpp"
 #include "base/dependence.hpp"
 #include "base/text.hpp"
 #include "bgsim/model.hpp"
@@ -98,7 +99,7 @@ class ScenePreparation {
  private:
   void problem(const char* code, std::string situation, std::optional<Place> place, std::string help = {},
                std::string rule = {}) {
-    problems_.push_back({Severity::error, code, std::move(situation), place, {}, std::move(rule), std::move(help)});
+    problems_.push_back(diagnostic_of(code, std::move(situation), place, std::move(rule), std::move(help)));
   }
   void stop_if_wrong() {
     if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
@@ -437,8 +438,7 @@ class ScenePreparation {
 
   void warn(const char* code, std::string situation, std::optional<Place> place, std::string help = {},
             std::string rule = {}) {
-    inputs_.warnings.push_back(
-        {Severity::warning, code, std::move(situation), place, {}, std::move(rule), std::move(help)});
+    inputs_.warnings.push_back(diagnostic_of(code, std::move(situation), place, std::move(rule), std::move(help)));
   }
 
   /// Coefficients that depend on parameters alone are looked at before anything is computed from them.

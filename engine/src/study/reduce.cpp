@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/codes.hpp"
 #include "model/element_kinds.hpp"
 #include "run/failures.hpp"
 #include "study/junction_measure.hpp"
@@ -54,7 +55,7 @@ class Reducer {
       Place place;
       for (const Scene& scene : full_.model().scenes)
         if (scene.name == inputs_.scene) place = scene.place;
-      throw ModelError({{Severity::error, code, std::move(situation), place, {}, std::move(rule), std::move(help)}},
+      throw ModelError({diagnostic_of(code, std::move(situation), place, std::move(rule), std::move(help))},
                        full_.model().sources);
     };
     if (inputs_.outputs.empty())

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/codes.hpp"
 #include "run/failures.hpp"
 #include "run/integrate/separability.hpp"
 #include "study/trade_runs.hpp"
@@ -140,8 +141,7 @@ class Search {
   }
 
   [[noreturn]] void fail_for_reference() const {
-    Diagnostic diagnostic;
-    diagnostic.code = "BG612";
+    Diagnostic diagnostic = diagnostic_of("BG612");
     const TradeReference& facts = reference_.facts;
     const bool unresolved = !facts.unresolved.empty();
     diagnostic.situation =
@@ -157,8 +157,7 @@ class Search {
   }
 
   [[noreturn]] void fail_for_accuracy() const {
-    Diagnostic diagnostic;
-    diagnostic.code = "BG612";
+    Diagnostic diagnostic = diagnostic_of("BG612");
     diagnostic.situation = "no setting was found that reaches the accuracy " + number_text(accuracy_, 3) +
                            (std::isfinite(least_error_) ? "; the best came to " + number_text(least_error_, 2) : "");
     diagnostic.rule = "a setting is accepted if its outputs are within the accuracy at and between the output times";

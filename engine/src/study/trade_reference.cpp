@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/codes.hpp"
 #include "run/failures.hpp"
 #include "run/integrate/spectrum.hpp"
 #include "study/trade_runs.hpp"
@@ -85,8 +86,7 @@ double compare(const Trace& trace, const Trace& second, const Zeros& zeros, std:
 }
 
 [[noreturn]] void give_up(std::string situation, std::vector<Note> notes, std::string help) {
-  Diagnostic diagnostic;
-  diagnostic.code = "BG611";
+  Diagnostic diagnostic = diagnostic_of("BG611");
   diagnostic.situation = std::move(situation);
   diagnostic.notes = std::move(notes);
   diagnostic.rule = "errors are measured against a reference, and a second method must vouch for it";

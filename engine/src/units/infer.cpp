@@ -3,6 +3,7 @@
 #include <map>
 #include <set>
 
+#include "base/codes.hpp"
 #include "bgsim/infer_units.hpp"
 #include "units/equations.hpp"
 
@@ -127,9 +128,7 @@ class UnitInference {
   void tell_not_understood(const std::string& what, const std::string& name, const std::string& text,
                            const Place& place, const ParsedUnit& parsed) {
     if (!places_.insert({place.document.value, place.begin}).second) return;  // a submodel that is used again
-    Diagnostic d;
-    d.severity = Severity::warning;
-    d.code = "BG160";
+    Diagnostic d = diagnostic_of("BG160");
     d.situation = "the unit \"" + text + "\" of " + what + " \"" + name + "\" is not understood: " + parsed.fault;
     const Document& file = (*model_.sources)[place.document.index()];
     d.place = file.place_in_string(place.node, parsed.begin, std::max(parsed.end, parsed.begin + 1));

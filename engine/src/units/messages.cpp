@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "base/codes.hpp"
 #include "base/text.hpp"
 #include "bgsim/visible_text.hpp"
 #include "expression/graph.hpp"
@@ -348,12 +349,10 @@ class UnitJudge {
     if (follows(c)) return;
     const std::uint32_t number = shown(c);
     const UnitEquation& e = equation(number);
-    Diagnostic d;
-    d.situation = situation(number);
-    d.place = e.place;
-    d.rule = e.kind == UnitEquation::Kind::pure ? kPureNumbers : kEqualUnits;
     const Sides s = sides(number);
-    d.code = s.left && s.right && same_dimension(*s.left, *s.right) ? "BG162" : "BG161";
+    const bool one_dimension = s.left && s.right && same_dimension(*s.left, *s.right);
+    Diagnostic d = diagnostic_of(one_dimension ? "BG162" : "BG161", situation(number), e.place,
+                                 e.kind == UnitEquation::Kind::pure ? kPureNumbers : kEqualUnits);
     d.help = help(e, s);
     add_supports(d, c, number);
     if (further > 0)
@@ -401,10 +400,7 @@ class UnitJudge {
   /// One unit that the model gives, against all that speaks against it.
   void tell_given(std::uint32_t suspect, const std::vector<std::size_t>& against) {
     const UnitEquation& e = equation(suspect);
-    Diagnostic d;
-    d.place = e.place;
-    d.rule = kEqualUnits;
-    d.code = "BG162";
+    Diagnostic d = diagnostic_of("BG162", {}, e.place, kEqualUnits);
     std::size_t left_out = 0;
     std::set<std::uint32_t> noted;
     for (const std::size_t i : against) {
@@ -500,9 +496,7 @@ Diagnostic no_power(const Model& model, const BondGraph& graph, const UnitEquati
   const auto bond =
       static_cast<std::size_t>(std::find(equations.regions.of_bond.begin(), equations.regions.of_bond.end(), region) -
                                equations.regions.of_bond.begin());
-  Diagnostic d;
-  d.severity = Severity::warning;
-  d.code = "BG163";
+  Diagnostic d = diagnostic_of("BG163");
   d.situation = "bond \"" + model.bonds[bond].name + "\" and those it shares a junction with have efforts in " +
                 name(effort) + " and flows in " + name(flow) + ": their product, in " + name(effort * flow) +
                 ", is not a power";

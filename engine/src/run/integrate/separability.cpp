@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/codes.hpp"
 #include "base/text.hpp"
 
 namespace bgsim {
@@ -67,8 +68,7 @@ std::optional<Halves> separate(const Program& program, NotSeparable& obstacle) {
 
 Diagnostic not_separable_failure(const Program& program, const NotSeparable& obstacle) {
   const std::string state = in_quotes(program.state_names[obstacle.state]);
-  Diagnostic diagnostic;
-  diagnostic.code = "BG610";
+  Diagnostic diagnostic = diagnostic_of("BG610");
   diagnostic.situation = "the method \"verlet\" cannot be used: the rate of " + state + " depends on " +
                          (obstacle.state == obstacle.other ? state + " itself"
                                                            : in_quotes(program.state_names[obstacle.other]) +

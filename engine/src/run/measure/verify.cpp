@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "base/codes.hpp"
 #include "bgsim/input_file.hpp"
 #include "bgsim/visible_text.hpp"
 
@@ -14,10 +15,9 @@ namespace {
 
 constexpr const char* kTime = "t";
 
-[[noreturn]] void fail(const Model& model, const Reference& reference, std::string code, std::string situation,
+[[noreturn]] void fail(const Model& model, const Reference& reference, std::string_view code, std::string situation,
                        std::string rule, std::string help) {
-  Diagnostic problem;
-  problem.code = std::move(code);
+  Diagnostic problem = diagnostic_of(code);
   problem.situation = std::move(situation);
   problem.place = reference.place;
   problem.rule = std::move(rule);

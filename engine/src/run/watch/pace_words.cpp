@@ -1,5 +1,6 @@
 #include "run/watch/pace_words.hpp"
 
+#include "base/codes.hpp"
 #include "run/failures.hpp"
 
 namespace bgsim {
@@ -65,9 +66,7 @@ std::string pace_text(const PaceFacts& facts) {
 }  // namespace
 
 Diagnostic slow_run_remark(const Program& program, const PaceFacts& facts) {
-  Diagnostic remark;
-  remark.severity = Severity::warning;
-  remark.code = "BG616";
+  Diagnostic remark = diagnostic_of("BG616");
   remark.situation = "the run is slow: " + pace_text(facts);
   remark.help =
       "remove the fast motion, choose another method, or loosen the tolerance; a limit of time keeps "
@@ -76,9 +75,7 @@ Diagnostic slow_run_remark(const Program& program, const PaceFacts& facts) {
 }
 
 Diagnostic endless_run_failure(const Program& program, const PaceFacts& facts, double longest_run) {
-  Diagnostic failure;
-  failure.severity = Severity::error;
-  failure.code = "BG617";
+  Diagnostic failure = diagnostic_of("BG617");
   failure.situation = "the run was ended, because it would take too long: " + pace_text(facts);
   failure.rule = "a run at a steady pace that would take more than " + duration_words(longest_run) + " is ended";
   failure.help = "remove the fast motion, or choose another method; bgsim run --no-time-limit lets it go on";
@@ -86,9 +83,7 @@ Diagnostic endless_run_failure(const Program& program, const PaceFacts& facts, d
 }
 
 Diagnostic time_limit_failure(double t, double stop, double seconds) {
-  Diagnostic failure;
-  failure.severity = Severity::error;
-  failure.code = "BG618";
+  Diagnostic failure = diagnostic_of("BG618");
   failure.situation = "the limit of " + number_text(seconds, 6) +
                       " s of wall time was reached at t = " + number_text(t) +
                       ", before the stop at t = " + number_text(stop);
