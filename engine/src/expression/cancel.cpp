@@ -24,27 +24,17 @@ bool is_short(double number) { return number == std::round(number) || is_recipro
 }  // namespace
 
 ExprId Canceller::operator()(ExprId root) {
-  std::vector<ExprId> open{root};
-  while (!open.empty()) {
-    const ExprId id = open.back();
-    if (known_.contains(id)) {
-      open.pop_back();
-      continue;
-    }
-    const ExprNode node = pool_[id];  // a copy: the pool grows
-    const std::size_t before = open.size();
-    for_each_argument(node, [&](ExprId a) {
-      if (!known_.contains(a)) open.push_back(a);
-    });
-    if (open.size() > before) continue;
-    open.pop_back();
-    if (node.op == Op::symbol)
-      known_.emplace(id, atom(id));
-    else if (node.op == Op::constant)
-      known_.emplace(id, std::isnormal(node.constant) ? Known{id, {node.constant, {}}} : atom(id));
-    else
-      known_.emplace(id, rewritten(node));
-  }
+  arguments_first(
+      pool_, root, [this](ExprId e) { return known_.contains(e); },
+      [this](ExprId e) {
+        const ExprNode node = pool_[e];  // a copy: the pool grows
+        if (node.op == Op::symbol)
+          known_.emplace(e, atom(e));
+        else if (node.op == Op::constant)
+          known_.emplace(e, std::isnormal(node.constant) ? Known{e, {node.constant, {}}} : atom(e));
+        else
+          known_.emplace(e, rewritten(node));
+      });
   return known_.at(root).image;
 }
 

@@ -94,6 +94,28 @@ ExprId rebuilt(ExprPool& pool, const ExprNode& node, const Argument& argument) {
   }
 }
 
+/// Calls @p finish for @p root and all below it for which @p known is false, each once and after its arguments; what is
+/// known is not entered. Depth first with a stack of its own: chains may be long. @p finish makes its expression known,
+/// and may let the pool grow.
+template <class Known, class Finish>
+void arguments_first(const ExprPool& pool, ExprId root, const Known& known, const Finish& finish) {
+  std::vector<ExprId> open{root};
+  while (!open.empty()) {
+    const ExprId top = open.back();
+    if (known(top)) {
+      open.pop_back();
+      continue;
+    }
+    const std::size_t before = open.size();
+    for_each_argument(pool[top], [&](ExprId a) {
+      if (!known(a)) open.push_back(a);
+    });
+    if (open.size() > before) continue;
+    open.pop_back();
+    finish(top);
+  }
+}
+
 /// The expressions of @p nodes (as from reachable()) that depend on a symbol for which @p x is true, by position.
 template <class Predicate>
 std::vector<char> depends_on(const ExprPool& pool, const std::vector<ExprId>& nodes,

@@ -366,38 +366,26 @@ Translator::Translator(const ExprPool& from, ExprPool& to, std::function<ExprId(
 
 ExprId Translator::operator()(ExprId expression) {
   const auto memo = [this](ExprId id) -> ExprId { return id.index() < memo_.size() ? memo_[id.index()] : ExprId(); };
-  // An own stack, not recursion: chains may be long. A node is met twice: before and after its arguments.
-  std::vector<ExprId> open{expression};
-  while (!open.empty()) {
-    const ExprId id = open.back();
-    if (memo(id).valid()) {
-      open.pop_back();
-      continue;
-    }
-    const ExprNode node = from_[id];
-    const std::size_t before = open.size();
-    for_each_argument(node, [&](ExprId a) {
-      if (!memo(a).valid()) open.push_back(a);
-    });
-    if (open.size() > before) continue;
-    open.pop_back();
-
-    ExprId image;
-    if (node.op == Op::symbol) {
-      image = replace_(SymbolId(node.a));
-    } else if (node.op == Op::der && on_der_) {
-      image = on_der_(memo(ExprId(node.a)));
-    } else if (is_table(node.op)) {
-      if (tables_.size() <= node.b) tables_.resize(node.b + 1);
-      if (!tables_[node.b].valid()) tables_[node.b] = to_.add_table(from_.tables()[node.b]);
-      image = to_.table(node.op, memo(ExprId(node.a)), tables_[node.b]);
-    } else {
-      image = rebuilt(to_, node, memo);
-    }
-    if (!image.valid()) throw std::logic_error("Translator: a symbol or derivative has no replacement");
-    if (memo_.size() < from_.size()) memo_.resize(from_.size());
-    memo_[id.index()] = image;
-  }
+  arguments_first(
+      from_, expression, [&](ExprId id) { return memo(id).valid(); },
+      [&](ExprId id) {
+        const ExprNode node = from_[id];  // a copy: both pools may be one
+        ExprId image;
+        if (node.op == Op::symbol) {
+          image = replace_(SymbolId(node.a));
+        } else if (node.op == Op::der && on_der_) {
+          image = on_der_(memo(ExprId(node.a)));
+        } else if (is_table(node.op)) {
+          if (tables_.size() <= node.b) tables_.resize(node.b + 1);
+          if (!tables_[node.b].valid()) tables_[node.b] = to_.add_table(from_.tables()[node.b]);
+          image = to_.table(node.op, memo(ExprId(node.a)), tables_[node.b]);
+        } else {
+          image = rebuilt(to_, node, memo);
+        }
+        if (!image.valid()) throw std::logic_error("Translator: a symbol or derivative has no replacement");
+        if (memo_.size() < from_.size()) memo_.resize(from_.size());
+        memo_[id.index()] = image;
+      });
   return memo(expression);
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "expression/graph.hpp"
+
 namespace bgsim {
 namespace {
 
@@ -67,35 +69,22 @@ Freezer::Freezer(const EquationSystem& system, const BlockOrder& order, Program&
 }
 
 ExprId Freezer::operator()(ExprId expression) {
-  if (frozen_[expression.index()].valid()) return frozen_[expression.index()];
-  // Depth first with a stack of its own, entering only what is new.
-  std::vector<ExprId> stack{expression};
-  while (!stack.empty()) {
-    const ExprId top = stack.back();
-    if (frozen_[top.index()].valid()) {
-      stack.pop_back();
-      continue;
-    }
-    const ExprNode& node = order_.pool[top];
-    const int arguments = node.op == Op::constant || node.op == Op::symbol ? 0 : arity(node.op);
-    const std::uint32_t children[] = {node.a, node.b, node.c};
-    const std::size_t before = stack.size();
-    for (int i = 0; i < arguments; ++i)
-      if (!frozen_[children[i]].valid()) stack.emplace_back(children[i]);
-    if (stack.size() > before) continue;
-    Variation most = node.op == Op::symbol ? Variation::state : Variation::fixed;
-    if (node.op == Op::symbol) {
-      const SystemSymbol::Kind kind = system_.symbols[SymbolId(node.a).index()].kind;
-      if (kind == SystemSymbol::Kind::parameter) most = Variation::fixed;
-      if (kind == SystemSymbol::Kind::time) most = Variation::time_only;
-    }
-    for (int i = 0; i < arguments; ++i) most = std::max(most, variation_[children[i]]);
-    variation_[top.index()] = most;
-    plain_[top.index()] = copy_plain(top);
-    frozen_[top.index()] = copy(top);
-    program_.origins.resize(program_.pool.size(), order_.origins[top.index()]);
-    stack.pop_back();
-  }
+  arguments_first(
+      order_.pool, expression, [this](ExprId e) { return frozen_[e.index()].valid(); },
+      [this](ExprId e) {
+        const ExprNode& node = order_.pool[e];
+        Variation most = node.op == Op::symbol ? Variation::state : Variation::fixed;
+        if (node.op == Op::symbol) {
+          const SystemSymbol::Kind kind = system_.symbols[SymbolId(node.a).index()].kind;
+          if (kind == SystemSymbol::Kind::parameter) most = Variation::fixed;
+          if (kind == SystemSymbol::Kind::time) most = Variation::time_only;
+        }
+        for_each_argument(node, [&](ExprId argument) { most = std::max(most, variation_[argument.index()]); });
+        variation_[e.index()] = most;
+        plain_[e.index()] = copy_plain(e);
+        frozen_[e.index()] = copy(e);
+        program_.origins.resize(program_.pool.size(), order_.origins[e.index()]);
+      });
   return frozen_[expression.index()];
 }
 
