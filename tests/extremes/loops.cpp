@@ -78,12 +78,31 @@ const std::vector<Extreme> kEntries{
                                      "left>c left>one one>right left>two two>right right>r", "", kOne)),
                         "BG405", {"c.q = 1"});
      }},
-    {"a ring of two GY of modulus 1: unit gain", "the ring does not determine its flow: reported before the run",
+    {"a ring of two GY of modulus 1: unit gain", "the ring leaves no effort but 0: the source contradicts it",
      [] {
        return diagnosis(ran(model_of(R"("source": { "kind": "Se", "effort": 1 }, "left": { "kind": "1" },
            "right": { "kind": "1" }, "one": { "kind": "GY", "modulus": 1 }, "two": { "kind": "GY", "modulus": 1 })",
                                      "source>left left>one one>right right>two two>left", R"("f": "left.f")", kOne)),
                         "BG411", {"\"one\"", "\"two\""});
+     }},
+    {"two bonds side by side between the same 0-junctions, C at one, R at the other",
+     "as one bond: the charge decays; how the flow divides nobody asks",
+     [] {
+       const Ran run = ran(model_of(R"("left": { "kind": "0" }, "right": { "kind": "0" },
+           "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } }, "r": { "kind": "R", "resistance": 1 })",
+                                    "c>left left>right left>right right>r", R"("q": "c.q")", kOne));
+       REQUIRE(run.completed());
+       return within(std::abs(run.last("q") - std::exp(-1.0)), 1e-5);
+     }},
+    {"a ring 1, 0, 0 that lets no flow through, beside it `sin(t)` into an I",
+     "the I has the source's flow: its effort is cos(t)",
+     [] {
+       const Ran run = ran(model_of(R"x("source": { "kind": "Sf", "flow": "sin(t)" }, "a": { "kind": "1" },
+           "b": { "kind": "0" }, "c": { "kind": "0" }, "r": { "kind": "R", "resistance": 2 },
+           "i": { "kind": "I", "inertance": 1 })x",
+                                    "a>b b>c c>a a>r source>b b>i", R"("e": "i.e")", kOne));
+       REQUIRE(run.completed());
+       return within(std::abs(run.last("e") - std::cos(1.0)), 1e-12);
      }},
     {"a flow source of `sin(t)` into a 0-junction of I only (1 and 2)",
      "one of the two depends on the other and the source: f1 = 2/3 sin(t)",

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <set>
 
 #include "support/random_graph.hpp"
 #include "support/run.hpp"
@@ -28,20 +29,22 @@ RandomGraph with_detectors(RandomGraph graph) {
   return graph;
 }
 
-/// What the junctions share, recorded beside what the detectors read, as "at_" and the junction's name.
-std::string with_junctions(const RandomGraph& metered) {
-  std::string text = metered.json(), more;
-  for (const RandomElement& element : metered.elements)
+/// What the junctions share, recorded beside the outputs, as "at_" and the junction's name.
+std::string with_junctions(const RandomGraph& graph) {
+  std::string text = graph.json(), more;
+  for (const RandomElement& element : graph.elements)
     if (element.kind == "0" || element.kind == "1")
-      more += "\"at_" + element.name + "\": \"" + element.name + (element.kind == "0" ? ".e\", " : ".f\", ");
+      more += (more.empty() ? "\"at_" : ", \"at_") + element.name + "\": \"" + element.name +
+              (element.kind == "0" ? ".e\"" : ".f\"");
   const std::string key = "\"outputs\": {";
-  return text.insert(text.find(key) + key.size(), more);
+  const std::size_t place = text.find(key) + key.size();
+  return text.insert(place, more + (text[place] == '}' ? "" : ", "));
 }
 
 TEST_CASE("detectors at every junction of random graphs change neither strokes nor motion, and read the junctions") {
   SceneOverrides tight;
   tight.relative = 1e-10;
-  std::size_t compared = 0, meters = 0;
+  std::size_t compared = 0, meters = 0, undetermined = 0;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     const RandomGraph graph = random_graph(seed);
     const RandomGraph metered = with_detectors(graph);
@@ -58,9 +61,23 @@ TEST_CASE("detectors at every junction of random graphs change neither strokes n
       CHECK_THROWS_AS(study.order(), ModelError);
       continue;
     }
+    // A detector asks for what its junction shares: nothing may determine that in a ring.
+    const Study asked = Study::from_text(with_junctions(graph));
+    try {
+      static_cast<void>(asked.order());
+    } catch (const ModelError& error) {
+      CHECK(error.diagnostics.front().code == "BG411");
+      CHECK_THROWS_AS(study.order(), ModelError);
+      ++undetermined;
+      continue;
+    }
     REQUIRE_NOTHROW(study.order());
+    std::set<std::size_t> in_rings;  // solved as a whole: strokes there show one way of many
+    for (const Study* at : {&plain, &study})
+      for (const JunctionPart& part : at->causality().ranked)
+        for (const BondId bond : part.inner) in_rings.insert(bond.index());
     for (std::size_t bond = 0; bond < plain.graph().bonds.size(); ++bond)
-      CHECK(plain.causality().strokes[bond].end == study.causality().strokes[bond].end);
+      if (!in_rings.contains(bond)) CHECK(plain.causality().strokes[bond].end == study.causality().strokes[bond].end);
     CHECK(plain.equations().energy.size() == study.equations().energy.size());
     if (plain.model().outputs.empty()) continue;
     const RunResult without = plain.scene("", tight).simulate(), with = study.scene("", tight).simulate();
@@ -87,6 +104,7 @@ TEST_CASE("detectors at every junction of random graphs change neither strokes n
   }
   CHECK(compared > 150);
   CHECK(meters > 500);
+  CHECK(undetermined < 30);
 }
 
 // A motor whose voltage follows the speed that a Df reads: with the winding's inductance left out,

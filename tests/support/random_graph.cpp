@@ -69,10 +69,15 @@ class Generator {
       result_.bonds.emplace_back(two, one);
   }
   void connect(const std::string& one, const std::string& two) {
-    if (dice_.chance(0.6)) return bond(one, two);
-    const std::string two_port = add(dice_.chance(0.5) ? "TF" : "GY", dice_.moderate());
+    if (dice_.chance(1.0 - options_.two_ports)) return bond(one, two);
+    const std::string two_port = add(dice_.chance(0.5) ? "TF" : "GY", modulus());
     bond(one, two_port + ".1");
     bond(two_port + ".2", two);
+  }
+  double modulus() {
+    if (!options_.simple_moduli) return dice_.moderate();
+    static constexpr std::array<double, 6> kSimple{0.5, 1.0, 2.0, -0.5, -1.0, -2.0};
+    return kSimple[dice_.below(kSimple.size())];
   }
   void add_one_ports(const std::string& junction, bool only_junction) {
     std::size_t count = dice_.below(options_.most_at_junction + 1);

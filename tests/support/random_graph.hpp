@@ -15,6 +15,8 @@ struct RandomGraphOptions {
   std::size_t most_at_junction = 3;  ///< one-ports at each junction
   double sources = 0.2;              ///< share of one-ports that are sources
   std::size_t most_bonds = 40;       ///< graphs are cut off there
+  double two_ports = 0.4;            ///< share of connections that go through a TF or GY
+  bool simple_moduli = false;        ///< 1/2, 1, 2 and their negatives: round a ring they often cancel
 };
 
 struct RandomElement {

@@ -209,6 +209,36 @@ Motion motion_of(const Tableau& t) {
   return motion;
 }
 
+Motion motion_without_circulation(const Tableau& t) {
+  const Index n = t.rate_y.rows(), m = t.law_y.rows(), inputs = t.law_u.cols();
+  // y = keep z: what neither a law nor a rate contains is left out.
+  MatrixXd all(n + m, m);
+  all << t.rate_y, t.law_y;
+  const Eigen::JacobiSVD<MatrixXd> columns(all, Eigen::ComputeFullV);
+  MatrixXd laws(m, n + m + inputs);
+  laws << t.law_x, t.law_y, t.law_u;
+  const Eigen::JacobiSVD<MatrixXd> rows(laws, Eigen::ComputeFullU);
+  const auto rank = [](const auto& svd) {
+    const auto& s = svd.singularValues();
+    Index count = 0;
+    while (count < s.size() && s(count) > kRank * s(0)) ++count;
+    return count;
+  };
+  if (m == 0 || rank(columns) != rank(rows)) return {};  // not one law too many for each variable too many
+  const MatrixXd keep = columns.matrixV().leftCols(rank(columns));
+  const MatrixXd combine = rows.matrixU().leftCols(rank(rows)).transpose();
+  Tableau less = t;
+  less.rate_y = t.rate_y * keep;
+  less.law_x = combine * t.law_x;
+  less.law_y = combine * t.law_y * keep;
+  less.law_u = combine * t.law_u;
+  Motion motion = motion_of(less);
+  if (!motion.regular) return motion;
+  motion.bonds_x = keep * motion.bonds_x;
+  motion.bonds_u = keep * motion.bonds_u;
+  return motion;
+}
+
 Eigen::VectorXcd Motion::poles() const {
   const MatrixXd within = basis.transpose() * rate_x * basis;
   if (within.rows() == 0) return {};

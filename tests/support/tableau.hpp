@@ -39,4 +39,9 @@ struct Motion {
 
 Motion motion_of(const Tableau& tableau);
 
+/// The motion where some efforts and flows take part in nothing (what runs round a ring of junctions and comes out
+/// nowhere): with these at zero, and the laws that repeat others left out. Of no use for a pencil that is singular for
+/// other reasons.
+Motion motion_without_circulation(const Tableau& tableau);
+
 }  // namespace bgsim::test

@@ -156,20 +156,32 @@ TEST_CASE("Elements bonded to each other without a junction are legal") {
   CHECK(Stages(sketch("R:r R:s", "r>s")).causal.free_choices.size() == 1);
 }
 
-TEST_CASE("A choice that leads to a conflict is taken back, and the store says so") {
-  // The bonds x>y and y>x side by side force equal strokes on the stores at both ends. Integral causality of i3 agrees
-  // with the rules next to it, and is found impossible only further on.
+TEST_CASE("Where a ring determines more than strokes show, the rank chooses the states") {
+  // Two bonds side by side carry the same flow back and forth: none is left for i2. i3 and i4 share one.
   const Stages stages(sketch("0:x 1:y I:i2 I:i3 I:i4", "y>x x>y x>i2 i3>y i4>y"));
+  CHECK(stages.states() == "i3");
+  REQUIRE(stages.dependent() == "i2 i4");
+  CHECK(stages.causal.dependent[0].because.empty());
+  CHECK(stages.causal.dependent[1].because == std::vector<ElementId>{stages.element("i3")});
+  REQUIRE(stages.causal.ranked.size() == 1);
+  CHECK(stages.causal.ranked[0].inner.size() == 2);
+  CHECK(stages.causal.ranked[0].outer.size() == 3);
+}
+
+TEST_CASE("A choice that leads to a conflict is taken back, and the store says so") {
+  // The way through tf beside the bond y>x forces equal strokes on the stores at both ends. Integral causality of i3
+  // agrees with the rules next to it, and is found impossible only further on.
+  const Stages stages(sketch("0:x 1:y TF:tf=2 I:i2 I:i3 I:i4", "y>x x>tf tf>y x>i2 i3>y i4>y"));
   CHECK(broken_rule(stages.model, stages.graph, stages.causal.strokes).empty());
   CHECK(stages.states() == "i2");
   REQUIRE(stages.dependent() == "i3 i4");
-  CHECK(stages.causal.strokes[3].reason == StrokeReason::by_elimination);
+  CHECK(stages.causal.strokes[4].reason == StrokeReason::by_elimination);
   CHECK(stages.causal.dependent[0].because == std::vector<ElementId>{stages.element("i2")});
 }
 
 TEST_CASE("What is taken back is what the conflict follows from, not what was chosen elsewhere in between") {
   // The same ring with twenty stores in other parts, chosen between i2 and i3.
-  std::string elements = "0:x 1:y I:i2", bonds = "y>x x>y x>i2 i3>y i4>y";
+  std::string elements = "0:x 1:y TF:tf=2 I:i2", bonds = "y>x x>tf tf>y x>i2 i3>y i4>y";
   for (int i = 0; i < 20; ++i) {
     const std::string n = std::to_string(i);
     elements += " C:c" + n + " R:r" + n;
@@ -213,7 +225,7 @@ TEST_CASE("Over thousands of random graphs every rule is kept, and causes come b
   options.most_junctions = 12;
   options.most_rings = 4;
   options.sources = 0.08;
-  std::size_t accepted = 0;
+  std::size_t accepted = 0, by_rules = 0;
   for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
     const Model model = read_model_text("random.json", random_graph(seed, options).json());
     const BondGraph graph = [&] {
@@ -232,6 +244,8 @@ TEST_CASE("Over thousands of random graphs every rule is kept, and causes come b
     }
     ++accepted;
     INFO("seed " << seed);
+    if (!causal.ranked.empty()) continue;  // no strokes are right there
+    ++by_rules;
     REQUIRE(broken_rule(model, graph, causal.strokes) == "");
     for (std::size_t i = 0; i < causal.strokes.size(); ++i)
       for (const BondId bond : reason_chain(graph, causal, BondId(i)))
@@ -241,6 +255,7 @@ TEST_CASE("Over thousands of random graphs every rule is kept, and causes come b
     REQUIRE(causal.integral.size() + causal.dependent.size() == stores);
   }
   CHECK(accepted > 1500);
+  CHECK(by_rules > 1500);
 }
 
 TEST_CASE("A graph is refused only if no strokes keep all rules") {
@@ -262,7 +277,8 @@ TEST_CASE("A graph is refused only if no strokes keep all rules") {
     } catch (const ModelError& error) {
       ++refused;
       REQUIRE_FALSE(error.diagnostics.empty());
-      REQUIRE_FALSE(some_assignment_exists(model, graph));
+      // Strokes may exist where the ring determines what a source gives: tests/physics/oracle_test.cpp
+      if (error.diagnostics.front().code != "BG411") REQUIRE_FALSE(some_assignment_exists(model, graph));
     }
   }
   CHECK(refused > 100);

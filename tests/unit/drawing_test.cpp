@@ -108,8 +108,9 @@ TEST_CASE("a model whose causality conflicts is drawn with the strokes assigned 
 }
 
 TEST_CASE("a conflict that only choices lead to shows the strokes up to it") {
-  // A ring through a gyrator: with either stroke the other junction receives its effort twice, or never.
-  const Model model = model_of(sketch("GY:g 0:a 0:b TF:n", "a>g g>b a>n n>b"));
+  // A ring through a gyrator: with either stroke the other junction receives its effort twice, or never. The ring takes
+  // no flow, so the source has no way out.
+  const Model model = model_of(sketch("Sf:s GY:g 0:a 0:b TF:n", "s>a a>g g>b a>n n>b"));
   const DrawnCausality drawn = drawn_causality(model);
   REQUIRE(drawn.problems.size() == 1);
   CHECK(drawn.faulty.size() == 1);

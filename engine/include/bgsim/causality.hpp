@@ -25,6 +25,7 @@ enum class StrokeReason : std::uint8_t {
   law_as_written,  ///< chosen: nonlinear R or RR `element` used as its law is written
   free_choice,     ///< chosen freely: an algebraic loop runs through this bond
   by_elimination,  ///< the other end was tried for `element` and led to a conflict
+  by_rank,         ///< in a ring of junctions: what their equations leave, whatever strokes would say
   propagated,      ///< forced by the rule of `element` (junction, TF, GY) from the strokes of `causes`
 };
 
@@ -67,6 +68,13 @@ struct FieldTest {
   Reciprocity reciprocity;
 };
 
+/// A connected part of the junction structure: junctions, TF and GY.
+struct JunctionPart {
+  std::vector<ElementId> elements;  ///< increasing
+  std::vector<BondId> inner;        ///< bonds between them
+  std::vector<PortId> outer;        ///< ports of other elements that are bonded to them, increasing
+};
+
 struct CausalGraph {
   std::vector<Stroke> strokes;           ///< by BondId
   ExprPool pool;                         ///< the model's, and the laws: the model's ids stay valid
@@ -75,6 +83,9 @@ struct CausalGraph {
   std::vector<PortId> integral;          ///< store ports in integral causality, in model order
   std::vector<DependentPort> dependent;  ///< store ports in derivative causality, in model order
   std::vector<FreeChoice> free_choices;  ///< in order of assignment
+  /// Parts with rings whose strokes do not tell what depends on what: their equations are solved as a whole, from what
+  /// is given at the outer ports.
+  std::vector<JunctionPart> ranked;
   std::vector<Diagnostic> warnings;
 
   /// What the element gives at @p port: effort if the stroke is at the other end.
@@ -91,10 +102,15 @@ struct CausalGraph {
 /// conflict it is taken back and the bond gets the other stroke (`by_elimination`); this matters only in graphs whose
 /// junctions form rings.
 ///
+/// A ring may determine what strokes leave free, and the other way round. So the choice in each part with a ring is
+/// held against the rank of its equations; where the two differ, the rank decides (`by_rank`): sources first, then laws
+/// for one direction, stores by priority, resistors.
+///
 /// @throws ModelError BG301 two bonds set the effort of a 0-junction, BG302 two bonds set the flow of a 1-junction,
 ///         BG303 no bond sets a junction's effort or flow, BG304 a TF or GY gets contradictory strokes, BG305 a law is
 ///         forced against the only direction it can be used in; each with the chain of strokes that forces it, back to
-///         the sources. BG306 (warning): a field given by laws is not reciprocal.
+///         the sources. BG411 a ring of junctions determines what a source or a law for one direction gives. BG306
+///         (warning): a field given by laws is not reciprocal.
 /// @note Time O(B + E), unless choices have to be taken back. Ties follow the order of elements in the model.
 CausalGraph assign_causality(const Model& model, const BondGraph& graph);
 

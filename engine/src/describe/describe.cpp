@@ -85,13 +85,14 @@ void describe_counts(Findings& findings, const View& view) {
 
 void describe_strokes(Findings& findings, const View& view) {
   const bool detectors = std::any_of(view.graph.kinds.begin(), view.graph.kinds.end(), is_detector);
-  const std::array<std::pair<StrokeReason, const char*>, 7> groups{
+  const std::array<std::pair<StrokeReason, const char*>, 8> groups{
       {{StrokeReason::source, detectors ? "strokes fixed by sources and detectors" : "strokes fixed by sources"},
        {StrokeReason::one_way_law, "strokes fixed by laws that can be used in one direction only"},
        {StrokeReason::integral, "strokes chosen: stores in integral causality"},
        {StrokeReason::law_as_written, "strokes chosen: laws used as written"},
        {StrokeReason::free_choice, "strokes chosen freely"},
        {StrokeReason::by_elimination, "strokes left over: the other end leads to a conflict"},
+       {StrokeReason::by_rank, "strokes in rings of junctions, from the rank of their equations"},
        {StrokeReason::propagated, "strokes that follow"}}};
   std::vector<BondId> order(view.causal.strokes.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[view.causal.strokes[i].order] = BondId(i);

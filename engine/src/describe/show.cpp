@@ -91,6 +91,8 @@ std::string reason_word(StrokeReason reason) {
       return "free choice";
     case StrokeReason::by_elimination:
       return "by elimination";
+    case StrokeReason::by_rank:
+      return "by rank";
     case StrokeReason::propagated:
       return "propagated";
   }

@@ -1,10 +1,13 @@
 #include <algorithm>
+#include <array>
+#include <set>
 #include <stdexcept>
 #include <unordered_map>
 #include <utility>
 
 #include "bgsim/equations.hpp"
 #include "equations/derivative_faults.hpp"
+#include "equations/junctions.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
 
@@ -26,6 +29,7 @@ class Derivation {
         causal_.pool, system_.pool, [this](SymbolId symbol) { return meaning(symbol); },
         [this](ExprId argument) { return derivative_of(argument); });
     translate_ = &translate;
+    write_ranked_parts();
     write_signals();
     for (std::size_t i = 0; i < model_.elements.size(); ++i) {
       wish_ = Wish{line_of(model_.elements[i]), {}};
@@ -123,6 +127,7 @@ class Derivation {
   /// What a model's symbol means in the system.
   ExprId meaning(SymbolId symbol) {
     const ModelSymbol& s = model_.symbols[symbol.index()];
+    refuse_undetermined(s);
     switch (s.kind) {
       case ModelSymbol::Kind::time:
         return as_expression(system_.time);
@@ -149,6 +154,22 @@ class Derivation {
     return {};
   }
 
+  /// What runs round a ring of junctions and comes out nowhere has no value that could be asked for.
+  void refuse_undetermined(const ModelSymbol& s) {
+    const bool of_bond = s.kind == ModelSymbol::Kind::bond_variable || s.kind == ModelSymbol::Kind::port_variable;
+    if (undetermined_.empty() || !of_bond) return;
+    const bool junction =
+        s.kind == ModelSymbol::Kind::port_variable && is_junction(model_.elements[s.element.index()].kind);
+    const BondId bond = s.kind == ModelSymbol::Kind::bond_variable
+                            ? s.bond
+                            : graph_[graph_.port(s.element, junction ? 0 : s.port)].bond;
+    const SymbolId unknown = (s.variable == Variable::effort ? system_.efforts : system_.flows)[bond.index()];
+    const auto found = undetermined_.find(unknown);
+    if (found == undetermined_.end()) return;
+    problems_.push_back(undetermined_fault(model_, found->second, system_.symbols[unknown.index()].name, wish_.place));
+    undetermined_.erase(found);
+  }
+
   // --- equations
 
   /// Expressions made since the last call are this element's or signal's.
@@ -170,7 +191,36 @@ class Derivation {
     }
   }
 
+  /// Rings of junctions that are solved as a whole. What nothing determines there must not be asked for.
+  void write_ranked_parts() {
+    for (const JunctionPart& part : causal_.ranked) {
+      const auto modulus = [this](ElementId id) { return (*translate_)(model_.elements[id.index()].coefficient); };
+      const auto given = [this](BondId bond, Variable variable) {
+        return as_expression((variable == Variable::effort ? system_.efforts : system_.flows)[bond.index()]);
+      };
+      for (const ElementId id : part.elements) solved_.insert(id);
+      for (const JunctionSolution& solution :
+           solve_junctions(model_, graph_, causal_, part, system_.pool, modulus, given)) {
+        const bool effort = solution.variable == Variable::effort;
+        const SymbolId unknown = (effort ? system_.efforts : system_.flows)[solution.bond.index()];
+        const Place& place = model_.elements[solution.element.index()].place;
+        if (!solution.value.valid()) undetermined_.emplace(unknown, solution.element);
+        define(unknown, solution.value.valid() ? solution.value : system_.pool.constant(0.0), solution.element, place);
+      }
+      claim({part.elements.front(), {}});
+    }
+    // The moduli were written before it was known what nothing determines.
+    for (const ElementId id : solved_) {
+      const Element& element = model_.elements[id.index()];
+      if (!element.coefficient.valid()) continue;
+      wish_ = Wish{line_of(element), {}};
+      for (const SymbolId symbol : symbols_in(model_.pool, std::array{element.coefficient}))
+        refuse_undetermined(model_.symbols[symbol.index()]);
+    }
+  }
+
   void write_element(ElementId id) {
+    if (solved_.contains(id)) return;
     const Element& element = model_.elements[id.index()];
     switch (element.kind) {
       case ElementKind::effort_source:
@@ -505,6 +555,8 @@ class Derivation {
   std::unordered_map<SymbolId, std::uint32_t> depth_;
   std::vector<Diagnostic> problems_;
   bool index_reported_ = false;
+  std::set<ElementId> solved_;                            ///< junctions, TF and GY whose equations are written
+  std::unordered_map<SymbolId, ElementId> undetermined_;  ///< efforts and flows within rings
 };
 
 }  // namespace

@@ -256,6 +256,8 @@ std::string stroke_reason_text(const Model& model, const BondGraph& graph, std::
       return "it was free to choose";
     case StrokeReason::by_elimination:
       return "the other end leads to a conflict (tried for " + port + ")";
+    case StrokeReason::by_rank:
+      return "the equations of the ring at " + port + " leave nothing else";
     case StrokeReason::propagated:
       return forced_text(words, bond);
   }

@@ -1,13 +1,13 @@
 #include "bgsim/causality.hpp"
 
 #include <algorithm>
-#include <array>
 #include <set>
 #include <unordered_map>
 
-#include "base/codes.hpp"
 #include "graph/causal_explanation.hpp"
 #include "graph/graph_faults.hpp"
+#include "graph/rank_causality.hpp"
+#include "graph/solved_laws.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
@@ -29,33 +29,39 @@ struct Choice {
 
 class Scap {
  public:
-  Scap(const Model& model, const BondGraph& graph)
+  Scap(const Model& model, const BondGraph& graph, const SolvedLaws& laws)
       : model_(model),
         graph_(graph),
+        laws_(laws),
         strokes_(graph.bonds.size()),
         assigned_(graph.bonds.size()),
         junctions_(graph.kinds.size()),
-        broken_(graph.kinds.size()),
-        pool_(model.pool),
-        laws_(graph.ports.size()),
-        solved_(graph.ports.size()) {
+        broken_(graph.kinds.size()) {
     trail_.reserve(graph.bonds.size());
     for (std::size_t i = 0; i < graph.ports.size(); ++i) {
       JunctionState& junction = junctions_[graph.ports[i].element.index()];
       ++junction.open;
       junction.open_ports ^= static_cast<std::uint32_t>(i);
     }
-    find_uses();
   }
 
-  CausalGraph run() {
-    if (!succeeds()) throw ModelError(std::move(problems_), model_.sources);
-    return result();
+  [[nodiscard]] std::span<const Stroke> strokes() const { return strokes_; }
+  /// Elements whose rule or law was broken last.
+  [[nodiscard]] const std::vector<ElementId>& conflicts() const { return conflicts_.empty() ? last_ : conflicts_; }
+  [[nodiscard]] std::vector<Diagnostic>& problems() { return problems_; }
+
+  /// @param ranked  parts whose strokes at their outer ports are known.
+  bool succeeds(std::span<const RankedPart> ranked) {
+    assign_ranked(ranked);
+    assign_sources();
+    assign_one_way_laws();
+    if (problems_.empty()) choose(choices());
+    return problems_.empty();
   }
 
-  CausalAttempt attempt() {
+  CausalAttempt attempt(bool succeeded) {
     // Choices have all been taken back where none of them helped: shown is what led to the first conflict.
-    if (!succeeds() && conflicts_.empty()) choose_until_conflict();
+    if (!succeeded && conflicts_.empty()) choose_until_conflict();
     CausalAttempt attempt;
     for (std::size_t i = 0; i < strokes_.size(); ++i)
       attempt.strokes.push_back(assigned_[i] ? std::optional(strokes_[i]) : std::nullopt);
@@ -84,32 +90,6 @@ class Scap {
   BondEnd end_for(PortId port, Gives gives) const {
     const BondEnd here = end_at(graph_[port]);
     return gives == Gives::flow ? here : other(here);
-  }
-  const SolvedLaw& solved(PortId port, Gives gives) const {
-    return solved_[port.index()][static_cast<std::size_t>(gives)];
-  }
-  bool usable(PortId port, Gives gives) const { return solved(port, gives).use != LawUse::impossible; }
-
-  void find_uses() {
-    for (std::size_t i = 0; i < model_.elements.size(); ++i) {
-      const Element& at = model_.elements[i];
-      const std::vector<Law> laws = port_laws(model_, pool_, ElementId(i));
-      for (std::size_t number = 0; number < at.ports.size(); ++number) {
-        const std::size_t port = graph_.port(ElementId(i), number).index();
-        if (number < laws.size()) laws_[port] = laws[number];
-        for (const Gives gives : {Gives::effort, Gives::flow})
-          solved_[port][static_cast<std::size_t>(gives)] = solved_law(ElementId(i), number, laws, gives);
-      }
-    }
-  }
-
-  /// A law that is given by a coefficient is solved when the strokes are known: its use needs no solution.
-  SolvedLaw solved_law(ElementId id, std::size_t number, const std::vector<Law>& laws, Gives gives) {
-    const Element& at = model_.elements[id.index()];
-    if (at.energy.valid() || !at.laws.empty()) return solve_law(pool_, at, laws[number], gives);
-    SolvedLaw solved;
-    solved.use = law_use(model_, pool_, id, number, gives);
-    return solved;
   }
 
   // --- one stroke, and what follows from it ---
@@ -208,7 +188,7 @@ class Scap {
   }
 
   std::optional<CausalConflict> check_one_port(PortId port) {
-    if (usable(port, stroke_at(graph_, strokes_, port) ? Gives::flow : Gives::effort)) return std::nullopt;
+    if (laws_.usable(port, stroke_at(graph_, strokes_, port) ? Gives::flow : Gives::effort)) return std::nullopt;
     return CausalConflict{CausalConflict::Kind::one_port, graph_[port].element, port, {graph_[port].bond}};
   }
 
@@ -227,11 +207,22 @@ class Scap {
     return bonds;
   }
 
-  bool succeeds() {
-    assign_sources();
-    assign_one_way_laws();
-    if (problems_.empty()) choose(choices());
-    return problems_.empty();
+  /// Strokes within such a part are for the eye: no rule is checked there.
+  void assign_ranked(std::span<const RankedPart> ranked) {
+    const auto follow = [this] {
+      while (const auto conflict = propagate()) broken_[conflict->element.index()] = true;
+    };
+    for (const RankedPart& at : ranked)
+      for (std::size_t i = 0; i < at.outer.size(); ++i) assign(graph_[at.part.outer[i]].bond, at.outer[i]);
+    for (const RankedPart& at : ranked) {
+      follow();
+      for (const BondId bond : at.part.inner) {
+        if (assigned_[bond.index()]) continue;
+        assign(bond, {free_end(graph_[bond]), StrokeReason::by_rank, graph_[graph_[bond].tail].element, {}, 0});
+        follow();
+      }
+      for (const ElementId id : at.part.elements) broken_[id.index()] = true;
+    }
   }
 
   // --- what is fixed: sources, laws for one direction ---
@@ -256,8 +247,8 @@ class Scap {
     for (std::size_t i = 0; i < graph_.ports.size(); ++i) {
       const PortId port(i);
       if (is_junction(kind(port)) || assigned_[graph_[port].bond.index()]) continue;
-      if (usable(port, Gives::effort) && usable(port, Gives::flow)) continue;
-      const Gives gives = usable(port, Gives::effort) ? Gives::effort : Gives::flow;
+      if (laws_.usable(port, Gives::effort) && laws_.usable(port, Gives::flow)) continue;
+      const Gives gives = laws_.usable(port, Gives::effort) ? Gives::effort : Gives::flow;
       assign(graph_[port].bond, {end_for(port, gives), StrokeReason::one_way_law, graph_[port].element, {}, 0});
       settle();
     }
@@ -309,7 +300,7 @@ class Scap {
     for (std::size_t i = 0; i < graph_.ports.size(); ++i) {
       const PortId port(i);
       if (!is_resistor(kind(port))) continue;
-      const LawUse effort = solved(port, Gives::effort).use, flow = solved(port, Gives::flow).use;
+      const LawUse effort = laws_.use(port, Gives::effort), flow = laws_.use(port, Gives::flow);
       const bool implicit = effort == LawUse::implicit || flow == LawUse::implicit;
       if (element(port).laws.empty() && !implicit) continue;
       const Gives written = effort == LawUse::as_written ? Gives::effort : Gives::flow;
@@ -336,7 +327,9 @@ class Scap {
       const std::optional<CausalConflict> conflict = propagate();
       if (!conflict) continue;
       Diagnostic problem = explain_conflict(model_, graph_, strokes_, *conflict);
+      const ElementId broken = conflict->element;
       if (!resolve(list, *conflict, problem)) {
+        last_ = {broken};
         problems_.push_back(std::move(problem));
         return;
       }
@@ -397,30 +390,25 @@ class Scap {
 
   // --- what came out ---
 
-  CausalGraph result() {
+ public:
+  CausalGraph result(std::span<const RankedPart> ranked) {
     CausalGraph causal;
     causal.free_choices = free_choices();
     list_stores(causal);
     causal.warnings = part_warnings(model_, graph_);
-    for (std::size_t i = 0; i < model_.elements.size(); ++i) test_field(ElementId(i), causal);
-    for (std::size_t i = 0; i < graph_.ports.size(); ++i) causal.laws.push_back(used_law(PortId(i)));
     causal.strokes = std::move(strokes_);
-    causal.pool = std::move(pool_);
+    for (const RankedPart& at : ranked) causal.ranked.push_back(at.part);
+    for (DependentPort& port : causal.dependent)
+      for (const RankedPart& at : ranked)
+        if (const auto found = at.because.find(graph_.port(port.element, port.port)); found != at.because.end()) {
+          port.because = found->second;
+          port.more = port.because.size() > kNamedCauses;
+          port.because.resize(std::min(port.because.size(), kNamedCauses));
+        }
     return causal;
   }
 
-  PortLaw used_law(PortId port) {
-    const Law& law = laws_[port.index()];
-    if (!law.right.valid()) return {};
-    const auto solution = [&](Gives gives) {
-      const SolvedLaw& known = solved(port, gives);
-      return element(port).coefficient.valid() ? solve_law(pool_, element(port), law, gives) : known;
-    };
-    PortLaw used{law, solution(stroke_at(graph_, strokes_, port) ? Gives::flow : Gives::effort), {}};
-    if (is_store(kind(port))) used.conjugate = solution(integral(port)).solution;
-    return used;
-  }
-
+ private:
   std::vector<FreeChoice> free_choices() const {
     std::vector<FreeChoice> free;
     for (std::size_t i = 0; i < decisions_.size(); ++i) {
@@ -504,46 +492,62 @@ class Scap {
     }
   }
 
-  void test_field(ElementId id, CausalGraph& causal) {
-    const Element& field = model_.elements[id.index()];
-    if (!is_field(field.kind) || !is_store(field.kind)) return;
-    causal.fields.push_back({id, test_reciprocity(model_, pool_, id)});
-    const Reciprocity& test = causal.fields.back().reciprocity;
-    if (test.verdict != Reciprocity::Verdict::violated) return;
-    causal.warnings.push_back(diagnostic_of(
-        "BG306",
-        "the laws of field \"" + field.name + "\" are not reciprocal between ports \"" + field.ports[test.port_a] +
-            "\" and \"" + field.ports[test.port_b] + "\"",
-        field.laws.front().place,
-        "laws that come from one stored energy have equal cross derivatives (Maxwell reciprocity); others "
-        "create energy on a closed path",
-        "give the field its \"energy\" instead of laws, or check the cross terms", {{std::nullopt, test.text}}));
-  }
-
   const Model& model_;
   const BondGraph& graph_;
+  const SolvedLaws& laws_;
   std::vector<Stroke> strokes_;
   std::vector<bool> assigned_;
-  std::vector<JunctionState> junctions_;          // by ElementId
-  std::vector<bool> broken_;                      // by ElementId: reported, not followed any more
-  ExprPool pool_;                                 // the model's, and the laws
-  std::vector<Law> laws_;                         // by PortId
-  std::vector<std::array<SolvedLaw, 2>> solved_;  // by PortId, by Gives
-  std::vector<BondId> trail_;                     // bonds in order of assignment
-  std::vector<PortId> waiting_;                   // first in, first out: short chains of reasons
+  std::vector<JunctionState> junctions_;  // by ElementId
+  std::vector<bool> broken_;              // by ElementId: reported, not followed any more
+  std::vector<BondId> trail_;             // bonds in order of assignment
+  std::vector<PortId> waiting_;           // first in, first out: short chains of reasons
   std::size_t next_waiting_ = 0;
   std::vector<Decision> decisions_;
   std::unordered_map<BondId, std::set<BondId>> eliminated_;  // what each reversed choice gave way to
   std::size_t reversals_ = 0;
   std::vector<Diagnostic> problems_;
   std::vector<ElementId> conflicts_;
+  std::vector<ElementId> last_;  // whose conflict no choice resolves
 };
+
+/// Strokes as SCAP chooses them; where junctions form rings, held against the rank of their equations.
+template <class Done>
+auto with_ranks(const Model& model, const BondGraph& graph, const SolvedLaws& laws, const Done& done) {
+  RankCausality ranks(model, graph, laws);
+  for (;;) {
+    Scap scap(model, graph, laws);
+    const bool succeeded = scap.succeeds(ranks.ranked());
+    const bool again = ranks.any() && (succeeded ? ranks.correct(scap.strokes()) : ranks.settle(scap.conflicts()));
+    if (!again) return done(scap, succeeded, ranks.ranked());
+  }
+}
 
 }  // namespace
 
-CausalGraph assign_causality(const Model& model, const BondGraph& graph) { return Scap(model, graph).run(); }
+CausalGraph assign_causality(const Model& model, const BondGraph& graph) {
+  SolvedLaws laws(model, graph);
+  CausalGraph causal =
+      with_ranks(model, graph, laws, [&](Scap& scap, bool succeeded, std::span<const RankedPart> ranked) {
+        if (!succeeded) throw ModelError(std::move(scap.problems()), model.sources);
+        return scap.result(ranked);
+      });
+  std::move(laws).hand_over(causal.strokes, causal);
+  return causal;
+}
 
-CausalAttempt attempt_causality(const Model& model, const BondGraph& graph) { return Scap(model, graph).attempt(); }
+CausalAttempt attempt_causality(const Model& model, const BondGraph& graph) {
+  const SolvedLaws laws(model, graph);
+  try {
+    return with_ranks(model, graph, laws, [](Scap& scap, bool succeeded, std::span<const RankedPart> /*ranked*/) {
+      return scap.attempt(succeeded);
+    });
+  } catch (ModelError& error) {  // no strokes are wrong, and the ring has no solution all the same
+    Scap scap(model, graph, laws);
+    CausalAttempt attempt = scap.attempt(scap.succeeds({}));
+    attempt.problems = std::move(error.diagnostics);
+    return attempt;
+  }
+}
 
 std::vector<BondId> reason_chain(const BondGraph& graph, const CausalGraph& causal, BondId bond) {
   return strokes_behind(graph, causal.strokes, {bond});
