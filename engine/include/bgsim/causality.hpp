@@ -21,6 +21,7 @@ enum class BondEnd : std::uint8_t { tail, head };
 enum class StrokeReason : std::uint8_t {
   source,          ///< `element` is a source
   one_way_law,     ///< the law of `element` can be used in this direction only
+  zero_modulus,    ///< chosen: the other way TF or GY `element` would divide by a modulus that is 0 at the start
   integral,        ///< chosen: integral causality of the store `element`
   law_as_written,  ///< chosen: nonlinear R or RR `element` used as its law is written
   free_choice,     ///< chosen freely: an algebraic loop runs through this bond

@@ -108,6 +108,9 @@ class Evaluator {
 
   /// Values of the dependent stores, by EquationSystem::dependent.
   bool dependents(double t, const double* x, Branch& branch, double* values);
+  /// How far each can be off where states and parameters are off by so much, and all operations are rounded.
+  void dependent_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors,
+                          std::span<const double> parameter_errors, double* bounds);
 
   /// By slot: values of what depends on parameters alone; the other slots hold anything.
   [[nodiscard]] std::span<const double> constants() const;

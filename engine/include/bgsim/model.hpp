@@ -251,12 +251,14 @@ Model read_model_text(const std::string& path, std::string text, const ReadOptio
 struct RunInputs {
   std::string scene;
   std::vector<double> parameters;  ///< by ParameterId
+  std::vector<double> rounding;    ///< by ParameterId, as of initial values; empty where none are given
   struct Initial {
     ElementId element;  ///< none for an integral among the signals
     std::uint32_t port = 0;
     double value = 0.0;
     std::optional<Place> place;  ///< none when it comes from the command line
     SignalId signal;             ///< none for what an element stores
+    double rounding = 0.0;       ///< how far the value can be off by the roundings of its expression
   };
   std::vector<Initial> initial;  ///< only those given, by increasing element and port, then signal; the rest are 0
   double start = 0.0, stop = 0.0;

@@ -85,9 +85,10 @@ void describe_counts(Findings& findings, const View& view) {
 
 void describe_strokes(Findings& findings, const View& view) {
   const bool detectors = std::any_of(view.graph.kinds.begin(), view.graph.kinds.end(), is_detector);
-  const std::array<std::pair<StrokeReason, const char*>, 8> groups{
+  const std::array<std::pair<StrokeReason, const char*>, 9> groups{
       {{StrokeReason::source, detectors ? "strokes fixed by sources and detectors" : "strokes fixed by sources"},
        {StrokeReason::one_way_law, "strokes fixed by laws that can be used in one direction only"},
+       {StrokeReason::zero_modulus, "strokes chosen: moduli that are 0 at the start multiply"},
        {StrokeReason::integral, "strokes chosen: stores in integral causality"},
        {StrokeReason::law_as_written, "strokes chosen: laws used as written"},
        {StrokeReason::free_choice, "strokes chosen freely"},

@@ -83,6 +83,8 @@ std::string reason_word(StrokeReason reason) {
       return "source";
     case StrokeReason::one_way_law:
       return "one-way law";
+    case StrokeReason::zero_modulus:
+      return "modulus 0 at start";
     case StrokeReason::integral:
       return "integral";
     case StrokeReason::law_as_written:

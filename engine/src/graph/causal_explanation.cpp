@@ -248,6 +248,8 @@ std::string stroke_reason_text(const Model& model, const BondGraph& graph, std::
              kind_words(element);
     case StrokeReason::one_way_law:
       return "the law of " + port + " can give its " + words.given_at(stroke.element, bond) + " only";
+    case StrokeReason::zero_modulus:
+      return "the modulus of " + in_quotes(element.name) + " is 0 at the start: nothing is divided by it";
     case StrokeReason::integral:
       return port + " is in integral causality";
     case StrokeReason::law_as_written:

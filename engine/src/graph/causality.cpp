@@ -8,6 +8,8 @@
 #include "graph/graph_faults.hpp"
 #include "graph/rank_causality.hpp"
 #include "graph/solved_laws.hpp"
+#include "graph/start_moduli.hpp"
+#include "graph/store_causes.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
@@ -27,12 +29,19 @@ struct Choice {
   ElementId element;
 };
 
+/// What is chosen before all else.
+struct Preference {
+  std::vector<ElementId> moduli;  ///< of TF and GY that are to multiply, not to divide
+  std::vector<PortId> stores;     ///< in integral causality
+};
+
 class Scap {
  public:
-  Scap(const Model& model, const BondGraph& graph, const SolvedLaws& laws)
+  Scap(const Model& model, const BondGraph& graph, const SolvedLaws& laws, const Preference& preference)
       : model_(model),
         graph_(graph),
         laws_(laws),
+        preference_(preference),
         strokes_(graph.bonds.size()),
         assigned_(graph.bonds.size()),
         junctions_(graph.kinds.size()),
@@ -57,6 +66,20 @@ class Scap {
     assign_one_way_laws();
     if (problems_.empty()) choose(choices());
     return problems_.empty();
+  }
+
+  /// How many of some TF and GY divide by their modulus.
+  [[nodiscard]] std::size_t divisions(const std::vector<ElementId>& two_ports) const {
+    return static_cast<std::size_t>(std::count_if(two_ports.begin(), two_ports.end(), [&](ElementId id) {
+      return stroke_at(graph_, strokes_, graph_.port(id, 0));
+    }));
+  }
+  [[nodiscard]] std::vector<PortId> integral_ports() const {
+    std::vector<PortId> ports;
+    for (std::size_t i = 0; i < graph_.ports.size(); ++i)
+      if (const PortId port(i); is_store(kind(port)))
+        if (stroke_at(graph_, strokes_, port) == (integral(port) == Gives::flow)) ports.push_back(port);
+    return ports;
   }
 
   CausalAttempt attempt(bool succeeded) {
@@ -269,6 +292,11 @@ class Scap {
   std::vector<Choice> choices() const {
     std::vector<Choice> list;
     list.reserve(graph_.bonds.size());
+    for (const ElementId id : preference_.moduli) {
+      const PortId port = graph_.port(id, 0);
+      list.push_back({graph_[port].bond, end_for(port, Gives::effort), StrokeReason::zero_modulus, id});
+    }
+    for (const PortId port : preference_.stores) add_store(list, port);
     add_stores(list);
     add_nonlinear_resistors(list);
     const auto internal = [&](PortId port) { return passes_power(kind(port)); };
@@ -282,6 +310,10 @@ class Scap {
     return list;
   }
 
+  void add_store(std::vector<Choice>& list, PortId port) const {
+    list.push_back({graph_[port].bond, end_for(port, integral(port)), StrokeReason::integral, graph_[port].element});
+  }
+
   void add_stores(std::vector<Choice>& list) const {
     std::vector<ElementId> stores;
     for (std::size_t i = 0; i < graph_.kinds.size(); ++i)
@@ -290,10 +322,8 @@ class Scap {
       return model_.elements[a.index()].priority > model_.elements[b.index()].priority;
     });
     for (const ElementId store : stores)
-      for (std::size_t number = 0; number < graph_.port_count(store); ++number) {
-        const PortId port = graph_.port(store, number);
-        list.push_back({graph_[port].bond, end_for(port, integral(port)), StrokeReason::integral, store});
-      }
+      for (std::size_t number = 0; number < graph_.port_count(store); ++number)
+        add_store(list, graph_.port(store, number));
   }
 
   void add_nonlinear_resistors(std::vector<Choice>& list) const {
@@ -394,7 +424,7 @@ class Scap {
   CausalGraph result(std::span<const RankedPart> ranked) {
     CausalGraph causal;
     causal.free_choices = free_choices();
-    list_stores(causal);
+    list_stores(graph_, strokes_, trail_, eliminated_, causal);
     causal.warnings = part_warnings(model_, graph_);
     causal.strokes = std::move(strokes_);
     for (const RankedPart& at : ranked) causal.ranked.push_back(at.part);
@@ -432,69 +462,10 @@ class Scap {
     return elements;
   }
 
-  /// Some of the elements behind a stroke. Strokes with one cause share their cause's set, so that all sets together
-  /// stay linear in the graph.
-  struct Causes {
-    std::vector<ElementId> elements;
-    bool more = false;
-
-    void add(ElementId element) {
-      const auto place = std::lower_bound(elements.begin(), elements.end(), element);
-      if (place != elements.end() && *place == element) return;
-      elements.insert(place, element);
-      if (elements.size() > kNamedCauses) {
-        elements.pop_back();
-        more = true;
-      }
-    }
-  };
-
-  Causes causes_of(BondId bond, const std::vector<Causes>& sets, const std::vector<std::uint32_t>& set_of) const {
-    const Stroke& stroke = strokes_[bond.index()];
-    Causes causes;
-    const auto add = [&](BondId cause) {
-      const Causes& set = sets[set_of[cause.index()]];
-      for (const ElementId element : set.elements) causes.add(element);
-      causes.more = causes.more || set.more;
-    };
-    if (stroke.reason == StrokeReason::by_elimination)
-      for (const BondId cause : eliminated_.at(bond)) add(cause);
-    else if (stroke.reason == StrokeReason::propagated)
-      for (const BondId cause : direct_causes(graph_, strokes_, bond)) add(cause);
-    else
-      causes.add(stroke.element);
-    return causes;
-  }
-
-  void list_stores(CausalGraph& causal) const {
-    std::vector<Causes> sets;
-    std::vector<std::uint32_t> set_of(strokes_.size());
-    for (const BondId bond : trail_) {
-      const BondId cause = strokes_[bond.index()].cause;
-      if (cause.valid()) {
-        set_of[bond.index()] = set_of[cause.index()];
-      } else {
-        Causes causes = causes_of(bond, sets, set_of);
-        set_of[bond.index()] = static_cast<std::uint32_t>(sets.size());
-        sets.push_back(std::move(causes));
-      }
-    }
-    for (std::size_t i = 0; i < graph_.ports.size(); ++i) {
-      const PortId port(i);
-      if (!is_store(kind(port))) continue;
-      const bool here = stroke_at(graph_, strokes_, port);
-      if ((integral(port) == Gives::flow) == here) {
-        causal.integral.push_back(port);
-      } else {
-        const Causes& causes = sets[set_of[graph_[port].bond.index()]];
-        causal.dependent.push_back({graph_[port].element, graph_[port].number, causes.elements, causes.more});
-      }
-    }
-  }
-
   const Model& model_;
   const BondGraph& graph_;
   const SolvedLaws& laws_;
+  const Preference& preference_;
   std::vector<Stroke> strokes_;
   std::vector<bool> assigned_;
   std::vector<JunctionState> junctions_;  // by ElementId
@@ -512,22 +483,46 @@ class Scap {
 
 /// Strokes as SCAP chooses them; where junctions form rings, held against the rank of their equations.
 template <class Done>
-auto with_ranks(const Model& model, const BondGraph& graph, const SolvedLaws& laws, const Done& done) {
+auto with_ranks(const Model& model, const BondGraph& graph, const SolvedLaws& laws, const Preference& preference,
+                const Done& done) {
   RankCausality ranks(model, graph, laws);
   for (;;) {
-    Scap scap(model, graph, laws);
+    Scap scap(model, graph, laws, preference);
     const bool succeeded = scap.succeeds(ranks.ranked());
     const bool again = ranks.any() && (succeeded ? ranks.correct(scap.strokes()) : ranks.settle(scap.conflicts()));
     if (!again) return done(scap, succeeded, ranks.ranked());
   }
 }
 
+/// A TF or GY multiplies from one side and divides from the other: by a modulus that is 0 at the start only if nothing
+/// else is possible. Where stores in their usual order make it divide, those come first that are independent if it does
+/// not.
+Preference preference_of(const Model& model, const BondGraph& graph, const SolvedLaws& laws) {
+  const std::vector<ElementId> zero = moduli_zero_at_start(model);
+  Preference preference;
+  std::vector<PortId> stores;
+  const auto divisions = [&](const Preference& tried) {
+    return with_ranks(model, graph, laws, tried, [&](Scap& scap, bool succeeded, std::span<const RankedPart>) {
+      stores = scap.integral_ports();
+      return succeeded ? scap.divisions(zero) : zero.size();
+    });
+  };
+  const std::size_t as_usual = zero.empty() ? 0 : divisions(preference);
+  if (as_usual == 0) return preference;
+  const Preference moduli{zero, {}};
+  const std::size_t least = divisions(moduli);
+  if (least >= as_usual) return preference;
+  preference.stores = stores;
+  return divisions(preference) <= least ? preference : moduli;
+}
+
 }  // namespace
 
 CausalGraph assign_causality(const Model& model, const BondGraph& graph) {
   SolvedLaws laws(model, graph);
+  const Preference preference = preference_of(model, graph, laws);
   CausalGraph causal =
-      with_ranks(model, graph, laws, [&](Scap& scap, bool succeeded, std::span<const RankedPart> ranked) {
+      with_ranks(model, graph, laws, preference, [&](Scap& scap, bool succeeded, std::span<const RankedPart> ranked) {
         if (!succeeded) throw ModelError(std::move(scap.problems()), model.sources);
         return scap.result(ranked);
       });
@@ -537,12 +532,13 @@ CausalGraph assign_causality(const Model& model, const BondGraph& graph) {
 
 CausalAttempt attempt_causality(const Model& model, const BondGraph& graph) {
   const SolvedLaws laws(model, graph);
+  const Preference usual;
   try {
-    return with_ranks(model, graph, laws, [](Scap& scap, bool succeeded, std::span<const RankedPart> /*ranked*/) {
-      return scap.attempt(succeeded);
-    });
+    return with_ranks(
+        model, graph, laws, preference_of(model, graph, laws),
+        [](Scap& scap, bool succeeded, std::span<const RankedPart> /*ranked*/) { return scap.attempt(succeeded); });
   } catch (ModelError& error) {  // no strokes are wrong, and the ring has no solution all the same
-    Scap scap(model, graph, laws);
+    Scap scap(model, graph, laws, usual);
     CausalAttempt attempt = scap.attempt(scap.succeeds({}));
     attempt.problems = std::move(error.diagnostics);
     return attempt;

@@ -96,9 +96,11 @@ struct Evaluator::Impl {
   /// Bounds of what rounding has made of each slot: of what is computed once, of code that has just run, and of the
   /// tears of a block that has just been solved. What states, time and parameters are is exact. (rounding.cpp)
   std::vector<double> errors;
-  void begin_errors();
+  void begin_errors(std::span<const double> of_parameters = {});
   void carry_errors(const std::vector<Instruction>& code);
   void carry_errors_through(std::size_t block);
+  /// Carries errors through a routine from where they are now; infinite ones if a loop has no solution.
+  void carry_errors_of(const Routine& routine, Branch& branch, double* bounds);
 
   void fail_at(std::uint32_t slot, const std::string& target);
   void fail_loop(std::size_t block, LoopOutcome outcome);

@@ -27,11 +27,21 @@ std::string determining_states(const Program& program, std::size_t dependent) {
   return names;
 }
 
+/// How far the dependent stores' values can be off by rounding alone.
+std::vector<double> bounds_of(Evaluator& evaluator, const RunInputs& inputs, const std::vector<double>& x,
+                              const std::vector<double>& errors, Branch& branch) {
+  std::vector<double> bounds(evaluator.program().dependent.size());
+  evaluator.dependent_rounding(inputs.start, x.data(), branch, errors, inputs.rounding, bounds.data());
+  for (double& bound : bounds)
+    if (!std::isfinite(bound)) bound = 0.0;
+  return bounds;
+}
+
 }  // namespace
 
 std::vector<double> initial_states(Evaluator& evaluator, const RunInputs& inputs) {
   const Program& program = evaluator.program();
-  std::vector<double> x(program.states.size(), 0.0);
+  std::vector<double> x(program.states.size(), 0.0), errors = x;
   const auto given = [&](ElementId element, std::uint32_t port, SignalId signal = {}) {
     const std::tuple key(element, port, signal);
     const auto key_of = [](const RunInputs::Initial& i) { return std::tuple(i.element, i.port, i.signal); };
@@ -42,8 +52,10 @@ std::vector<double> initial_states(Evaluator& evaluator, const RunInputs& inputs
   if (inputs.initial.empty()) return x;
   for (std::size_t i = 0; i < x.size(); ++i)
     if (const auto it = given(program.states[i].element, program.states[i].port, program.states[i].signal);
-        it != inputs.initial.end())
+        it != inputs.initial.end()) {
       x[i] = it->value;
+      errors[i] = it->rounding;
+    }
   const bool any_dependent = std::any_of(program.dependent.begin(), program.dependent.end(), [&](const auto& store) {
     return given(store.element, store.port) != inputs.initial.end();
   });
@@ -55,11 +67,14 @@ std::vector<double> initial_states(Evaluator& evaluator, const RunInputs& inputs
   if (!evaluator.initialize_modes(inputs.start, x.data(), branch) ||
       !evaluator.dependents(inputs.start, x.data(), branch, values.data()))
     return x;  // the run itself reports the fault, with its time
+  const std::vector<double> bounds = bounds_of(evaluator, inputs, x, errors, branch);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::string& name = program.dependent_names[i];
     const auto it = given(program.dependent[i].element, program.dependent[i].port);
     if (it == inputs.initial.end()) continue;
-    if (std::abs(it->value - values[i]) <= kAgreement * std::max(std::abs(it->value), std::abs(values[i]))) continue;
+    const double apart = std::abs(it->value - values[i]);
+    if (apart <= kAgreement * std::max(std::abs(it->value), std::abs(values[i]))) continue;
+    if (apart <= bounds[i] + it->rounding) continue;
     const std::string states = determining_states(program, i);
     Diagnostic problem = diagnostic_of("BG405", {}, it->place);
     problem.situation = "the initial value " + name + " = " + number_text(it->value) + " contradicts " +

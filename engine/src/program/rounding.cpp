@@ -35,8 +35,9 @@ double shaken(double value, const Function& f, const double (&errors)[3]) {
 
 }  // namespace
 
-void Evaluator::Impl::begin_errors() {
+void Evaluator::Impl::begin_errors(std::span<const double> of_parameters) {
   errors.assign(slots.size(), 0.0);
+  std::copy(of_parameters.begin(), of_parameters.end(), errors.begin() + program.first_parameter);
   for (const auto& code : program.once.code) carry_errors(code);
 }
 
@@ -120,25 +121,35 @@ void Evaluator::Impl::carry_errors_through(std::size_t block) {
   }
 }
 
-void Evaluator::power_rounding(double t, const double* x, Branch& branch, double* bounds) {
-  Impl& impl = *impl_;
-  const Routine& routine = impl.program.powers;
-  const Counts before = impl.counts;  // this is no part of the run
-  impl.begin_errors();
-  impl.set_point(t, x, branch);
+void Evaluator::Impl::carry_errors_of(const Routine& routine, Branch& branch, double* bounds) {
+  const Counts before = counts;  // this is no part of the run
   bool solved = true;
   for (std::size_t i = 0; solved && i < routine.code.size(); ++i) {
-    impl.run(routine.code[i]);
-    impl.carry_errors(routine.code[i]);
+    run(routine.code[i]);
+    carry_errors(routine.code[i]);
     if (i == routine.solves.size()) continue;
     const std::uint32_t block = routine.solves[i];
-    solved = branch.given || impl.solve(block) == LoopOutcome::solved;
-    if (solved) impl.carry_errors_through(block);
+    solved = branch.given || solve(block) == LoopOutcome::solved;
+    if (solved) carry_errors_through(block);
   }
-  if (solved && !branch.given) impl.keep(branch);
-  impl.counts = before;
-  for (std::size_t i = 0; i < routine.results.size(); ++i)
-    bounds[i] = solved ? impl.errors[routine.results[i]] : kInfinite;
+  if (solved && !branch.given) keep(branch);
+  counts = before;
+  for (std::size_t i = 0; i < routine.results.size(); ++i) bounds[i] = solved ? errors[routine.results[i]] : kInfinite;
+}
+
+void Evaluator::power_rounding(double t, const double* x, Branch& branch, double* bounds) {
+  impl_->begin_errors();
+  impl_->set_point(t, x, branch);
+  impl_->carry_errors_of(impl_->program.powers, branch, bounds);
+}
+
+void Evaluator::dependent_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors,
+                                   std::span<const double> parameter_errors, double* bounds) {
+  Impl& impl = *impl_;
+  impl.begin_errors(parameter_errors);
+  impl.set_point(t, x, branch);
+  std::copy(state_errors.begin(), state_errors.end(), impl.errors.begin() + impl.program.first_state);
+  impl.carry_errors_of(impl.program.dependents, branch, bounds);
 }
 
 }  // namespace bgsim

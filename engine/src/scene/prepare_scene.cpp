@@ -12,6 +12,7 @@
 #include "bgsim/parse_expression.hpp"
 #include "bgsim/unit.hpp"
 #include "bgsim/visible_text.hpp"
+#include "expression/rounded.hpp"
 #include "expression/value_unit.hpp"
 #include "model/element_kinds.hpp"
 #include "model/output_times.hpp"
@@ -58,6 +59,7 @@ class ScenePreparation {
     stop_if_wrong();
     evaluate_parameters();
     stop_if_wrong();
+    if (!initial_.empty()) find_rounding();
     evaluate_initial(scene);
     prepare_times(scene);
     choose_outputs(scene);
@@ -270,6 +272,7 @@ class ScenePreparation {
     symbol_values_.assign(model_.symbols.size(), std::numeric_limits<double>::quiet_NaN());
     std::vector<bool> known(values_.size(), true);
     inputs_.parameters.resize(values_.size());
+    parameter_order_ = dependence.order;
     for (const std::size_t i : dependence.order) {
       const Parameter& parameter = model_.parameters[i];
       for (const std::size_t other : refers_to(i)) known[i] = known[i] && known[other];
@@ -287,6 +290,15 @@ class ScenePreparation {
     problem("BG142", what + " is not a finite number: " + with_operands(model_, pool_, expression, symbol_values_),
             place, "look for a division by 0, an overflow, or a function outside its domain");
     return std::nullopt;
+  }
+
+  /// How far roundings can have taken the parameters: a parameter after those that it refers to.
+  void find_rounding() {
+    symbol_errors_.assign(model_.symbols.size(), 0.0);
+    inputs_.rounding.assign(values_.size(), 0.0);
+    for (const std::size_t i : parameter_order_)
+      inputs_.rounding[i] = symbol_errors_[model_.parameters[i].symbol.index()] =
+          rounding_of(pool_, values_[i].value, symbol_values_, symbol_errors_);
   }
 
   void evaluate_initial(const Scene& scene) {
@@ -307,7 +319,7 @@ class ScenePreparation {
         value = *constant;
       else
         value = number(given.value, "the initial value of " + in_quotes(name), given.place);
-      if (value && signal.valid()) inputs_.initial.push_back({{}, 0, *value, given.place, signal});
+      if (value && signal.valid()) inputs_.initial.push_back({{}, 0, *value, given.place, signal, 0.0});
       if (signal.valid()) continue;
       if (value) values.push_back({port, *value, given.conjugate});
       if (i + 1 < stores.size() && ElementId(stores[i + 1] >> 32U) == element) continue;
@@ -319,7 +331,10 @@ class ScenePreparation {
   /// What the ports of a store hold at the start, where values are given.
   void begin_store(ElementId element, const std::vector<StartValue>& values, const Scene& scene) {
     const auto add = [&](std::size_t i, double stored) {
-      inputs_.initial.push_back({element, values[i].port, stored, initial_[key(element, values[i].port)].place, {}});
+      const Given& given = initial_[key(element, values[i].port)];
+      const double rounding =
+          values[i].conjugate ? 0.0 : rounding_of(pool_, given.value, symbol_values_, symbol_errors_);
+      inputs_.initial.push_back({element, values[i].port, stored, given.place, {}, rounding});
     };
     if (std::none_of(values.begin(), values.end(), [](const StartValue& v) { return v.conjugate; })) {
       for (std::size_t i = 0; i < values.size(); ++i) add(i, values[i].value);
@@ -477,6 +492,8 @@ class ScenePreparation {
   std::unordered_map<std::uint64_t, Given> initial_;              ///< by key()
   std::map<std::string, ExprId> set_parameters_, set_states_;     ///< by --set
   std::vector<double> symbol_values_;                             ///< of parameters; NaN for the others
+  std::vector<double> symbol_errors_;                             ///< by SymbolId
+  std::vector<std::size_t> parameter_order_;                      ///< each after those that it refers to
   std::vector<Diagnostic> problems_;
 };
 
