@@ -17,8 +17,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Cells of a table that are looked at one by one; over more of them the range is taken to be unknown.
 constexpr std::size_t kMostCells = 64;
 
-bool is_empty(const Range& x) { return !(x.lower() <= x.upper()); }
-bool is_thin(const Range& x) { return x.lower() == x.upper(); }
 /// All numbers: where a function leaves its domain within the range.
 Range unknown() { return {-kInfinity, kInfinity}; }
 Range thin_or_empty(double value) { return std::isnan(value) ? Range::empty() : Range(value, value); }
@@ -213,6 +211,20 @@ Range logic(Op op, const Range& a, const Range& b) {
 
 }  // namespace
 
+Range range_of(Op op, const Table* table, const Range& a, const Range& b, const Range& c) {
+  const int n = arity(op);
+  if (op == Op::logical_and || op == Op::logical_or) return logic(op, a, b);
+  if (is_empty(a) || (n == 2 && is_empty(b))) return Range::empty();
+  if (op == Op::select) {
+    if (is_thin(a)) return a.lower() != 0.0 ? b : c;
+    return is_empty(b) != is_empty(c) ? unknown() : hull(b, c);
+  }
+  if (table != nullptr)
+    return is_thin(a) ? thin_or_empty(apply_table(op, *table, a.lower())) : table_range(op, *table, a);
+  if (n == 1) return is_thin(a) ? thin_or_empty(apply(op, a.lower())) : range_of(op, a);
+  return is_thin(a) && is_thin(b) ? thin_or_empty(apply(op, a.lower(), b.lower())) : range_of(op, a, b);
+}
+
 std::size_t nearest_cell(const Table& table, double x) {
   if (table.x.size() < 2) return 0;
   const auto after = std::upper_bound(table.x.begin() + 1, table.x.end() - 1, x);
@@ -311,28 +323,7 @@ void TimeRelation::run(const Step& step) {
     values_[step.out] = *known;
     return;
   }
-  const int n = arity(step.op);
-  const Range& a = values_[step.a];
-  Range& out = values_[step.out];
-  if (step.op == Op::logical_and || step.op == Op::logical_or) {
-    out = logic(step.op, a, values_[step.b]);
-  } else if (is_empty(a) || (n == 2 && is_empty(values_[step.b]))) {
-    out = Range::empty();
-  } else if (step.op == Op::select) {
-    out = is_thin(a) ? values_[a.lower() != 0.0 ? step.b : step.c] : hull(values_[step.b], values_[step.c]);
-    if (!is_thin(a) && is_empty(values_[step.b]) != is_empty(values_[step.c])) out = unknown();
-  } else if (step.table != nullptr) {
-    if (is_thin(a)) {
-      out = thin_or_empty(apply_table(step.op, *step.table, a.lower()));
-    } else {
-      out = table_range(step.op, *step.table, a);
-    }
-  } else if (n == 1) {
-    out = is_thin(a) ? thin_or_empty(apply(step.op, a.lower())) : range_of(step.op, a);
-  } else {
-    const Range& b = values_[step.b];
-    out = is_thin(a) && is_thin(b) ? thin_or_empty(apply(step.op, a.lower(), b.lower())) : range_of(step.op, a, b);
-  }
+  values_[step.out] = range_of(step.op, step.table, values_[step.a], values_[step.b], values_[step.c]);
 }
 
 Range TimeRelation::range_on(double begin, double end) {

@@ -20,6 +20,14 @@ using Range = boost::numeric::interval<
                                                        boost::numeric::interval_lib::rounded_arith_exact<double>>,
                                                    boost::numeric::interval_lib::checking_base<double>>>;
 
+[[nodiscard]] inline bool is_empty(const Range& x) { return !(x.lower() <= x.upper()); }
+[[nodiscard]] inline bool is_thin(const Range& x) { return x.lower() == x.upper(); }
+
+/// What holds all values of one operator on arguments within @p a, @p b and @p c, of which those beyond the operator's
+/// arity are not looked at. All numbers where arguments leave its domain in part, empty where they leave it altogether.
+/// @param table  of a table's operator, else null.
+Range range_of(Op op, const Table* table, const Range& a, const Range& b, const Range& c);
+
 /// Evaluates one relation over stretches of time, with the parameters fixed.
 class TimeRelation {
  public:

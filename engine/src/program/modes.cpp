@@ -4,6 +4,7 @@
 #include "bgsim/time_event.hpp"
 #include "expression/table_cell.hpp"
 #include "program/evaluator_impl.hpp"
+#include "program/mode_borders.hpp"
 
 namespace bgsim {
 
@@ -25,19 +26,6 @@ double Evaluator::Impl::mode_for(const Relation& relation, double guard) const {
   }
   return 0.0;
 }
-
-namespace {
-
-/// Borders of the present cell of a floor, round or table.
-std::pair<double, double> borders(const Program& program, const Relation& relation, double mode) {
-  if (relation.kind == Relation::Kind::floor) return {mode, mode + 1.0};
-  if (relation.kind == Relation::Kind::round) return {mode - 0.5, mode + 0.5};
-  const auto& x = program.pool.table(relation.table).x;
-  const auto k = static_cast<std::size_t>(mode);
-  return {x[k], x[k + 1]};
-}
-
-}  // namespace
 
 std::size_t Evaluator::guard_count() const {
   std::size_t count = 0;
@@ -64,7 +52,7 @@ bool Evaluator::guards(double t, const double* x, Branch& branch, double* values
     const Relation& relation = program.relations[program.guarded[i]];
     const double guard = impl.guard_values[i];
     if (relation.has_borders()) {
-      const auto [lower, upper] = borders(program, relation, branch.modes[program.guarded[i]]);
+      const auto [lower, upper] = mode_borders(program, relation, branch.modes[program.guarded[i]]);
       *values++ = guard - lower;
       *values++ = upper - guard;
     } else {
