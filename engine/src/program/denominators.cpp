@@ -75,15 +75,17 @@ class PoleSearch {
         case Op::expm1:
           stack.emplace_back(node.a);
           break;
-        case Op::symbol:
-        case Op::add:
-        case Op::sub:
-        case Op::log:
-        case Op::log10:
-          if (!is_positive(e)) found_.push_back({e, where, is_structural(model_, where)});
+        case Op::constant:  // functions without a zero, or whose zeros are touched rather than passed
+        case Op::exp:
+        case Op::sqrt:
+        case Op::cosh:
+        case Op::acos:
+        case Op::acosh:
+        case Op::hypot:
           break;
         default:
-          break;  // functions without a zero, or whose zeros are touched rather than passed
+          if (!is_positive(e)) found_.push_back({e, where, is_structural(model_, where)});
+          break;
       }
     }
   }

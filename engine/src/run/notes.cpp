@@ -81,4 +81,16 @@ std::string spent_mode_words(const SpentMode& mode) {
          " rad per unit of time, which dies out in " + number_text(1.0 / mode.damping, 1);
 }
 
+std::string unproven_note(const Relation& relation, double time) {
+  return "whether " + relation.text +
+         " changed within a step could not be decided within the work allowed, first near t = " + number_text(time, 4) +
+         ": shorter steps (a smaller relative tolerance) decide it";
+}
+
+std::string unseen_law_note(const std::string& state, double time) {
+  return "the rate of \"" + state +
+         "\" varies within steps by more than they show, first near t = " + number_text(time, 4) +
+         ": a smaller relative tolerance shows whether it matters";
+}
+
 }  // namespace bgsim

@@ -36,4 +36,9 @@ std::optional<std::string> unseen_error_note(const Program& program);
 /// Why BDF was limited to low orders.
 std::string spent_mode_words(const SpentMode& mode);
 
+/// A condition of which no proof was found that it did not change within a step.
+std::string unproven_note(const Relation& relation, double time);
+/// A step that its rates do not add up to, however short it was made.
+std::string unseen_law_note(const std::string& state, double time);
+
 }  // namespace bgsim

@@ -15,6 +15,7 @@
 #include "run/sink/recorder.hpp"
 #include "run/tolerances.hpp"
 #include "run/watch/branch_watch.hpp"
+#include "run/watch/defect_watch.hpp"
 #include "run/watch/events.hpp"
 #include "run/watch/mode_order.hpp"
 #include "run/watch/pace_judge.hpp"
@@ -39,7 +40,8 @@ class Run {
         clock_(options, std::move(clock), inputs.start),
         tolerances_(program, inputs, implicit_),
         schedule_(program, evaluator_, inputs),
-        events_(program, evaluator_, tolerances_, inputs.stop - inputs.start, !implicit_),
+        events_(program, inputs, evaluator_, tolerances_, !implicit_),
+        defects_(program, inputs, evaluator_, tolerances_),
         loops_(program, evaluator_, inputs.start, inputs.stop),
         mode_order_(program, evaluator_, inputs, implicit_),
         pace_(program, evaluator_, inputs, options),
@@ -57,6 +59,7 @@ class Run {
   bool integrate();
   bool integrate_to(double limit);
   bool take_step();
+  bool holds(const StepEnds& ends, double until, bool event);
   bool take_time_event();
   bool take_state_event();
   bool go_back();
@@ -93,6 +96,7 @@ class Run {
   Tolerances tolerances_;
   Schedule schedule_;
   EventWatch events_;
+  DefectWatch defects_;
   BranchWatch loops_;
   Vitality vitality_;
   ModeOrder mode_order_;

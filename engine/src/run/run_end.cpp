@@ -83,6 +83,10 @@ void Run::report() {
       report.absolute.emplace_back(program_.state_names[i], tolerances_.absolute(i));
     note(quiet_states_note(tolerances_, program_.state_names));
     if (inputs_.method == Method::erk8) note(unseen_error_note(program_));
+    for (std::size_t i = 0; i < events_.undecided().size(); ++i)
+      note(unproven_note(program_.relations[events_.undecided()[i]], events_.undecided_at()[i]));
+    if (const auto unseen = defects_.unseen())
+      note(unseen_law_note(program_.state_names[unseen->first], unseen->second));
     if (result_.stop == StopReason::completed)
       note(fast_sources_note(schedule_.sources().frequency, inputs_.stop - inputs_.start, steps_));
   }

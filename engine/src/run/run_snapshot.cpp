@@ -26,6 +26,7 @@ void Run::carry(Archive& archive) {
   archive("notes", result_.report.notes);
   archive("tolerances", tolerances_);
   archive("events", events_);
+  archive("defects", defects_);
   archive("loops", loops_);
   archive("vitality", vitality_);
   archive("mode order", mode_order_);

@@ -9,6 +9,7 @@
 #include "base/stopwatch.hpp"
 #include "run/failures.hpp"
 #include "run/run.hpp"
+#include "run/watch/onset.hpp"
 #include "run/watch/time_constants.hpp"
 
 namespace bgsim {
@@ -81,7 +82,10 @@ bool Run::start_anew(double limit) {
     });
   else
     integrator_->use_rates({});
-  if (!integrator_->restart(t_, x_.data(), branch_, limit)) return fail(fault_failure(integrator_->last_fault()));
+  tolerances_.accept(t_, x_);
+  if (!integrator_->restart(t_, x_.data(), branch_, defects_.limit(t_, limit)))
+    return fail(fault_failure(integrator_->last_fault()));
+  tolerances_.accept(t_, {integrator_->end(), tolerances_.size()});
   loops_.begin(integrator_->branch());
   fresh_ = false;
   return true;
@@ -91,15 +95,27 @@ bool Run::start_anew(double limit) {
 bool Run::take_step() {
   if (auto jump = implicit_ ? std::nullopt : loops_.check(*integrator_)) return go_back() || fail(std::move(*jump));
   if (!vitality_.look(integrator_->step(), integrator_->time())) return fail_as_stuck("time no longer advances");
-  switch (events_.search(*integrator_)) {
+  const double* end = integrator_->end();
+  const double* tears = integrator_->branch().given ? end + x_.size() : integrator_->branch().tears.data();
+  const StepEnds ends{t_, integrator_->time(), x_.data(), end, branch_.tears.data(), tears};
+  switch (events_.search(*integrator_, ends)) {
     case EventWatch::Search::failed:
       return fail(*events_.failure());
     case EventWatch::Search::found:
-      return take_state_event();
+      return !holds(ends, events_.event_time(), true) || take_state_event();
     case EventWatch::Search::none:
       break;
   }
+  if (!facts_of(inputs_.method).fixed_step() && take_first_scales(x_, end, tolerances_)) {
+    constexpr double kShorter = 0.1;
+    integrator_->begin_with(kShorter * integrator_->step());
+    fresh_ = true;
+    return true;
+  }
   const double t = integrator_->time();
+  if (!holds(ends, t, false)) return true;
+  events_.pass();
+  tolerances_.accept(t, {end, tolerances_.size()});
   if (!emit(recorder_.before(t, *integrator_))) return false;
   audit_to(t);
   go_to(t);
@@ -108,11 +124,20 @@ bool Run::take_step() {
     next_estimate_ *= 8;
     tolerances_.estimate(evaluator_, t_, x_.data(), branch_, {});
   }
+  fresh_ = defects_.is_limit(t_);
   if (mode_order_.look(t_, x_.data(), branch_, steps_)) {
     integrator_->limit_order(mode_order_.spent()->order);
     fresh_ = true;
   }
   return true;
+}
+
+/// Whether the last step, up to @p until, is what its rates add up to. If not, it is made again.
+bool Run::holds(const StepEnds& ends, double until, bool event) {
+  if (events_.holding() || defects_.look(*integrator_, ends, until, event)) return true;
+  tolerances_.forget_noise();  // of where the step went
+  fresh_ = true;
+  return false;
 }
 
 /// To a time within the integrator's last step.
@@ -154,6 +179,7 @@ bool Run::take_state_event() {
   go_to(t);
   jumped_at_ = t;
   if (!events_.cross(x_.data(), branch_)) return fail(*events_.failure());
+  tolerances_.forget_noise();  // of rates beyond the event, evaluated on the side before it
   between_ = false;
   fresh_ = true;
   return emit_here();

@@ -102,7 +102,8 @@ Tolerances::Tolerances(const Program& program, const RunInputs& inputs, bool imp
       doubt_(size_, 0.0),
       next_doubt_(size_, 0.0),
       stages_(kStages.size(), std::vector<double>(size_, 0.0)),
-      cap_(size_, std::numeric_limits<double>::infinity()) {
+      cap_(size_, std::numeric_limits<double>::infinity()),
+      watched_(size_, true) {
   for (std::size_t i = 0; i < states_; ++i) {
     if (inputs.absolute) given_[i] = *inputs.absolute;
     const auto own = inputs.absolute_by_state.find(program.state_names[i]);
@@ -208,11 +209,13 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
       if (&push != &pushes.front() || change == nullptr) continue;
       for (std::size_t i = 0; i < states_; ++i) moved[i] = x[i] + change[i];
     }
-    // States that only products of others set in motion are seen from the point that these have moved to.
+    // States that only products of others set in motion are seen from the point that these have moved to, where
+    // conditions may have changed: a law far beyond its own border promises nothing.
     bool unmoved = false;
     for (std::size_t i = 0; i < states_; ++i) unmoved = unmoved || (magnitude[i] == 0.0 && recent_[i] == 0.0);
     there = here;
-    if (unmoved && evaluator.rates(t, moved.data(), there, second.data())) take(probe.solve(h, second), true);
+    const bool settled = unmoved && (program_.guarded.empty() || evaluator.initialize_modes(t, moved.data(), there));
+    if (settled && evaluator.rates(t, moved.data(), there, second.data())) take(probe.solve(h, second), true);
     add_estimate(stage, magnitude);
   }
   reach_ = 0.0;
@@ -240,11 +243,27 @@ void Tolerances::reach(double elapsed) {
   }
 }
 
-double Tolerances::absolute(std::size_t unknown) const {
+double Tolerances::absolute(std::size_t unknown) const { return absolute(unknown, 0.0); }
+
+double Tolerances::resolved(std::size_t unknown) const { return resolved(unknown, 0.0); }
+
+/// @param size  of the unknown where it is.
+double Tolerances::resolved(std::size_t unknown, double size) const {
   if (given_[unknown] >= 0.0) return given_[unknown];
   const double scale =
-      std::max({recent_[unknown], earlier_[unknown], kRemembered * largest_[unknown], floor_[unknown]});
-  return std::max(relative_ * std::min(scale, cap_[unknown]), unknowable(unknown));
+      std::max({size, recent_[unknown], earlier_[unknown], kRemembered * largest_[unknown], floor_[unknown]});
+  return relative_ * std::min(scale, cap_[unknown]);
+}
+
+double Tolerances::absolute(std::size_t unknown, double size) const {
+  const double known = resolved(unknown, size);
+  return given_[unknown] >= 0.0 ? known : std::max(known, unknowable(unknown));
+}
+
+bool Tolerances::begin_with(std::size_t state, double scale) {
+  stages_.front()[state] = std::max(stages_.front()[state], scale / kPromise);
+  floor_[state] = std::max(floor_[state], scale);
+  return relative_ * scale > 0.0;
 }
 
 /// What rounding leaves open of an unknown over one step.
@@ -254,26 +273,30 @@ double Tolerances::unknowable(std::size_t unknown) const {
   return (step_ * (noise_[unknown] + doubt_[unknown]) + late) / (1.0 + step_ * damping_[unknown]);
 }
 
-void Tolerances::weights(double t, double step, const double* y, double* weight) {
-  constexpr double kLargest = 1e300;
-  step_ = std::abs(step);
-  reach(t - start_);
+void Tolerances::accept(double t, std::span<const double> y) {
   if (t - start_ > kWindow * window_start_) {
     window_start_ = t - start_;
     std::swap(earlier_, recent_);
     std::fill(recent_.begin(), recent_.end(), 0.0);
   }
-  for (std::size_t i = 0; i < size_; ++i) {
+  for (std::size_t i = 0; i < y.size(); ++i) {
     const double size = std::abs(y[i]);
     recent_[i] = std::max(recent_[i], size);
     largest_[i] = std::max(largest_[i], size);
   }
-  cap_proportional(y);
+  cap_proportional(y.data());
+}
+
+void Tolerances::weights(double t, double step, const double* y, double* weight) {
+  constexpr double kLargest = 1e300;
+  step_ = std::abs(step);
+  reach(t - start_);
   for (std::size_t i = 0; i < size_; ++i) {
     const double size = std::abs(y[i]);
-    const double tolerance = relative_ * size + absolute(i);
-    // A state that is 0 and that nothing is known to move is not watched until it moves.
-    weight[i] = tolerance > 0.0 ? std::min(1.0 / tolerance, kLargest) : 0.0;
+    const double tolerance = relative_ * size + absolute(i, size);
+    // A state that is 0 and that nothing is known to move is not watched until it moves (take_first_scales).
+    watched_[i] = tolerance > 0.0;
+    weight[i] = watched_[i] ? std::min(1.0 / tolerance, kLargest) : 0.0;
   }
 }
 

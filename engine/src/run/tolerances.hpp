@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -28,10 +29,16 @@ class Tolerances {
   /// At such a time: what rounding did to the rates before says nothing about them behind.
   void forget_noise();
 
+  /// The first scale of a state that nothing was known to move. False: its tolerance is less than a double can hold.
+  bool begin_with(std::size_t state, double scale);
+
   /// States that may shrink and grow again: the error of these is relative to what they are now.
   void know_proportional(Proportional states);
 
-  /// Weights for the error test at an accepted point @p y, reached with steps of about @p step.
+  /// An accepted point: @p y are all unknowns, or the states. Scales are learnt from such points alone, not from the
+  /// end of a step that is made again.
+  void accept(double t, std::span<const double> y);
+  /// Weights for the error test of a step from @p y, made with steps of about @p step.
   void weights(double t, double step, const double* y, double* weight);
   /// How fast each unknown forgets, by the Jacobian's diagonal; and by the rest, what rounding in others makes of its
   /// rate: a store fed by rounding need not be followed as if it were signal.
@@ -63,6 +70,10 @@ class Tolerances {
 
   [[nodiscard]] double relative() const { return relative_; }
   [[nodiscard]] double absolute(std::size_t unknown) const;
+  /// The same without what rounding leaves open, where that was last seen: a step may have seen it beyond an event.
+  [[nodiscard]] double resolved(std::size_t unknown) const;
+  /// Whether the error test of the last step took notice of an unknown: not of one that is 0 and has no scale.
+  [[nodiscard]] bool watched(std::size_t unknown) const { return watched_[unknown]; }
   [[nodiscard]] double largest(std::size_t unknown) const { return largest_[unknown]; }
   [[nodiscard]] bool given(std::size_t state) const { return given_[state] >= 0.0; }
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -72,6 +83,8 @@ class Tolerances {
   void add_estimate(std::size_t stage, const std::vector<double>& magnitude);
   void reach(double elapsed);
   void cap_proportional(const double* y);
+  [[nodiscard]] double resolved(std::size_t unknown, double size) const;
+  [[nodiscard]] double absolute(std::size_t unknown, double size) const;
   [[nodiscard]] double unknowable(std::size_t unknown) const;
 
   const Program& program_;
@@ -96,6 +109,7 @@ class Tolerances {
   std::vector<std::vector<double>> stages_;            ///< promised magnitudes by length of the Euler step
   std::vector<double> cap_;                            ///< by unknown: its scale is not above this
   std::vector<double> size_of_group_;
+  std::vector<bool> watched_;  ///< by unknown, at the beginning of the last step
 };
 
 }  // namespace bgsim

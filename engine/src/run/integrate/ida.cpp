@@ -55,6 +55,8 @@ class IdaIntegrator final : public Integrator {
       IDAReInit(ida_.get(), t / unit_, y_.get(), rate_.get());
     }
     IDASetStopTime(ida_.get(), limit / unit_);
+    IDASetInitStep(ida_.get(), first_step_ / unit_);
+    first_step_ = 0.0;
     failure_ = {};
     return true;
   }
@@ -89,6 +91,7 @@ class IdaIntegrator final : public Integrator {
     std::copy(values(scratch_), values(scratch_) + size_, y);
   }
 
+  [[nodiscard]] const double* end() const override { return values(y_); }
   [[nodiscard]] std::string method() const override {
     return std::string("IDA") + (max_order_ > 0 ? " of order up to " + std::to_string(max_order_) : "") +
            (algebra_.pattern == nullptr ? ", dense" : ", KLU");

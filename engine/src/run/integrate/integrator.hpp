@@ -45,7 +45,8 @@ class Integrator {
   void use_rates(Rates rates) { special_rates_ = std::move(rates); }
   /// From the next restart on, no higher order than this. CVODE only.
   virtual void limit_order(int /*order*/) {}
-  /// Length of the first step after the next restart, instead of the integrator's own choice. CVODE and ARKODE.
+  /// Length of the first step after the next restart, instead of the integrator's own choice. Of no effect on steps of
+  /// one length.
   void begin_with(double step) { first_step_ = step; }
   /// No step is longer than this. Call before the first restart; of no effect on steps of one length.
   void limit_step(double longest) { longest_ = longest; }
@@ -63,6 +64,9 @@ class Integrator {
   [[nodiscard]] virtual Counts counts() const = 0;
   /// Estimated local error of the failed step relative to the tolerance, by unknown.
   virtual void weighted_errors(double* error) = 0;
+
+  /// All unknowns at the end of the last step.
+  [[nodiscard]] virtual const double* end() const = 0;
 
   [[nodiscard]] double time() const { return time_; }
   [[nodiscard]] double previous() const { return previous_; }

@@ -9,6 +9,9 @@
 namespace bgsim {
 
 class OdeIntegrator : public Integrator {
+ public:
+  [[nodiscard]] const double* end() const override { return values(y_); }
+
  protected:
   OdeIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, double span);
 

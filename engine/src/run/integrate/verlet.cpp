@@ -69,6 +69,7 @@ class VerletIntegrator final : public Integrator {
              u * u * ((1.0 + 2.0 * v) * x_[i] - v * h * rate_at_end_[i]);
   }
 
+  [[nodiscard]] const double* end() const override { return x_.data(); }
   [[nodiscard]] std::string method() const override { return "Störmer-Verlet, steps of one length"; }
   [[nodiscard]] Counts counts() const override { return counts_; }
   void weighted_errors(double* error) override { std::fill(error, error + size_, 0.0); }

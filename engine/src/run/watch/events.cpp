@@ -20,13 +20,18 @@ int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
 
 }  // namespace
 
-EventWatch::EventWatch(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double span,
-                       bool hold)
+EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluator& evaluator,
+                       const Tolerances& tolerances, bool hold)
     : program_(program),
       evaluator_(evaluator),
-      span_(span),
+      span_(inputs.stop - inputs.start),
       may_hold_(hold),
-      stiction_(program, evaluator, tolerances, span) {
+      stiction_(program, evaluator, tolerances, span_),
+      functions_(program, inputs.parameters,
+                 {[this](double t) { return evaluate(*searched_, t, at_probe_); },
+                  [this](std::size_t guard) { return crossed(guard, at_probe_[guard], probe_); },
+                  [this](std::size_t guard, const Range& values) { return stays(guard, values); },
+                  [this]() -> const Branch& { return probe_; }}) {
   // guards come in the order of program.guarded, two for each floor, round and table
   for (const std::uint32_t relation : program.guarded) {
     const bool border = program.relations[relation].has_borders();
@@ -39,6 +44,7 @@ EventWatch::EventWatch(const Program& program, Evaluator& evaluator, const Toler
   side_.assign(count, 0);
   idle_.assign(count, false);
   just_crossed_.assign(count, false);
+  changed_.assign(count, false);
   hold_.assign(count, 0.0);
   direction_.assign(count, 0);
   largest_.assign(count, 0.0);
@@ -58,20 +64,34 @@ bool EventWatch::start(double t, const double* x, Branch& branch) {
 
 bool EventWatch::settle(double t, const double* x, Branch& branch) {
   if (!any()) return true;
+  functions_.clear();
   std::size_t most = kMostRounds;
   for (std::size_t i = 0; i < border_.size(); ++i)
     if (border_[i] && program_.relations[relation_[i]].kind == Relation::Kind::cell)
       most += program_.pool.table(program_.relations[relation_[i]].table).x.size();
   for (std::size_t round = 0; round < most; ++round) {
     if (!guards(t, x, branch, values_)) return fail_with_fault();
+    for (std::size_t i = 0; i < largest_.size(); ++i) largest_[i] = std::max(largest_[i], std::abs(values_[i]));
     for (std::size_t i = 0; i < hold_.size(); ++i)
       if (std::isinf(hold_[i])) hold_[i] = 4.0 * std::abs(values_[i]);
-    if (!any_crossed(values_, branch)) return true;
-    if (!change(values_, branch)) return true;
+    keep_what_only_wavers(branch);
+    if (!any_crossed(values_, branch) || !change(values_, branch)) {
+      std::fill(changed_.begin(), changed_.end(), false);
+      return true;
+    }
     hold_what_rests(t, x, branch);
   }
   failure_ = contradiction_failure(program_, recent_relations(), t);
   return false;
+}
+
+/// A guard that has changed here and is back, by no more than what a loop's solution differs from solve to solve, has
+/// crossed: it is held there until it has moved away.
+void EventWatch::keep_what_only_wavers(const Branch& branch) {
+  constexpr double kOfLoops = 1e-9;
+  for (std::size_t i = 0; i < side_.size(); ++i)
+    if (changed_[i] && !border_[i] && std::abs(values_[i]) <= kOfLoops * largest_[i] && crossed(i, values_[i], branch))
+      hold_[i] = 4.0 * std::abs(values_[i]);
 }
 
 bool EventWatch::crossed(std::size_t guard, double value, const Branch& branch) const {
@@ -150,7 +170,7 @@ bool EventWatch::change(const std::vector<double>& values, Branch& branch) {
       changed = true;
       continue;
     }
-    just_crossed_[i] = true;
+    just_crossed_[i] = changed_[i] = true;
     direction_[i] = sign_of(values[i]);
     const Relation::Kind kind = program_.relations[relation].kind;
     if (kind == Relation::Kind::floor || kind == Relation::Kind::round) {
@@ -216,8 +236,17 @@ std::optional<double> EventWatch::dip(double from, double to, const std::vector<
   return std::nullopt;
 }
 
-EventWatch::Search EventWatch::search(Integrator& integrator) {
+EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& ends) {
   if (!any()) return Search::none;
+  candidates_.clear();
+  bool decided = !stiction_.any();
+  for (std::size_t i = 0; i < side_.size(); ++i) {
+    if (!idle_[i]) candidates_.push_back(i);
+    decided = decided && !idle_[i] && side_[i] != 0 && hold_[i] == 0.0;
+  }
+  if (probe_.modes != integrator.branch().modes) probe_ = integrator.branch();
+  screened_ = decided && functions_.screened(ends, integrator.branch(), candidates_);
+  if (screened_) return Search::none;
   probe_ = integrator.branch();
   const double from = integrator.previous(), to = integrator.time();
   // Where a denominator passes zero without consequence, the step is searched again without it.
@@ -229,13 +258,59 @@ EventWatch::Search EventWatch::search(Integrator& integrator) {
     const Search outcome = judge_poles(integrator);
     if (outcome != Search::none) return outcome;
   }
-  decide(end_);
-  values_ = end_;
   return Search::none;
 }
 
-/// A stretch of the step at whose end a guard has crossed; none if there is none, or failure().
+void EventWatch::pass() {
+  if (!any() || screened_) return;
+  decide(end_);
+  values_ = end_;
+}
+
+/// Whether a guard crosses at none of these values. One that is next to nothing beside what it was is rounding's: what
+/// it is at the step's end counts.
+bool EventWatch::stays(std::size_t guard, const Range& values) const {
+  constexpr double kRounding = 1e-13;
+  const double low = values.lower(), high = values.upper();
+  if (!(low <= high)) return false;
+  if (std::max(-low, high) <= kRounding * largest_[guard]) return true;
+  const bool border_counts = hold_[guard] == 0.0 && changes_at_border(guard, probe_);
+  if (side_[guard] > 0) return border_counts ? low > 0.0 : low >= -hold_[guard];
+  if (side_[guard] < 0) return border_counts ? high < 0.0 : high <= hold_[guard];
+  return !(low < 0.0 && changes_mode(guard, -1, probe_)) && !(high > 0.0 && changes_mode(guard, 1, probe_));
+}
+
+/// A stretch of the step at whose end a guard has crossed, while none has at its beginning; none if there is none, or
+/// failure(). By proof, but for signs that are held: these depend on the point by more than an expression.
 std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integrator, double from, double to) {
+  constexpr int kWork = 500;
+  if (stiction_.any()) return bracket_by_samples(integrator, from, to);
+  searched_ = &integrator;
+  functions_.begin(integrator);
+  candidates_.clear();
+  for (std::size_t i = 0; i < side_.size(); ++i)
+    if (!idle_[i]) candidates_.push_back(i);
+  const FirstCrossing found = first_crossing(functions_, candidates_, from, to, kWork);
+  if (found.fault) {
+    fail_with_fault();
+    return std::nullopt;
+  }
+  for (const std::size_t guard : found.undecided) {
+    if (std::find(undecided_.begin(), undecided_.end(), relation_[guard]) != undecided_.end()) continue;
+    undecided_.push_back(relation_[guard]);
+    undecided_at_.push_back(found.undecided_at);
+  }
+  if (found.bracket) return found.bracket;
+  if (!evaluate(integrator, to, end_)) {
+    fail_with_fault();
+    return std::nullopt;
+  }
+  return any_crossed(end_, probe_) ? std::optional(std::pair(from, to)) : std::nullopt;
+}
+
+/// The same by the guards' values in the middle, at the end, and where a parabola dips.
+std::optional<std::pair<double, double>> EventWatch::bracket_by_samples(Integrator& integrator, double from,
+                                                                        double to) {
   const double middle = from + (to - from) / 2;
   const auto failed = [this] {
     fail_with_fault();
@@ -288,25 +363,14 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
   return true;
 }
 
-/// Of the denominators that have come to zero: a pole, or a quotient that stays finite (sin(x)/x) and is left alone.
+/// Of the denominators that have come to zero: a singularity, or a quotient that stays finite (sin(x)/x) and is left
+/// alone.
 EventWatch::Search EventWatch::judge_poles(Integrator& integrator) {
-  constexpr double kUnbounded = 1e4, kBeside = 1e-8;
-  const std::size_t states = program_.state_names.size();
-  const auto rates = [&](double t, std::vector<double>& out) {
-    out.resize(states);
-    integrator.interpolate(t, y_.data(), probe_);
-    return prepare(t, y_.data(), probe_) && evaluator_.rates(t, y_.data(), probe_, out.data());
-  };
   Search outcome = Search::found;
   for (std::size_t i = 0; i < side_.size(); ++i) {
     const Relation& relation = program_.relations[relation_[i]];
     if (relation.kind != Relation::Kind::pole || !crossed(i, end_[i], probe_)) continue;
-    std::vector<double> before, beside;
-    bool pole = relation.structural || !rates(event_time_ - kBeside * integrator.step(), beside);
-    if (!pole && rates(integrator.previous(), before))
-      for (std::size_t k = 0; k < states; ++k)
-        pole = pole || (std::abs(beside[k]) > kUnbounded * std::abs(before[k]) && before[k] != 0.0);
-    if (pole) {
+    if (relation.structural || grows_without_bound(integrator)) {
       failure_ = pole_failure(program_, relation_[i], event_time_);
       return Search::failed;
     }
@@ -314,6 +378,38 @@ EventWatch::Search EventWatch::judge_poles(Integrator& integrator) {
     outcome = Search::none;
   }
   return outcome;
+}
+
+/// Whether a rate has no bound before the event, on the straight line on which the states come to it: at distances each
+/// a tenth of the one before it, its change grows by a factor each time, however small it is as yet, and comes to be
+/// more than rounding makes of a quotient of two zeros.
+bool EventWatch::grows_without_bound(Integrator& integrator) {
+  constexpr double kLast = 1e-12, kFactor = 2.0, kMoreThanRounding = 1e-2;
+  constexpr int kDecades = 8, kInARow = 3;
+  const std::size_t states = program_.state_names.size();
+  // The event's own time is known to some roundings.
+  const double nearest = std::max(kLast * integrator.step(), 1e4 * 0x1p-52 * std::abs(event_time_));
+  std::vector<double> at(y_.size()), slope(y_.size()), rates(states), last(states), change(states, 0.0), first(states);
+  integrator.interpolate(integrator.previous(), slope.data());
+  integrator.interpolate(event_time_, at.data(), probe_);
+  for (std::size_t k = 0; k < at.size(); ++k) slope[k] = (at[k] - slope[k]) / (event_time_ - integrator.previous());
+  std::vector<int> grew(states, 0);
+  for (int decade = kDecades; decade >= 0; --decade) {
+    const double distance = nearest * std::pow(10.0, decade);
+    for (std::size_t k = 0; k < at.size(); ++k) y_[k] = at[k] - distance * slope[k];
+    const double t = event_time_ - distance;
+    if (!prepare(t, y_.data(), probe_) || !evaluator_.rates(t, y_.data(), probe_, rates.data())) return true;
+    if (decade == kDecades) first = last = rates;
+    for (std::size_t k = 0; k < states; ++k) {
+      const double now = std::abs(rates[k] - last[k]);
+      grew[k] = now > kFactor * change[k] && change[k] > 0.0 ? grew[k] + 1 : 0;
+      change[k] = now;
+    }
+    last = rates;
+  }
+  for (std::size_t k = 0; k < states; ++k)
+    if (grew[k] >= kInARow && change[k] > kMoreThanRounding * std::abs(first[k])) return true;
+  return false;
 }
 
 std::optional<std::size_t> EventWatch::pole_ahead(double t, const double* x, Branch branch) {

@@ -9,6 +9,7 @@
 
 #include "bgsim/evaluator.hpp"
 #include "run/integrate/integrator.hpp"
+#include "run/watch/guard_functions.hpp"
 #include "run/watch/stiction.hpp"
 
 namespace bgsim {
@@ -18,7 +19,8 @@ namespace bgsim {
 class EventWatch {
  public:
   /// @param hold  whether signs of resistors may be held at their border (see Stiction).
-  EventWatch(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double span, bool hold);
+  EventWatch(const Program& program, const RunInputs& inputs, Evaluator& evaluator, const Tolerances& tolerances,
+             bool hold);
 
   /// Sets all modes at the start of a run. False: failure().
   bool start(double t, const double* x, Branch& branch);
@@ -26,8 +28,12 @@ class EventWatch {
   bool settle(double t, const double* x, Branch& branch);
 
   enum class Search { none, found, failed };
-  /// Looks for the first crossing in the integrator's last step; event_time() is the first moment beyond it.
-  Search search(Integrator& integrator);
+  /// Looks for the first crossing in the integrator's last step; event_time() is the first moment beyond it. Changes
+  /// nothing that a step made again would not find anew.
+  /// @param ends  of that step.
+  Search search(Integrator& integrator, const StepEnds& ends);
+  /// The step in which nothing was found is accepted.
+  void pass();
   [[nodiscard]] double event_time() const { return event_time_; }
   /// Changes the modes whose guards have crossed at the event (states @p y at event_time()). False: failure().
   bool cross(const double* y, Branch& branch);
@@ -59,6 +65,10 @@ class EventWatch {
     archive("relations", relations_);
     for (const std::size_t relation : relations_) archive.check(relation < program_.relations.size());
     archive("stiction", stiction_);
+    archive("undecided", undecided_);
+    for (const std::size_t relation : undecided_) archive.check(relation < program_.relations.size());
+    archive("undecided at", undecided_at_);
+    functions_.clear();
   }
 
   [[nodiscard]] bool any() const { return !side_.empty(); }
@@ -68,6 +78,10 @@ class EventWatch {
     return relations_.empty() ? std::nullopt : std::optional(relations_.back());
   }
   [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
+
+  /// Relations of which the work allowed gave no proof that they did not change within a step, and when first.
+  [[nodiscard]] const std::vector<std::size_t>& undecided() const { return undecided_; }
+  [[nodiscard]] const std::vector<double>& undecided_at() const { return undecided_at_; }
 
  private:
   [[nodiscard]] bool crossed(std::size_t guard, double value, const Branch& branch) const;
@@ -79,13 +93,17 @@ class EventWatch {
   bool change(const std::vector<double>& values, Branch& branch);
   bool guards(double t, const double* x, Branch& branch, std::vector<double>& values);
   bool evaluate(Integrator& integrator, double t, std::vector<double>& values);
+  void keep_what_only_wavers(const Branch& branch);
   void hold_what_rests(double t, const double* x, Branch& branch);
   std::optional<double> dip(double from, double to, const std::vector<double>& middle,
                             const std::vector<double>& end) const;
   bool locate(Integrator& integrator, double from, double to);
   bool fail_with_fault();
   Search judge_poles(Integrator& integrator);
+  bool grows_without_bound(Integrator& integrator);
+  [[nodiscard]] bool stays(std::size_t guard, const Range& values) const;
   std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
+  std::optional<std::pair<double, double>> bracket_by_samples(Integrator& integrator, double from, double to);
   bool judge_rhythm(double t);
   [[nodiscard]] std::vector<std::size_t> recent_relations() const;
 
@@ -94,13 +112,16 @@ class EventWatch {
   double span_;
   bool may_hold_;
   Stiction stiction_;
-  std::vector<std::size_t> relation_;  ///< by guard
-  std::vector<bool> border_;           ///< by guard: of a floor or table cell
-  std::vector<int> side_;              ///< by guard: side of its mode; 0 undecided
-  std::vector<double> hold_;           ///< by guard: not seen as crossed up to this size; see take_across
-  std::vector<bool> idle_;             ///< by guard: beyond the last border, nothing left to change
-  std::vector<bool> just_crossed_;     ///< by guard
-  std::vector<double> largest_;        ///< by guard of a pole: its largest magnitude so far
+  std::vector<std::size_t> relation_;    ///< by guard
+  std::vector<bool> border_;             ///< by guard: of a floor or table cell
+  std::vector<int> side_;                ///< by guard: side of its mode; 0 undecided
+  std::vector<double> hold_;             ///< by guard: not seen as crossed up to this size; see take_across
+  std::vector<bool> idle_;               ///< by guard: beyond the last border, nothing left to change
+  std::vector<bool> just_crossed_;       ///< by guard
+  std::vector<bool> changed_;            ///< by guard: within the event that is being settled
+  std::vector<double> largest_;          ///< by guard of a pole: its largest magnitude so far
+  bool screened_ = false;                ///< the last step stayed where no guard can cross
+  std::vector<std::size_t> candidates_;  ///< guards to be searched
   std::vector<double> values_, middle_, end_, at_probe_;
   std::vector<int> direction_;
   std::vector<double> y_;
@@ -110,6 +131,10 @@ class EventWatch {
   std::deque<double> times_;           ///< of the latest events
   std::deque<std::size_t> relations_;  ///< that changed in them
   std::optional<Diagnostic> failure_;
+  std::vector<std::size_t> undecided_;
+  std::vector<double> undecided_at_;
+  Integrator* searched_ = nullptr;  ///< whose last step is searched
+  GuardFunctions functions_;
 };
 
 }  // namespace bgsim

@@ -1,0 +1,115 @@
+#include "run/watch/guard_functions.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "program/mode_borders.hpp"
+
+namespace bgsim {
+
+namespace {
+
+std::vector<ExprId> guard_expressions(const Program& program) {
+  std::vector<ExprId> roots;
+  for (const std::uint32_t relation : program.guarded) roots.push_back(program.relations[relation].guard);
+  return roots;
+}
+
+/// The parabola through the values at the ends and in the middle of a stretch.
+Jet parabola(double left, double middle, double right, double length) {
+  const double bend = left - 2.0 * middle + right, room = 0.25 * std::fabs(bend);
+  const double control = 2.0 * middle - 0.5 * (left + right);
+  const double first = 2.0 * (control - left), second = 2.0 * (right - control), slack = std::fabs(bend);
+  return {middle,
+          {std::min({left, control, right}) - room, std::max({left, control, right}) + room},
+          {(std::min(first, second) - slack) / length, (std::max(first, second) + slack) / length}};
+}
+
+}  // namespace
+
+GuardFunctions::GuardFunctions(const Program& program, std::span<const double> parameters, Owner owner)
+    : program_(program), owner_(std::move(owner)), enclosure_(program, parameters, guard_expressions(program)) {
+  for (std::size_t i = 0; i < program.guarded.size(); ++i) {
+    const std::uint32_t relation = program.guarded[i];
+    if (program.relations[relation].has_borders()) {
+      guards_.push_back({i, relation, -1});
+      guards_.push_back({i, relation, 1});
+    } else {
+      guards_.push_back({i, relation, 0});
+    }
+  }
+}
+
+void GuardFunctions::take_modes(const Branch& branch) {
+  if (modes_ == branch.modes) return;
+  modes_ = branch.modes;
+  enclosure_.set_modes(modes_);
+  screen_.clear();
+  solved_.clear();
+}
+
+bool GuardFunctions::screened(const StepEnds& step, const Branch& branch, const std::vector<std::size_t>& guards) {
+  take_modes(branch);
+  return screen_.passes(enclosure_, step, [&] {
+    return std::all_of(guards.begin(), guards.end(), [&](std::size_t guard) { return stays(guard, jet(guard)); });
+  });
+}
+
+void GuardFunctions::begin(Integrator& integrator) {
+  const Branch& branch = integrator.branch();
+  take_modes(branch);
+  given_ = branch.given;
+  std::erase_if(solved_, [&](const auto& known) { return known.first != integrator.previous(); });
+  unknowns_ = enclosure_.states();
+  if (given_)
+    for (const std::uint32_t tear : enclosure_.tears())
+      unknowns_.push_back(static_cast<std::uint32_t>(program_.state_names.size()) + tear);
+  if (unknowns_.empty()) return;
+  polynomial_.take(integrator.previous(), integrator.time(), integrator.order(), unknowns_, integrator.size(),
+                   [&integrator](double t, double* y) { integrator.interpolate(t, y); });
+}
+
+bool GuardFunctions::evaluate(double t) {
+  if (!owner_.evaluate(t)) return false;
+  if (!given_ && !enclosure_.tears().empty()) solved_.emplace_back(t, owner_.branch().tears);
+  return true;
+}
+
+const std::vector<double>* GuardFunctions::tears_at(double t) {
+  auto found = std::find_if(solved_.begin(), solved_.end(), [t](const auto& known) { return known.first == t; });
+  if (found != solved_.end()) return &found->second;
+  if (!evaluate(t)) return nullptr;
+  return &solved_.back().second;
+}
+
+bool GuardFunctions::enclose(double from, double to) {
+  const std::size_t states = enclosure_.states().size(), tears = enclosure_.tears().size();
+  states_.resize(states);
+  tears_.resize(tears);
+  for (std::size_t k = 0; k < states; ++k) states_[k] = polynomial_.over(k, from, to);
+  if (given_) {
+    for (std::size_t k = 0; k < tears; ++k) tears_[k] = polynomial_.over(states + k, from, to);
+  } else if (tears > 0) {
+    const double middle = from + (to - from) / 2;
+    for (const double t : {from, middle, to})
+      if (tears_at(t) == nullptr) return false;
+    const std::vector<double>&left = *tears_at(from), &centre = *tears_at(middle), &right = *tears_at(to);
+    for (std::size_t k = 0; k < tears; ++k) {
+      const std::uint32_t tear = enclosure_.tears()[k];
+      tears_[k] = parabola(left[tear], centre[tear], right[tear], to - from);
+    }
+  }
+  enclosure_.evaluate(from, to, states_, tears_);
+  return true;
+}
+
+Jet GuardFunctions::jet(std::size_t guard) const {
+  const Guard& g = guards_[guard];
+  Jet jet = enclosure_[g.root];
+  if (g.border == 0) return jet;
+  const auto [lower, upper] = mode_borders(program_, program_.relations[g.relation], modes_[g.relation]);
+  if (g.border < 0) return {jet.middle - lower, jet.value - lower, jet.slope};
+  return {upper - jet.middle, upper - jet.value, -jet.slope};
+}
+
+}  // namespace bgsim

@@ -1,0 +1,66 @@
+/// The guards of conditions along an integrator's step, enclosed.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "run/integrate/integrator.hpp"
+#include "run/integrate/step_polynomial.hpp"
+#include "run/watch/first_crossing.hpp"
+#include "run/watch/screen.hpp"
+
+namespace bgsim {
+
+/// Guards as functions of time within the last step: enclosed by the polynomials of the states, evaluated by the
+/// evaluator. Loops' variables that are no unknowns of the integrator have no polynomial: on a stretch they are taken
+/// to follow the parabola through their solutions at its ends and in its middle, with a quarter of what it bends as
+/// room on both sides.
+class GuardFunctions final : public CrossingFunctions {
+ public:
+  /// What the owner knows of guards. Guards are numbered as by Evaluator::guards.
+  struct Owner {
+    std::function<bool(double t)> evaluate;  ///< all guards at a time within the step
+    std::function<bool(std::size_t guard)> crossed;
+    std::function<bool(std::size_t guard, const Range& values)> stays;
+    std::function<const Branch&()> branch;  ///< of the latest evaluation
+  };
+  GuardFunctions(const Program& program, std::span<const double> parameters, Owner owner);
+
+  /// Whether none of @p guards can have crossed between the ends of a step on @p branch, without looking at its inside.
+  bool screened(const StepEnds& step, const Branch& branch, const std::vector<std::size_t>& guards);
+  /// When a guard's side or what is held of it has changed.
+  void clear() { screen_.clear(); }
+  /// For the integrator's last step.
+  void begin(Integrator& integrator);
+
+  bool enclose(double from, double to) override;
+  [[nodiscard]] Jet jet(std::size_t guard) const override;
+  [[nodiscard]] bool stays(std::size_t guard, const Jet& jet) const override { return owner_.stays(guard, jet.value); }
+  bool evaluate(double t) override;
+  [[nodiscard]] bool crossed(std::size_t guard) const override { return owner_.crossed(guard); }
+
+ private:
+  struct Guard {
+    std::size_t root = 0;
+    std::uint32_t relation = 0;
+    int border = 0;  ///< -1: distance to the lower border of the present cell, 1: to the upper, 0: the guard itself
+  };
+  const std::vector<double>* tears_at(double t);
+  void take_modes(const Branch& branch);
+
+  const Program& program_;
+  Owner owner_;
+  std::vector<Guard> guards_;
+  Enclosure enclosure_;
+  Screen screen_;
+  StepPolynomial polynomial_;
+  std::vector<std::uint32_t> unknowns_;  ///< of the polynomial: the states, then the tears if these are unknowns
+  bool given_ = false;
+  std::vector<double> modes_;
+  std::vector<Jet> states_, tears_;
+  std::vector<std::pair<double, std::vector<double>>> solved_;  ///< loops' solutions within this step, by time
+};
+
+}  // namespace bgsim
