@@ -142,6 +142,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
     std::vector<double> rates;
     double lasts;
     std::vector<double> jacobian;  ///< there, if it is another one than here
+    double steepest = 0.0;         ///< its largest entry
   };
   const double stop = start_ + span_;
   std::vector<Push> pushes;
@@ -167,7 +168,12 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
     if (!evaluator.rates(other, x, there, now.data())) continue;
     if (implicit_) std::copy(there.tears.begin(), there.tears.end(), y.begin() + static_cast<std::ptrdiff_t>(states_));
     if (!probe.see(evaluator, other, y.data(), there, other_jacobian)) continue;
-    pushes.push_back({now, lasts(other), other_jacobian == jacobian ? std::vector<double>() : other_jacobian});
+    Push push{now, lasts(other), {}};
+    if (other_jacobian != jacobian) {
+      push.jacobian = other_jacobian;
+      for (const double entry : other_jacobian) push.steepest = std::max(push.steepest, std::abs(entry));
+    }
+    pushes.push_back(std::move(push));
   }
 
   // Earlier promises are forgotten slowly: a state that has been at rest may be called upon again.
@@ -193,6 +199,10 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
           magnitude[i] = std::max(magnitude[i], kCertain * std::abs(push.rates[i]) * push.lasts);
         continue;
       }
+      // Beside slopes so steep the states' own part of the matrix is lost to rounding, and what is solved for is
+      // anything: two diodes at the source's peak promised 1e141 V.
+      constexpr double kSteepest = 1e12;
+      if (h * push.steepest > kSteepest) continue;
       const double* change = probe.solve(h, push.rates);
       if (!push.jacobian.empty() && change != nullptr) {
         // The smaller of two promises: by the matrix here, and by that of the push. A diode's current at the source's
