@@ -79,6 +79,57 @@ TEST_CASE("Two bonds side by side are as one, and what runs round between them h
         "BG411: nothing determines b2.f: it runs round the ring of junctions at \"left\"");
 }
 
+TEST_CASE("Where strokes choose the right states, what runs round within the ring is left out all the same") {
+  // "float" is bonded to "line" twice in opposite directions: its effort cancels, whatever it is.
+  const RunResult run = run_text(
+      model(R"("float": {"kind": "0"}, "line": {"kind": "1"}, "c": {"kind": "C", "capacitance": 1, "initial": {"q": 1}},
+      "r": {"kind": "R", "resistance": 1})",
+            "float>line line>float c>line line>r", R"("q": "c.q")", 1.0),
+      with_relative(1e-10));
+  REQUIRE(run.stop == StopReason::completed);
+  CHECK(last(run, "q") == Approx(std::exp(-1.0)).epsilon(1e-8));
+}
+
+TEST_CASE("Rings beside each other, and rings with sources, have the solutions of their equations by hand") {
+  // Two pairs of bonds one after the other: 1/(RC) = 1/2 + 1/3.
+  CHECK(last(run_text(model(R"("x": {"kind": "0"}, "y": {"kind": "0"}, "z": {"kind": "0"},
+      "c": {"kind": "C", "capacitance": 1, "initial": {"q": 1}}, "r": {"kind": "R", "resistance": 2},
+      "s": {"kind": "R", "resistance": 3})",
+                            "x>y x>y y>z z>y x>c y>r z>s", R"("q": "c.q")", 1.0),
+                      with_relative(1e-10)),
+             "q") == Approx(std::exp(-5.0 / 6.0)).epsilon(1e-8));
+  // GY of 2 there and 3 back: 1 - l - 2 r + 3 r = 0 and 2 l - 3 l - 4 r = 0.
+  const RunResult gyrators =
+      run_text(model(R"("l": {"kind": "1"}, "r": {"kind": "1"},
+      "there": {"kind": "GY", "modulus": 2}, "back": {"kind": "GY", "modulus": 3}, "s": {"kind": "Se", "effort": 1},
+      "one": {"kind": "R", "resistance": 1}, "four": {"kind": "R", "resistance": 4})",
+                     "s>l l>one l>there there>r r>back back>l r>four", R"("l": "l.f", "r": "r.f")", 1.0));
+  CHECK(last(gyrators, "l") == Approx(0.8).epsilon(1e-14));
+  CHECK(last(gyrators, "r") == Approx(-0.2).epsilon(1e-14));
+  // MTF whose moduli are each other's inverse in every state: q' = -q/(1 + q)^2, so ln q + 2 q + q^2/2 falls by 1.
+  const RunResult inverse = run_text(model(R"x("x": {"kind": "0"}, "y": {"kind": "0"},
+      "up": {"kind": "MTF", "modulus": "1 + c.q"}, "down": {"kind": "MTF", "modulus": "1/(1 + c.q)"},
+      "c": {"kind": "C", "capacitance": 1, "initial": {"q": 1}}, "r": {"kind": "R", "resistance": 1})x",
+                                           "x>up up>y y>down down>x x>c y>r", R"("q": "c.q")", 1.0),
+                                     with_relative(1e-10));
+  const double q = last(inverse, "q");
+  CHECK(std::log(q) + 2.0 * q + q * q / 2.0 == Approx(1.5).epsilon(1e-8));
+  // Moduli that never multiply to 1 leave no effort: the coil keeps its flow.
+  const RunResult shut = run_text(model(R"("x": {"kind": "0"}, "y": {"kind": "0"}, "up": {"kind": "TF", "modulus": 2},
+      "down": {"kind": "TF", "modulus": 3}, "s": {"kind": "Sf", "flow": 1}, "r": {"kind": "R", "resistance": 1},
+      "l": {"kind": "I", "inertance": 1, "initial": {"p": 0.5}})",
+                                        "x>up up>y y>down down>x s>x y>r y>l", R"("e": "r.e", "p": "l.p")", 1.0));
+  CHECK(last(shut, "e") == 0.0);
+  CHECK(last(shut, "p") == 0.5);
+  // Equal gears side by side repeat a constraint: m + 4 M = 13 against 4 b.
+  CHECK(last(run_text(model(R"("x": {"kind": "1"}, "y": {"kind": "1"}, "one": {"kind": "TF", "modulus": 2},
+      "two": {"kind": "TF", "modulus": 2}, "m": {"kind": "I", "inertance": 1, "initial": {"p": 1}},
+      "M": {"kind": "I", "inertance": 3}, "b": {"kind": "R", "resistance": 1})",
+                            "m>x x>one one>y x>two two>y y>M y>b", R"("f": "m.f")", 1.0),
+                      with_relative(1e-10)),
+             "f") == Approx(std::exp(-4.0 / 13.0)).epsilon(1e-8));
+}
+
 TEST_CASE("Moduli that are each other's inverse for any value of a parameter make no contradiction") {
   const auto two_gears = [](const std::string& one, const std::string& other) {
     std::string text = model(R"("left": {"kind": "0"}, "right": {"kind": "0"},

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <boost/graph/compressed_sparse_row_graph.hpp>
 #include <boost/graph/strong_components.hpp>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -186,13 +187,16 @@ class Ordering {
         diagnostic_of("BG411", {}, {}, "a loop can be solved only if its equations contain its unknowns",
                       "the elements on the loop contradict or repeat each other: give one of them a resistance or a "
                       "storage of its own, or correct its modulus");
+    const auto junction = [this](ElementId id) { return is_junction(model_.elements[id.index()].kind); };
+    const bool only_junctions = std::all_of(block.elements.begin(), block.elements.end(), junction);
     for (const ElementId id : block.elements) {
       const Element& element = model_.elements[id.index()];
-      if (is_junction(element.kind)) continue;
+      if (junction(id) && !only_junctions) continue;
       through += (through.empty() ? "\"" : ", \"") + element.name + "\"";
       problem.notes.push_back({element.place, "the loop runs through \"" + element.name + "\""});
     }
     if (problem.notes.size() == 1) problem.notes.clear();  // the place itself says as much
+    if (!singular_.insert(through).second) return;         // its efforts or its flows have been reported
     problem.situation = "the algebraic loop through " + through + " is structurally singular";
     if (!block.elements.empty()) problem.place = model_.elements[block.elements.front().index()].place;
     problems_.push_back(std::move(problem));
@@ -214,6 +218,7 @@ class Ordering {
   std::vector<std::vector<std::uint32_t>> components_;  ///< in order of evaluation
   std::unordered_map<SymbolId, ExprId> replacement_;
   std::vector<Diagnostic> problems_;
+  std::set<std::string> singular_;  ///< loops that have been reported, by their elements
 };
 
 }  // namespace

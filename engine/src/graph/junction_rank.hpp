@@ -42,6 +42,9 @@ class JunctionRank {
   bool take(std::uint32_t variable);
   [[nodiscard]] Row determined(std::uint32_t variable) const;
 
+  /// Whether everything within the part is determined, too: nothing runs round a ring and comes out nowhere.
+  [[nodiscard]] bool determines_all() const { return inner_pivots_.size() == 2 * inner_bonds_; }
+
   /// By variable, once there is an input at each outer port: the sum over inputs that it is; none if nothing determines
   /// it (what runs round a ring and comes out nowhere).
   std::vector<std::optional<Row>> solutions();

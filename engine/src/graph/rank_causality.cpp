@@ -52,9 +52,18 @@ bool RankCausality::correct(std::span<const Stroke> strokes) {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     if (state_[i] != State::open) continue;
     state_[i] = State::right;
-    if (parts_[i].inner.size() > kLargestLookedAt || strokes_are_right(parts_[i], strokes)) continue;
+    const JunctionPart& part = parts_[i];
+    if (part.inner.size() > kLargestLookedAt) continue;
+    const bool apparent = std::any_of(part.outer.begin(), part.outer.end(), [&](PortId port) {
+      return is_store(kind(port)) && seems_to_depend(part, strokes, port);
+    });
+    if (!apparent && computes_in_sequence(part, strokes)) continue;
+    JunctionRank rank = rank_of(part);
+    const bool right = !apparent && take_all(part, strokes, rank) && only_states_determine(part, strokes, rank);
+    if (right && rank.determines_all()) continue;
     state_[i] = State::ranked;
-    corrected = solve(parts_[i], strokes, &problems) || corrected;
+    if (right) keep(part, strokes, rank);
+    corrected = right || solve(part, strokes, &problems) || corrected;
   }
   if (!problems.empty()) throw ModelError(std::move(problems), model_.sources);
   return corrected;
@@ -82,16 +91,51 @@ bool RankCausality::settle(const std::vector<ElementId>& conflicts) {
   return all;
 }
 
-bool RankCausality::strokes_are_right(const JunctionPart& part, std::span<const Stroke> strokes) {
-  for (const PortId port : part.outer)
-    if (is_store(kind(port)) && seems_to_depend(part, strokes, port)) return false;
-  if (computes_in_sequence(part, strokes)) return true;
-  JunctionRank rank = rank_of(part);
-  const std::vector<PortId> order = by_right(part);
-  return std::all_of(order.begin(), order.end(), [&](PortId port) {
-    const Gives gives = stroke_at(graph_, strokes, port) ? Gives::flow : Gives::effort;
-    return rank.take(rank.variable(port, gives));
+/// Whether the strokes at the outer ports are a choice that determines all others; takes it.
+bool RankCausality::take_all(const JunctionPart& part, std::span<const Stroke> strokes, JunctionRank& rank) const {
+  return std::all_of(part.outer.begin(), part.outer.end(), [&](PortId port) {
+    return rank.take(rank.variable(port, stroke_at(graph_, strokes, port) ? Gives::flow : Gives::effort));
   });
+}
+
+/// Whether each store in derivative causality follows from states, sources and laws for one direction.
+bool RankCausality::only_states_determine(const JunctionPart& part, std::span<const Stroke> strokes,
+                                          const JunctionRank& rank) const {
+  const auto given = [&](PortId port) { return stroke_at(graph_, strokes, port) ? Gives::flow : Gives::effort; };
+  const auto known = [&](PortId port) {
+    if (is_store(kind(port))) return given(port) == integral(kind(port));
+    return imposed_variable(kind(port)) || !laws_.usable(port, Gives::effort) || !laws_.usable(port, Gives::flow);
+  };
+  return std::all_of(part.outer.begin(), part.outer.end(), [&](PortId store) {
+    if (!is_store(kind(store)) || known(store)) return true;
+    const JunctionRank::Row row = rank.determined(rank.variable(store, integral(kind(store))));
+    return std::all_of(part.outer.begin(), part.outer.end(),
+                       [&](PortId port) { return known(port) || !row.contains(rank.variable(port, given(port))); });
+  });
+}
+
+std::vector<ElementId> RankCausality::elements_in(const JunctionPart& part, const JunctionRank& rank,
+                                                  const JunctionRank::Row& row) const {
+  std::set<ElementId> elements;
+  for (const PortId port : part.outer)
+    for (const Gives gives : {Gives::effort, Gives::flow})
+      if (row.contains(rank.variable(port, gives))) elements.insert(graph_[port].element);
+  return {elements.begin(), elements.end()};
+}
+
+/// Keeps the strokes at the outer ports where they are right, but something within the part is not determined.
+void RankCausality::keep(const JunctionPart& part, std::span<const Stroke> strokes, const JunctionRank& rank) {
+  RankedPart ranked{part, {}, {}};
+  for (const PortId port : part.outer) {
+    const Stroke& stroke = strokes[graph_[port].bond.index()];
+    const bool forced = stroke.reason == StrokeReason::propagated || stroke.reason == StrokeReason::by_elimination;
+    const StrokeReason reason = forced ? StrokeReason::by_rank : stroke.reason;
+    ranked.outer.push_back({stroke.end, reason, graph_[port].element, {}, 0});
+    const Gives gives = stroke_at(graph_, strokes, port) ? Gives::flow : Gives::effort;
+    if (is_store(kind(port)) && gives != integral(kind(port)))
+      ranked.because[port] = elements_in(part, rank, rank.determined(rank.variable(port, integral(kind(port)))));
+  }
+  ranked_.push_back(std::move(ranked));
 }
 
 /// The port that computes a variable of a bond: the flow is given where the stroke is, the effort at the other end.
@@ -179,10 +223,6 @@ bool RankCausality::solve(const JunctionPart& part, std::span<const Stroke> stro
                           std::vector<Diagnostic>* problems) {
   JunctionRank rank = rank_of(part);
   RankedPart ranked{part, std::vector<Stroke>(part.outer.size()), {}};
-  std::map<std::uint32_t, ElementId> element_of;
-  for (const PortId port : part.outer)
-    for (const Gives gives : {Gives::effort, Gives::flow})
-      element_of[rank.variable(port, gives)] = graph_[port].element;
   bool possible = true;
   for (const PortId port : by_right(part)) {
     const ElementKind kind = this->kind(port);
@@ -207,12 +247,10 @@ bool RankCausality::solve(const JunctionPart& part, std::span<const Stroke> stro
       wanted = stroke_at(graph_, strokes, port) ? Gives::flow : Gives::effort;
     }
     if (!rank.take(rank.variable(port, wanted))) {
-      const JunctionRank::Row row = rank.determined(rank.variable(port, wanted));
-      if (fixed && problems != nullptr) problems->push_back(contradiction(part, port, wanted, row));
+      const std::vector<ElementId> from = elements_in(part, rank, rank.determined(rank.variable(port, wanted)));
+      if (fixed && problems != nullptr) problems->push_back(contradiction(part, port, wanted, from));
       possible = possible && !fixed;
-      std::set<ElementId> because;
-      for (const auto& [variable, factor] : row) because.insert(element_of.at(variable));
-      if (is_store(kind)) ranked.because[port] = {because.begin(), because.end()};
+      if (is_store(kind)) ranked.because[port] = from;
       wanted = other(wanted);
       reason = StrokeReason::by_rank;
       rank.take(rank.variable(port, wanted));
@@ -226,8 +264,9 @@ bool RankCausality::solve(const JunctionPart& part, std::span<const Stroke> stro
   return possible;
 }
 
+/// @param from  the elements that give what determines it.
 Diagnostic RankCausality::contradiction(const JunctionPart& part, PortId port, Gives gives,
-                                        const JunctionRank::Row& row) const {
+                                        const std::vector<ElementId>& from) const {
   const Element& element = model_.elements[graph_[port].element.index()];
   const std::string variable = gives == Gives::effort ? "effort" : "flow";
   std::vector<std::string> through, others;
@@ -241,15 +280,7 @@ Diagnostic RankCausality::contradiction(const JunctionPart& part, PortId port, G
       if (notes.size() < 3) notes.push_back({at.place, "the ring runs through " + in_quotes(at.name)});
     }
   }
-  for (const PortId outer : part.outer)
-    for (const Gives given : {Gives::effort, Gives::flow}) {
-      // the same numbering as in the rank: two variables for each bond, inner bonds first
-      const auto at = static_cast<std::uint32_t>(
-          2 * (part.inner.size() +
-               static_cast<std::size_t>(std::find(part.outer.begin(), part.outer.end(), outer) - part.outer.begin())) +
-          (given == Gives::flow ? 1U : 0U));
-      if (row.contains(at)) others.push_back(in_quotes(model_.elements[graph_[outer].element.index()].name));
-    }
+  for (const ElementId id : from) others.push_back(in_quotes(model_.elements[id.index()].name));
   const auto list = [](const std::vector<std::string>& names) {
     constexpr std::size_t kMost = 5;
     std::string text;

@@ -38,7 +38,12 @@ class RankCausality {
   enum class State : std::uint8_t { open, right, ranked };
 
   [[nodiscard]] ElementKind kind(PortId port) const { return graph_.kinds[graph_[port].element.index()]; }
-  [[nodiscard]] bool strokes_are_right(const JunctionPart& part, std::span<const Stroke> strokes);
+  bool take_all(const JunctionPart& part, std::span<const Stroke> strokes, JunctionRank& rank) const;
+  [[nodiscard]] bool only_states_determine(const JunctionPart& part, std::span<const Stroke> strokes,
+                                           const JunctionRank& rank) const;
+  void keep(const JunctionPart& part, std::span<const Stroke> strokes, const JunctionRank& rank);
+  [[nodiscard]] std::vector<ElementId> elements_in(const JunctionPart& part, const JunctionRank& rank,
+                                                   const JunctionRank::Row& row) const;
   [[nodiscard]] bool computes_in_sequence(const JunctionPart& part, std::span<const Stroke> strokes) const;
   [[nodiscard]] PortId giver(std::span<const Stroke> strokes, BondId bond, Variable variable) const;
   template <class Need>
@@ -48,7 +53,7 @@ class RankCausality {
   bool solve(const JunctionPart& part, std::span<const Stroke> strokes, std::vector<Diagnostic>* problems);
   [[nodiscard]] JunctionRank rank_of(const JunctionPart& part);
   [[nodiscard]] Diagnostic contradiction(const JunctionPart& part, PortId port, Gives gives,
-                                         const JunctionRank::Row& row) const;
+                                         const std::vector<ElementId>& from) const;
 
   const Model& model_;
   const BondGraph& graph_;
