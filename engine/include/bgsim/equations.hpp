@@ -26,6 +26,7 @@ struct Equation {
   /// `0 = exponential` is the same law without its logarithms, which have no digits left where a diode blocks: a loop
   /// through it is solved for the unknown by this equation. None for all others.
   ExprId exponential = {};
+  ExprId whole;  ///< of a derivative: what it is the derivative of, if that has to be looked at in a run (Continuous)
 };
 
 /// An independent store, or an integral among the signals: x' = rate.
@@ -59,6 +60,13 @@ struct EnergyPart {
   std::vector<SymbolId> displacements;  ///< q or p of each port (states or unknowns)
   std::vector<ExprId> conjugates;       ///< e (or f) of each port as a function of `displacements`, time and parameters
   bool modulated = false;  ///< energy depends on more than displacements and parameters: audited by its power alone
+};
+
+/// A quantity with conditions in it whose time derivative is needed: the run looks whether it jumps where they change.
+struct Continuous {
+  SymbolId derivative;
+  ExprId value;
+  Diagnostic fault;  ///< BG402, for when it does
 };
 
 struct OutputEquation {
@@ -96,6 +104,7 @@ struct EquationSystem {
   std::vector<Equation> equations;      ///< one per symbol of kind unknown
   std::vector<OutputEquation> outputs;  ///< by position in Model::outputs
   std::vector<EnergyPart> energy;
+  std::vector<Continuous> continuous;
   LeftOut left_out;  ///< by slice(); nothing before
   std::vector<Diagnostic> warnings;
 };

@@ -112,6 +112,10 @@ class Evaluator {
   void dependent_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors,
                           std::span<const double> parameter_errors, double* bounds);
 
+  /// The quantities of Program::must_not_jump, and how far each can be off if the time is off by @p time_error and all
+  /// operations are rounded.
+  bool continuous(double t, const double* x, Branch& branch, double time_error, double* values, double* bounds);
+
   /// By slot: values of what depends on parameters alone; the other slots hold anything.
   [[nodiscard]] std::span<const double> constants() const;
 

@@ -35,6 +35,7 @@ struct BlockOrder {
   std::vector<ExprId> outputs;  ///< by output
   std::vector<ExprId> powers;   ///< by EquationSystem::energy
   std::vector<ExprId> stored;   ///< by EquationSystem::energy: a store's energy, none if it has no closed form
+  std::vector<ExprId> continuous;  ///< by EquationSystem::continuous; none where the derivative is not needed
   SystemClass system_class = SystemClass::explicit_ode;
 };
 

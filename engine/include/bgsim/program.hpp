@@ -132,9 +132,11 @@ struct Program {
   Routine displacements;                          ///< q or p of every store port, by energy part
   std::vector<std::uint32_t> first_displacement;  ///< by energy part, plus one at the end
   Routine dependents;                             ///< q or p of EquationSystem::dependent
+  Routine continuous;                             ///< by `must_not_jump`
   Routine implicit_residual;                      ///< rates, then residuals of all blocks, with the tears as given
   std::vector<ProgramBlock> blocks;
   std::vector<Relation> relations;
+  std::vector<Diagnostic> must_not_jump;  ///< what is said if a quantity jumps whose derivative the rates contain
   std::vector<ExprId> sources;  ///< the largest expressions of time and parameters alone in rates and loops, not frozen
   std::vector<std::uint32_t>
       guarded;  ///< relations that are not time_only: result i of `guards` is of relation guarded[i]

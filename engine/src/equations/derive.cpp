@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bgsim/equations.hpp"
+#include "equations/borders.hpp"
 #include "equations/derivative_faults.hpp"
 #include "equations/junctions.hpp"
 #include "expression/graph.hpp"
@@ -58,7 +59,7 @@ class Derivation {
   /// A new unknown; its equation is written later.
   SymbolId add_unknown(std::string name) {
     const SymbolId symbol = add_symbol(SystemSymbol::Kind::unknown, system_.equations.size(), std::move(name));
-    system_.equations.push_back({symbol, {}, false, {}, {}});
+    system_.equations.push_back({symbol, {}, false, {}, {}, {}, {}});
     return symbol;
   }
 
@@ -176,7 +177,8 @@ class Derivation {
   void claim(Origin origin) { system_.origins.resize(system_.pool.size(), origin); }
 
   void define(SymbolId unknown, ExprId expression, ElementId element, Place place, bool implicit = false) {
-    system_.equations[system_.symbols[unknown.index()].index] = {unknown, expression, implicit, element, place};
+    Equation& equation = system_.equations[system_.symbols[unknown.index()].index];
+    equation = {unknown, expression, implicit, element, place, {}, equation.whole};
   }
 
   void write_signals() {
@@ -463,7 +465,7 @@ class Derivation {
       if (system_.pool.is_symbol(pending.argument))
         write_symbol_derivative(system_.pool.symbol_of(pending.argument), pending.unknown);
       else
-        define(pending.unknown, total_derivative(pending.argument, wish_.place), {}, wish_.place);
+        define(pending.unknown, total_derivative(pending.argument, wish_.place, pending.unknown), {}, wish_.place);
     }
   }
 
@@ -479,10 +481,11 @@ class Derivation {
     set_depth(unknown, level);
     if (level > kMostDerivatives) return report_index(equation, symbol.name);
     if (!equation.implicit)
-      return define(unknown, total_derivative(equation.expression, line_of(equation)), equation.element,
+      return define(unknown, total_derivative(equation.expression, line_of(equation), unknown), equation.element,
                     equation.place);
     // 0 = F(u, ...) gives F_u u' + sum F_o o' = 0
     ExprPool& pool = system_.pool;
+    if (may_jump(equation.expression)) look_at_borders(as_expression(of), line_of(equation), unknown);
     ExprId own = pool.constant(0.0), others = pool.constant(0.0);
     for (const auto& [s, partial] : partials(equation.expression)) {
       if (s == of)
@@ -498,12 +501,16 @@ class Derivation {
                     [this](SymbolId s) { return system_.symbols[s.index()].kind != SystemSymbol::Kind::parameter; });
   }
 
+  /// Whether there are conditions in it, or other places where it changes form.
+  [[nodiscard]] bool may_jump(ExprId expression) const {
+    return jumps_with(system_.pool, expression,
+                      [this](SymbolId s) { return system_.symbols[s.index()].kind != SystemSymbol::Kind::parameter; });
+  }
+
   /// @param place  the user's line that gives the expression.
-  ExprId total_derivative(ExprId expression, Place place) {
+  ExprId total_derivative(ExprId expression, Place place, SymbolId derivative) {
     ExprPool& pool = system_.pool;
-    if (jumps_with(pool, expression,
-                   [this](SymbolId s) { return system_.symbols[s.index()].kind != SystemSymbol::Kind::parameter; }))
-      report_jump(expression, place);
+    if (may_jump(expression)) look_at_borders(expression, place, derivative);
     ExprId sum = pool.constant(0.0);
     for (const auto& [symbol, partial] : partials(expression))
       sum = pool.add(sum, pool.mul(partial, derivative_of(as_expression(symbol))));
@@ -522,9 +529,14 @@ class Derivation {
     index_reported_ = true;
   }
 
-  void report_jump(ExprId expression, Place place) {
+  /// Conditions do not make a jump: it is one if both sides differ where they meet. What differs wherever it was looked
+  /// at is refused; the run looks at the others where it comes by.
+  void look_at_borders(ExprId expression, Place place, SymbolId derivative) {
     const auto name = [this](SymbolId s) { return system_.symbols[s.index()].name; };
-    problems_.push_back(jump_fault(to_text(system_.pool, expression, name), place, wish_));
+    Diagnostic fault = jump_fault(to_text(system_.pool, expression, name), place, wish_);
+    if (certainly_jumps(model_, system_, expression)) return problems_.push_back(std::move(fault));
+    system_.equations[system_.symbols[derivative.index()].index].whole = expression;
+    system_.continuous.push_back({derivative, expression, std::move(fault)});
   }
 
   /// Where the model says what an element does: its value, rather than its name.

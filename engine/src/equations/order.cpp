@@ -31,6 +31,8 @@ class Ordering {
       order_.powers.push_back(resolve(part.power));
       order_.stored.push_back(part.energy.valid() && !part.modulated ? resolve(part.energy) : ExprId{});
     }
+    for (const Continuous& quantity : system_.continuous)
+      order_.continuous.push_back(needed_[equation_of(quantity.derivative)] ? resolve(quantity.value) : ExprId{});
     order_.origins.resize(order_.pool.size());
     if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
     classify();
@@ -73,6 +75,7 @@ class Ordering {
       const std::uint32_t equation = open.back();
       open.pop_back();
       depends_on_[equation] = dependencies(system_.equations[equation].expression);
+      if (const ExprId whole = system_.equations[equation].whole; whole.valid()) need_all(whole);
       for (const std::uint32_t other : depends_on_[equation]) need(other);
     }
   }

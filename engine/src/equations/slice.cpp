@@ -73,6 +73,11 @@ Slice take(const EquationSystem& system, const BlockOrder& order, const Needs& n
   result.system.dependent = kept(system.dependent, [&](std::size_t i) {
     return needs.equations[system.symbols[system.dependent[i].symbol.index()].index];
   });
+  const auto differentiated = [&](std::size_t i) {
+    return needs.equations[system.symbols[system.continuous[i].derivative.index()].index];
+  };
+  result.system.continuous = kept(system.continuous, differentiated);
+  result.order.continuous = kept(order.continuous, differentiated);
   result.order.blocks = kept(order.blocks, [&](std::size_t b) { return keeps_block(system, order.blocks[b], needs); });
   std::size_t largest = 0;
   for (const Block& block : result.order.blocks) largest = std::max(largest, block.tears.size());
@@ -102,6 +107,7 @@ Needs needs_of(const EquationSystem& system, std::span<const ExprId> roots) {
       } else if (symbol.kind == SystemSymbol::Kind::unknown) {
         needs.equations[symbol.index] = true;
         open.push_back(system.equations[symbol.index].expression);
+        open.push_back(system.equations[symbol.index].whole);
       }
     } else if (node.op != Op::constant) {
       const std::uint32_t children[] = {node.a, node.b, node.c};

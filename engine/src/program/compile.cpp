@@ -93,6 +93,11 @@ class Compiler {
     for (const Block& block : order_.blocks) residuals_.push_back(freeze_list(block.residuals));
     for (const DependentStore& store : system_.dependent)
       dependents_.push_back(freeze_(order_.resolved[store.symbol.index()]));
+    for (std::size_t i = 0; i < system_.continuous.size(); ++i) {
+      if (!order_.continuous[i].valid()) continue;
+      continuous_.push_back(freeze_(order_.continuous[i]));
+      program_.must_not_jump.push_back(system_.continuous[i].fault);
+    }
     if (options_.energies) freeze_energies(freeze_list);
     watch_poles();
     for (std::uint32_t i = 0; i < program_.relations.size(); ++i) {
@@ -379,6 +384,7 @@ class Compiler {
     program_.outputs = routine(outputs_);
     program_.guards = routine(guards_);
     program_.dependents = routine(dependents_);
+    program_.continuous = routine(continuous_);
     if (options_.energies) {
       program_.powers = routine(powers_);
       program_.stored = routine(stored_);
@@ -507,7 +513,7 @@ class Compiler {
   Freezer freeze_;
   std::vector<SymbolId> tears_;
   std::vector<std::uint32_t> block_of_tear_;
-  Roots rates_, outputs_, guards_, dependents_, powers_, stored_, displacements_;
+  Roots rates_, outputs_, guards_, dependents_, continuous_, powers_, stored_, displacements_;
   std::vector<Roots> residuals_;  ///< by block
   std::vector<Partial> rates_by_states_, rates_by_tears_;
   std::vector<BlockPartials> block_partials_;

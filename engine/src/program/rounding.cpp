@@ -152,4 +152,21 @@ void Evaluator::dependent_rounding(double t, const double* x, Branch& branch, st
   impl.carry_errors_of(impl.program.dependents, branch, bounds);
 }
 
+bool Evaluator::continuous(double t, const double* x, Branch& branch, double time_error, double* values,
+                           double* bounds) {
+  Impl& impl = *impl_;
+  const Program& program = impl.program;
+  std::vector<double> rates(program.states.size());
+  if (!this->rates(t, x, branch, rates.data())) return false;
+  if (!impl.run_or_given(program.continuous, t, x, branch)) return false;
+  if (!impl.take(program.continuous, values, "a quantity that must not jump", {})) return false;
+  impl.begin_errors();
+  impl.set_point(t, x, branch);
+  impl.errors[program.time_slot] = time_error;
+  for (std::size_t i = 0; i < rates.size(); ++i)
+    impl.errors[program.first_state + i] = std::abs(rates[i]) * time_error + kUnit * std::abs(x[i]);
+  impl.carry_errors_of(program.continuous, branch, bounds);
+  return true;
+}
+
 }  // namespace bgsim

@@ -15,6 +15,7 @@
 #include "run/sink/recorder.hpp"
 #include "run/tolerances.hpp"
 #include "run/watch/branch_watch.hpp"
+#include "run/watch/continuity_watch.hpp"
 #include "run/watch/defect_watch.hpp"
 #include "run/watch/events.hpp"
 #include "run/watch/mode_order.hpp"
@@ -43,6 +44,7 @@ class Run {
         events_(program, inputs, evaluator_, tolerances_, !implicit_),
         defects_(program, inputs, evaluator_, tolerances_),
         loops_(program, evaluator_, inputs.start, inputs.stop),
+        continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),
         mode_order_(program, evaluator_, inputs, implicit_),
         pace_(program, evaluator_, inputs, options),
         recorder_(program, evaluator_, events_, clock_, inputs, options, result_),
@@ -98,6 +100,8 @@ class Run {
   EventWatch events_;
   DefectWatch defects_;
   BranchWatch loops_;
+  ContinuityWatch continuity_;
+  std::optional<Diagnostic> jump_;  ///< where the run was taken across a border
   Vitality vitality_;
   ModeOrder mode_order_;
   PaceJudge pace_;

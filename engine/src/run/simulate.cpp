@@ -65,7 +65,7 @@ bool Run::integrate_to(double limit) {
     if (fresh_ && !start_anew(limit)) return false;
     if (!integrator_->advance()) {
       if (integrator_->failure().too_accurate) return fail(accuracy_failure(t_, inputs_.relative));
-      if (!rescue()) return fail_as_stuck(integrator_->failure().words);
+      if (!rescue()) return jump_ ? fail(std::move(*jump_)) : fail_as_stuck(integrator_->failure().words);
       continue;
     }
     ++steps_;
@@ -163,8 +163,10 @@ bool Run::take_time_event() {
   ++time_events_;
   jumped_at_ = t_;
   if (schedule_.sources().is_edge(t_)) tolerances_.forget_noise();
+  continuity_.before(t_, x_.data(), branch_);
   if (auto pole = schedule_.pass(t_, branch_)) return fail(std::move(*pole));
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
+  if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   due_ = between_ = false;
   return true;
 }
@@ -178,7 +180,9 @@ bool Run::take_state_event() {
   between_ = true;
   go_to(t);
   jumped_at_ = t;
+  continuity_.before(t_, x_.data(), branch_);
   if (!events_.cross(x_.data(), branch_)) return fail(*events_.failure());
+  if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   tolerances_.forget_noise();  // of rates beyond the event, evaluated on the side before it
   between_ = false;
   fresh_ = true;
@@ -207,7 +211,11 @@ bool Run::rescue() {
   if (integrator_->failure().fault) {
     std::vector<double> tolerance(x_.size());
     for (std::size_t i = 0; i < x_.size(); ++i) tolerance[i] = tolerances_.absolute(i);
-    if (events_.take_across(t_, x_.data(), branch_, tolerance)) return true;
+    continuity_.before(t_, x_.data(), branch_);
+    if (events_.take_across(t_, x_.data(), branch_, tolerance)) {
+      jump_ = continuity_.after(t_, x_.data(), branch_);
+      return !jump_;
+    }
   }
   if (steps_ < rescued_at_ + kStepsBetween) return false;
   rescued_at_ = steps_;
@@ -228,6 +236,7 @@ bool Run::follow_grid() {
       audit_.add(to, kSmooth, branch_, [&](double at, double*, Branch& branch) { evaluate(at, branch); });
       reached = to;
     }
+    if (auto jump = continuity_.between(t_, t, evaluate)) return fail(std::move(*jump));
     t_ = t;
     return evaluate(t, branch_) || fail_with_fault();
   };
