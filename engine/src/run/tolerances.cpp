@@ -215,9 +215,23 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
         probe.factor(h, jacobian);
         continue;
       }
-      take(change, false);
-      if (&push != &pushes.front() || change == nullptr) continue;
+      if (&push != &pushes.front() || change == nullptr) {
+        take(change, false);
+        continue;
+      }
       for (std::size_t i = 0; i < states_; ++i) moved[i] = x[i] + change[i];
+      // A slope carried far beyond where it holds promises anything: the flank of a narrow law. What neither the rates
+      // here nor those at the far end move by is no promise.
+      least.assign(change, change + size_);
+      there = here;
+      const bool seen = (program_.guarded.empty() || evaluator.initialize_modes(t, moved.data(), there)) &&
+                        evaluator.rates(t, moved.data(), there, second.data());
+      constexpr double kFar = 10.0;
+      for (std::size_t i = 0; seen && i < states_; ++i) {
+        const double most = kFar * h * std::max(std::abs(push.rates[i]), std::abs(second[i]));
+        if (std::abs(least[i]) > most) least[i] = most;
+      }
+      take(least.data(), false);
     }
     // States that only products of others set in motion are seen from the point that these have moved to, where
     // conditions may have changed: a law far beyond its own border promises nothing.

@@ -29,7 +29,8 @@ struct SharpStep {
 };
 
 /// Watches the *sharp* operators of rates and loops: all that are neither sums nor products nor low powers
-/// (exponentials, quotients, roots, trigonometric and hyperbolic functions, splines, kinks). In a step in which the
+/// (exponentials, quotients, roots, trigonometric and hyperbolic functions, splines, kinks), and products and powers of
+/// these. In a step in which the
 /// arguments of one move farther than the operator is smooth on, the rates are integrated along the dense output, in
 /// parts within which no operator is sharp, and compared with what the step added to the states. The difference is the
 /// step's defect: where it is far beyond the tolerance, the integrator has seen too little.
@@ -74,7 +75,8 @@ class SharpLaws {
   void enclose(const SharpStep& step, const Point& a, const Point& b);
   [[nodiscard]] bool is_sharp() const;
   [[nodiscard]] double allowed(const SharpStep& step, std::size_t state, const Point& first, const Point& last) const;
-  double sensitivity(const SharpStep& step, double t, std::size_t state);
+  void add_doubt(const SharpStep& step, double from, double to, std::vector<double>& doubt);
+  double forgetting(const SharpStep& step, double until, std::size_t state);
 
   const Program& program_;
   std::vector<ExprId> sharp_;
