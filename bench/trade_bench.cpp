@@ -98,7 +98,7 @@ void judge_picks(const Trade& trade, Result& result) {
     if (setting_flags(own.setting) == setting_flags(trade.reference.setting))
       pick.verdict = "is the reference";
     else if (!trade.reference.tells(pick.accuracy, 1.0))
-      pick.verdict = "not told";
+      pick.verdict = "not judged";
     else
       pick.verdict = own.verdict == TradeVerdict::stable && pick.error <= pick.accuracy ? "yes" : "NO";
     double least = own.cpu_seconds;

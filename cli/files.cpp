@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <map>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "output_file.hpp"
 
@@ -62,8 +62,9 @@ std::string checksum(const std::string& name) {
 
 std::vector<NamedFile> files_of(const Model& model) {
   std::vector<NamedFile> files;
-  for (const Document& source : *model.sources)
-    files.push_back({source.path(), files.empty() ? "it is the model itself" : "it is a submodel of the model"});
+  for (const SourceText& source : source_texts(*model.sources))
+    files.push_back(
+        {std::string(source.path), files.empty() ? "it is the model itself" : "it is a submodel of the model"});
   for (const auto& table : model.pool.tables()) files.push_back({table->file, "it is a data file of the model"});
   for (const Scene& scene : model.scenes)
     if (scene.reference) files.push_back({scene.reference->file, "it is the reference of scene " + scene.name});

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <cstdio>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "programs.hpp"
 
 namespace bgsim::cli {

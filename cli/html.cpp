@@ -6,35 +6,31 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "bgsim/json_text.hpp"
-#include "bgsim/xml_text.hpp"
+#include "bgsim/text.hpp"
+#include "bgsim/xml.hpp"
 
 namespace bgsim::cli {
 
-std::string element(const std::string& name, std::string_view text) {
-  return "<" + name + ">" + xml_text(text) + "</" + name + ">";
-}
-
 std::string html_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,
                        const std::vector<std::size_t>& numeric) {
-  const auto kind = [&](std::size_t column) {
-    return std::find(numeric.begin(), numeric.end(), column) == numeric.end() ? "" : " class=\"number\"";
+  const auto cell = [&](const char* tag, XmlAttributes attributes, std::size_t column, const std::string& inside) {
+    if (std::find(numeric.begin(), numeric.end(), column) != numeric.end()) attributes.emplace_back("class", "number");
+    return xml_element(tag, attributes, inside);
   };
-  std::string text = "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>";
-  for (std::size_t i = 0; i < header.size(); ++i)
-    text.append("<th scope=\"col\"").append(kind(i)).append(">").append(header[i]).append("</th>");
-  text += "</tr></thead><tbody>\n";
+  std::string titles, body("\n");
+  for (std::size_t i = 0; i < header.size(); ++i) titles += cell("th", {{"scope", "col"}}, i, header[i]);
   for (const std::vector<std::string>& row : rows) {
-    text += "<tr>";
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      if (i == 0)
-        text.append("<th scope=\"row\">").append(row[i]).append("</th>");
-      else
-        text.append("<td").append(kind(i)).append(">").append(row[i]).append("</td>");
-    }
-    text += "</tr>\n";
+    std::string cells;
+    for (std::size_t i = 0; i < row.size(); ++i)
+      cells += i == 0 ? xml_element("th", {{"scope", "row"}}, row[i]) : cell("td", {}, i, row[i]);
+    body += xml_element("tr", cells) + "\n";
   }
-  return text + "</tbody></table></div>\n";
+  const std::string table = xml_element("thead", xml_element("tr", titles)) + xml_element("tbody", body);
+  return scrolling(xml_element("table", table)) + "\n";
+}
+
+std::string scrolling(std::string_view inside) {
+  return xml_element("div", {{"class", "scroll"}, {"tabindex", "0"}}, inside);
 }
 
 std::string script_json(const nlohmann::ordered_json& json) {

@@ -9,14 +9,14 @@
 
 namespace bgsim::cli {
 
-/// <NAME>escaped text</NAME>.
-std::string element(const std::string& name, std::string_view text);
-
 /// A table with a header; cells are HTML already. The first cell of each row heads it. Wide tables scroll by
 /// themselves.
 /// @param numeric  columns to be set flush right.
 std::string html_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,
                        const std::vector<std::size_t>& numeric = {});
+
+/// What is wider than the page scrolls by itself.
+std::string scrolling(std::string_view inside);
 
 /// JSON as the content of a <script> element, which it cannot end.
 std::string script_json(const nlohmann::ordered_json& json);

@@ -1,10 +1,10 @@
-// The command line: which subcommand, and what becomes of its faults. No physics here.
+// The command line: which subcommand, and the exit code of its errors. No physics here.
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <iostream>
 
 #include "bgsim/diagnostic.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "exit_code.hpp"
 #include "interruption.hpp"

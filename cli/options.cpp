@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim::cli {
 

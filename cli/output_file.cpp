@@ -15,7 +15,7 @@
 #include <iostream>
 #include <utility>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "interruption.hpp"
 #include "standard_output.hpp"

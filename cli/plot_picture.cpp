@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <sstream>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "gnuplot.hpp"
 #include "thinning.hpp"
 

@@ -15,7 +15,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "interruption.hpp"
 

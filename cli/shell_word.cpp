@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdio>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim::cli {
 

@@ -12,9 +12,10 @@ void print_warnings(const std::vector<Diagnostic>& warnings, const Model& model)
 }
 
 bool is_wrong_usage(const ModelError& error) {
+  const std::vector<SourceText> sources = error.sources ? source_texts(*error.sources) : std::vector<SourceText>{};
   return std::all_of(error.diagnostics.begin(), error.diagnostics.end(), [&](const Diagnostic& problem) {
-    if (!problem.place || problem.place->document.index() >= error.sources->size()) return problem.code != "BG100";
-    return (*error.sources)[problem.place->document.index()].path() == kCommandLine;
+    if (!problem.place || problem.place->document.index() >= sources.size()) return problem.code != "BG100";
+    return sources[problem.place->document.index()].path == kCommandLine;
   });
 }
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdio>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim::cli {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim::cli {
 

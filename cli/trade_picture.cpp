@@ -6,8 +6,8 @@
 #include <sstream>
 #include <vector>
 
-#include "bgsim/visible_text.hpp"
-#include "bgsim/xml_text.hpp"
+#include "bgsim/text.hpp"
+#include "bgsim/xml.hpp"
 #include "command.hpp"
 #include "gnuplot.hpp"
 
@@ -93,7 +93,7 @@ std::string script(const Trade& trade, std::optional<std::size_t> picked) {
 }
 
 void html_row(std::ostringstream& page, const TradeRow& row) {
-  const auto cell = [&](const std::string& text) { page << "<td>" << xml_text(text) << "</td>"; };
+  const auto cell = [&](const std::string& text) { page << xml_text_element("td", text); };
   const bool known = !row.errors.empty();
   page << (row.pareto ? "<tr class=\"front\">" : row.verdict == TradeVerdict::stable ? "<tr>" : "<tr class=\"bad\">");
   cell(setting_flags(row.setting));

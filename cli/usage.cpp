@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "bgsim/diagnostic.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim::cli {
 namespace {

@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "bgsim/model.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 
 namespace bgsim::cli {

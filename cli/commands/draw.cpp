@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <iostream>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"

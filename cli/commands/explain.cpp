@@ -4,7 +4,7 @@
 #include <cctype>
 #include <iostream>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "texts.hpp"
 

@@ -5,8 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "bgsim/json_text.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "files.hpp"
 #include "output_file.hpp"

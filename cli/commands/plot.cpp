@@ -13,7 +13,7 @@
 #include "bgsim/csv.hpp"
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/input_file.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"

@@ -9,9 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "bgsim/csv.hpp"
-#include "bgsim/json_text.hpp"
+#include "bgsim/text.hpp"
 #include "bgsim/trace_csv.hpp"
-#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
 #include "model_options.hpp"

@@ -3,7 +3,7 @@
 #include <ctime>
 #include <iostream>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"

@@ -6,8 +6,8 @@
 
 #include "accuracy.hpp"
 #include "bgsim/infer_units.hpp"
+#include "bgsim/text.hpp"
 #include "bgsim/trace_csv.hpp"
-#include "bgsim/visible_text.hpp"
 #include "command.hpp"
 #include "files.hpp"
 #include "model_options.hpp"

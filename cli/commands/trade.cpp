@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <iostream>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "files.hpp"
 #include "model_options.hpp"

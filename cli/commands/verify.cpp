@@ -8,7 +8,7 @@
 #include <iostream>
 #include <sstream>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "command.hpp"
 #include "exit_code.hpp"
 #include "options.hpp"

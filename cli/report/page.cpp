@@ -3,7 +3,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "bgsim/xml_text.hpp"
+#include "bgsim/xml.hpp"
 #include "html.hpp"
 #include "report/assets.hpp"
 #include "report/content.hpp"
@@ -293,7 +293,7 @@ std::string body_begin(const ReportContent& content) {
   const Model& model = content.study.model();
   std::string text =
       "<body>\n<a class=\"skip\" href=\"#main\">To the content</a>\n<header><h1>" + xml_text(model.name) + "</h1>\n";
-  if (!model.about.empty()) text += "<p>" + xml_text(model.about) + "</p>\n";
+  if (!model.about.empty()) text += xml_text_element("p", model.about) + "\n";
   text += "</header>\n<nav aria-label=\"Sections\"><div>";
   for (const Section& section : kSections)
     if (!model.parameters.empty() || section.id != std::string_view("parameters"))

@@ -4,7 +4,7 @@
 #include <map>
 #include <sstream>
 
-#include "bgsim/xml_text.hpp"
+#include "bgsim/xml.hpp"
 #include "html.hpp"
 #include "report/content.hpp"
 #include "shell_word.hpp"
@@ -65,10 +65,9 @@ std::string by_scene(const ReportContent& content, const std::vector<std::string
 }
 
 std::string file_and_line(const Model& model, const Place& place) {
-  const Document& document = (*model.sources)[place.document.index()];
-  const auto end = document.text().begin() + static_cast<std::ptrdiff_t>(place.begin);
-  const std::string& path = document.path();
-  return path.substr(path.rfind('/') + 1) + ":" + std::to_string(1 + std::count(document.text().begin(), end, '\n'));
+  const auto [path, text] = source_texts(*model.sources)[place.document.index()];
+  const std::string_view before = text.substr(0, place.begin);
+  return std::string(path.substr(path.rfind('/') + 1)) + ":" + std::to_string(1 + std::ranges::count(before, '\n'));
 }
 
 }  // namespace
@@ -86,7 +85,7 @@ std::string causality_section(const ReportContent& content) {
   std::string text = heading("causality", "Causality");
   for (const Finding& finding : causal_findings(model, study.graph(), study.causality())) {
     if (finding.rows.empty()) {
-      text += "<p>" + xml_text(capital(finding.heading)) + "</p>\n";
+      text += xml_text_element("p", capital(finding.heading)) + "\n";
       continue;
     }
     std::string table = "<div class=\"scroll\" tabindex=\"0\"><table class=\"plain\"><tbody>\n";
@@ -100,7 +99,7 @@ std::string causality_section(const ReportContent& content) {
                    finding.heading.rfind("strokes", 0) != 0);
   }
   const std::vector<std::string> loops = lines_of(describe_loops(model, study.equations(), study.order()));
-  text += "<p>" + xml_text(capital(loops.front())) + "</p>\n";
+  text += xml_text_element("p", capital(loops.front())) + "\n";
   for (std::size_t i = 1; i < loops.size(); ++i) text += "<p class=\"indented\">" + xml_text(loops[i]) + "</p>\n";
   return text + kEnd;
 }
@@ -120,9 +119,8 @@ std::string parameters_section(const ReportContent& content) {
       value += " <small>= <code>" + xml_text(to_text(model.pool, parameter.value, name)) + "</code></small>";
     const std::size_t dot = parameter.name.find('.');
     auto& place = dot == std::string::npos ? rows : folded[parameter.name.substr(0, dot)];
-    place.push_back({"<code>" + xml_text(parameter.name) + "</code>", value, xml_text(parameter.unit),
-                     xml_text(parameter.about),
-                     "<code>" + xml_text(file_and_line(model, parameter.place)) + "</code>"});
+    place.push_back({xml_text_element("code", parameter.name), value, xml_text(parameter.unit),
+                     xml_text(parameter.about), xml_text_element("code", file_and_line(model, parameter.place))});
   }
   std::string text = heading("parameters", "Parameters");
   if (!model.source.empty()) text += "<p>Source: " + xml_text(model.source) + "</p>\n";
@@ -145,7 +143,7 @@ std::string equations_section(const ReportContent& content) {
            "</code> prints them.</p>\n" + kEnd;
   const auto formula = [](const std::string& inside) { return "<math displaystyle=\"true\">" + inside + "</math>"; };
   for (const EquationGroup& group : equations_mathml(study.model(), study.equations(), study.order())) {
-    if (group.title != "state equations") text += element("h3", capital(group.title));
+    if (group.title != "state equations") text += xml_text_element("h3", capital(group.title));
     text += "<div class=\"equations\">\n";
     for (const EquationLine& line : group.lines) {
       text += "<div class=\"left\">" + formula(line.left) + "</div><div class=\"right\" tabindex=\"0\">" +
@@ -195,7 +193,7 @@ std::string activity_section(const ReportContent& content) {
   std::vector<Cells> rows;
   for (std::size_t i = 0; i < std::min(order.size(), kMostRows); ++i) {
     const Element& element = model.elements[order[i].index()];
-    Cells row{"<code>" + xml_text(element.name) + "</code>", xml_text(kind_text(element.kind, element.modulated))};
+    Cells row{xml_text_element("code", element.name), xml_text(kind_text(element.kind, element.modulated))};
     for (const ElementActivity* const activity : by_element[order[i]]) {
       row.push_back(activity != nullptr ? short_number(activity->activity, 4) : "");
       row.push_back(share_bar(activity != nullptr ? activity->share : 0.0));
@@ -322,13 +320,13 @@ std::string reproduction_section(const ReportContent& content) {
   }
   text += "</pre>\n<dl>\n";
   for (const ReportedScene& scene : content.scenes)
-    text += element("dt", scene.inputs.scene) + element("dd", settings_of(content, scene)) + "\n";
+    text += xml_text_element("dt", scene.inputs.scene) + xml_text_element("dd", settings_of(content, scene)) + "\n";
   text += "</dl>\n<p>The model as it was read:</p>\n";
-  for (const Document& document : *content.study.model().sources) {
-    const bool whole = document.text().size() <= kLongestSource;
-    text += folded(document.path(),
-                   whole ? "<pre tabindex=\"0\">" + xml_text(document.text()) + "</pre>\n"
-                         : "<p>Too long to be shown: " + std::to_string(document.text().size()) + " bytes.</p>\n",
+  for (const auto& [path, file] : source_texts(*content.study.model().sources)) {
+    const bool whole = file.size() <= kLongestSource;
+    text += folded(std::string(path),
+                   whole ? "<pre tabindex=\"0\">" + xml_text(file) + "</pre>\n"
+                         : "<p>Too long to be shown: " + std::to_string(file.size()) + " bytes.</p>\n",
                    false);
   }
   return text + kEnd;

@@ -29,7 +29,7 @@ const char* const kLeaky = R"({
 TEST_CASE("reduce writes a model that verifies against its parent's trace, and tells what it cut") {
   const Workplace here;
   here.write("leaky.json", kLeaky);
-  const Outcome reduce = here.bgsim("reduce leaky.json --error 1e-3 --csv activity.csv --json told.json");
+  const Outcome reduce = here.bgsim("reduce leaky.json --error 1e-3 --csv activity.csv --json reduced.json");
   CHECK(reduce.code == 0);
   CHECK_THAT(reduce.out, Contains("Left away, since no output depends on them: branch lamp coil"));
   CHECK_THAT(reduce.out, Contains("leak") && Contains("zero flow") && Contains("cut") && Contains("####"));
@@ -39,7 +39,7 @@ TEST_CASE("reduce writes a model that verifies against its parent's trace, and t
              Contains("Reduced by bgsim from leaky.json for its scene charge") && Contains("leak (zero flow, "));
   CHECK_THAT(reduced, !Contains("\"leak\":") && !Contains("\"lamp\":"));
   CHECK_THAT(here.read("activity.csv"), Contains("element,kind,activity,share,cumulative"));
-  CHECK_THAT(here.read("told.json"), Contains("\"trials\"") && Contains("\"made\": true"));
+  CHECK_THAT(here.read("reduced.json"), Contains("\"trials\"") && Contains("\"made\": true"));
   const Outcome verify = here.bgsim("verify leaky.charge.reduced.json");
   CHECK(verify.code == 0);
   CHECK_THAT(verify.out, Contains("1 held, 0 missed"));

@@ -8,16 +8,16 @@ ORDER = ["base", "expression", "model", "graph", "read", "scene", "units", "equa
 ENDS = {"study", "draw", "describe"}  # nothing includes these, not even each other
 # The stage of each public header; its sources are in the folder of this name.
 PUBLIC = {
-    "base": "csv diagnostic document id json_text unit visible_text xml_text",
-    "expression": "expression parse_expression time_event",
+    "base": "csv diagnostic id text unit xml",
+    "expression": "expression",
     "model": "constitutive method model output_times",
     "graph": "bond_graph causality",
     "read": "input_file",
     "units": "infer_units",
     "equations": "equations ordering slice",
     "program": "evaluator program",
-    "run": "activity output_errors simulate trace_csv verify",
-    "study": "flat_model reduce study trade",
+    "run": "simulate trace_csv verify",
+    "study": "reduce study trade",
     "draw": "drawing",
     "describe": "describe",
 }
@@ -58,6 +58,14 @@ for folder in ("cli", "bench"):
     for file in sorted((root / folder).rglob("*.[ch]pp")):
         faults += [f"{place}: {name} is inside the engine" for place, name in includes(file)
                    if not name.startswith("bgsim/") and ((sources / name).exists() or "engine" in name)]
+# Tests other than those of single stages go through Study and Simulation.
+STAGES = re.compile(r"\b(build_bond_graph|assign_causality|derive_equations|order_equations|compile)\(")
+for file in sorted((root / "tests").rglob("*.[ch]pp")):
+    if file.relative_to(root / "tests").parts[0] in ("unit", "fuzz"):
+        continue
+    for number, line in enumerate(file.read_text().splitlines(), 1):
+        if match := STAGES.search(line):
+            faults.append(f"{file.relative_to(root)}:{number}: {match[1]} is called where Study would do")
 assert count > 150, f"only {count} sources found"
 print("\n".join(faults) or f"{count} sources of {len(ORDER)} stages")
 sys.exit(bool(faults))

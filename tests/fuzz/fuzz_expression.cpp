@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "bgsim/time_event.hpp"
+#include "expression/time_event.hpp"
 #include "support/expression_world.hpp"
 
 using namespace bgsim;

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <cstdlib>
 
+#include "base/document.hpp"
 #include "bgsim/model.hpp"
 
 namespace {

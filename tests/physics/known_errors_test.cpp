@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "model/constitutive.hpp"
 #include "support/run.hpp"
 
 namespace {

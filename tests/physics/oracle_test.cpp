@@ -143,7 +143,8 @@ std::optional<EngineMotion> engine_motion(const std::shared_ptr<const Model>& mo
 void compare(const RandomGraph& random, Tally& tally) {
   auto model = std::make_shared<const Model>(read_model_text("random.json", random.json()));
   const RunInputs inputs = prepare_scene(*model, "");
-  const BondGraph graph = build_bond_graph(*model);
+  const Study study(model);
+  const BondGraph& graph = study.graph();
   const Tableau tableau = form_tableau(*model, graph, inputs.parameters);
   Motion motion = motion_of(tableau);
   const bool determined = motion.regular;
@@ -152,7 +153,7 @@ void compare(const RandomGraph& random, Tally& tally) {
     if (motion.regular) ++tally.circulating;
   }
   try {
-    assign_causality(*model, graph);
+    static_cast<void>(study.causality());
   } catch (const ModelError& error) {
     // What is refused has no solution, or more than one. In a tree that includes junctions at a dead end, whose effort
     // or flow nothing determines; in a ring only what is asked for must be determined.
@@ -265,7 +266,7 @@ TEST_CASE("Runs of random graphs follow the tableau's exponential") {
     auto model = std::make_shared<const Model>(read_model_text("random.json", random_graph(seed, options).json()));
     if (model->outputs.empty()) continue;
     const Motion motion = [&] {
-      return motion_of(form_tableau(*model, build_bond_graph(*model), prepare_scene(*model, "").parameters));
+      return motion_of(form_tableau(*model, Study(model).graph(), prepare_scene(*model, "").parameters));
     }();
     if (!motion.regular || !engine_motion(model)) continue;
     INFO("seed " << seed);

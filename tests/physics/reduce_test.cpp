@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "study/flat_model.hpp"
 #include "support/approx.hpp"
 #include "support/run.hpp"
 
@@ -139,7 +140,7 @@ TEST_CASE("a model with submodels is written flat and means the same") {
     options.file = "flat.json";
     options.scene = scene.name;
     options.name = model->name;
-    const Model flat = read_model_text("flat.json", flat_model_json(*model, build_bond_graph(*model), options));
+    const Model flat = read_model_text("flat.json", flat_model_json(*model, Study(model).graph(), options));
     CHECK(flat.elements.size() == model->elements.size());
     CHECK(flat.bonds.size() == model->bonds.size());
     const RunInputs expected = prepare_scene(*model, scene.name), found = prepare_scene(flat, scene.name);

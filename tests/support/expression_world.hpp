@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "bgsim/parse_expression.hpp"
+#include "expression/parse.hpp"
 
 namespace bgsim::test {
 

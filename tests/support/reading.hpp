@@ -15,8 +15,8 @@ inline Model read(const std::string& body) { return read_model_text("test.json",
 inline std::string line_of(const Diagnostic& d, const Sources& sources) {
   std::string text = d.code;
   if (d.place) {
-    const std::string& file = sources[d.place->document.index()].text();
-    text += " [" + file.substr(d.place->begin, d.place->end - d.place->begin) + "]";
+    const std::string_view file = source_texts(sources)[d.place->document.index()].text;
+    text += " [" + std::string(file.substr(d.place->begin, d.place->end - d.place->begin)) + "]";
   }
   return text + " " + d.situation + (d.help.empty() ? "" : "; " + d.help);
 }

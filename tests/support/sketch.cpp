@@ -3,6 +3,8 @@
 #include <map>
 #include <sstream>
 
+#include "model/constitutive.hpp"
+
 namespace bgsim::test {
 
 namespace {

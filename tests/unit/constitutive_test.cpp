@@ -1,3 +1,5 @@
+#include "model/constitutive.hpp"
+
 #include <catch2/catch.hpp>
 
 #include "support/sketch.hpp"

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "base/codes.hpp"
+#include "base/document.hpp"
 
 using namespace bgsim;
 

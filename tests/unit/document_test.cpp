@@ -1,4 +1,4 @@
-#include "bgsim/document.hpp"
+#include "base/document.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -101,7 +101,7 @@ TEST_CASE("numbers are read to the last bit and never bent into range") {
   CHECK(fault("[0e-400, 0.000]") == "none");
 }
 
-TEST_CASE("the usual slips in JSON are called by their names") {
+TEST_CASE("usual mistakes in JSON are called by their names") {
   const std::string prefix = "BG101 ";
   const std::string json = "this is not JSON: ";
   CHECK(fault("") == prefix + "[] " + json + "the file is empty; the file seems to be cut off");

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "bgsim/parse_expression.hpp"
+#include "expression/parse.hpp"
 
 using namespace bgsim;
 

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "base/document.hpp"
 #include "support/files.hpp"
 
 using namespace bgsim;

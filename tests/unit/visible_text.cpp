@@ -1,14 +1,12 @@
 // The writers of text for people, XML, CSV and JSON: what a name may hold, whatever it holds.
-#include "bgsim/visible_text.hpp"
-
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "bgsim/csv.hpp"
-#include "bgsim/json_text.hpp"
+#include "bgsim/text.hpp"
 #include "bgsim/trace_csv.hpp"
-#include "bgsim/xml_text.hpp"
+#include "bgsim/xml.hpp"
 
 using namespace std::string_literals;
 using bgsim::short_name;

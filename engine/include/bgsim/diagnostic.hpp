@@ -1,15 +1,38 @@
 /// Messages: the error, its location, the rule, and a fix.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "bgsim/document.hpp"
+#include "bgsim/id.hpp"
 
 namespace bgsim {
+
+/// What the options' own texts are called in messages: a file of their own.
+inline constexpr const char* kCommandLine = "command line";
+
+/// A stretch of a file: bytes [begin, end) of its text, and the JSON value they belong to (for the JSON Pointer).
+struct Place {
+  DocumentId document;
+  NodeId node;  ///< none for a syntax error
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;
+};
+
+/// The parsed JSON files of one model, by DocumentId (inside the engine).
+class Sources;
+
+/// A file of a model as it was read; valid as long as the sources are.
+struct SourceText {
+  std::string_view path, text;
+};
+/// All of them, by DocumentId: the model's own first, then submodels and what the options say (kCommandLine).
+std::vector<SourceText> source_texts(const Sources& sources);
 
 enum class Severity { warning, error };
 

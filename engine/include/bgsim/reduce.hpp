@@ -6,12 +6,21 @@
 #include <string>
 #include <vector>
 
-#include "bgsim/activity.hpp"
-#include "bgsim/flat_model.hpp"
-#include "bgsim/output_errors.hpp"
 #include "bgsim/study.hpp"
+#include "bgsim/verify.hpp"
 
 namespace bgsim {
+
+/// What takes the place of an element that is cut out: no effort (a rigid link for a common flow, a short for a common
+/// effort) or no flow (nothing for a common effort, a lock for a common flow).
+enum class CutKind : std::uint8_t { zero_effort, zero_flow };
+std::string cut_text(CutKind kind);  ///< "zero effort", "zero flow"
+
+/// A one-port R, C or I that is cut out.
+struct Cut {
+  ElementId element;
+  CutKind kind = CutKind::zero_effort;
+};
 
 /// How large what is run is.
 struct ModelSize {

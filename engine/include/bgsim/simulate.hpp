@@ -43,7 +43,7 @@ struct EnergyAudit {
   double relative = 0.0;    ///< |residual| / largest of the terms' magnitudes and of the gross energy turned over
   double least_dissipation = 0.0;  ///< smallest power of a single R or RR met; negative: an active element
   std::string least_dissipation_element;
-  std::vector<double> activity;  ///< by EquationSystem::energy: integral of |power| (activity.hpp)
+  std::vector<double> activity;  ///< by EquationSystem::energy: integral of |power|; see activities()
   EnergyCourse course;           ///< empty unless asked for (SimulateOptions::energy_course)
 };
 
@@ -117,6 +117,21 @@ struct SimulateOptions {
 /// @throws ModelError BG405 (see initial_states); BG171 resume is no snapshot, or one of another model, scene or
 /// method.
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options = {});
+
+/// Activity of an element: integral of |power| over the scene, a measure of what it contributes to the motion.
+/// @cite louca2010 (activity index)
+struct ElementActivity {
+  ElementId element;
+  double activity = 0.0;    ///< in joules if the model is in SI units
+  double share = 0.0;       ///< of the sum over all elements
+  double cumulative = 0.0;  ///< share of this element and all more active ones
+};
+
+/// Activities of all R, C, I and fields, the largest first; ties in model order. Sources are what the scene does to the
+/// model and have none. The activity of a field is that of its whole power: what one port hands on to another does not
+/// count.
+/// @param result  of a run of @p program with its energy audit; empty if that was not done.
+std::vector<ElementActivity> activities(const Program& program, const RunResult& result);
 
 /// The report as JSON (stable keys; docs/reports.md) and as the lines printed after a run.
 std::string report_json(const RunResult& result);

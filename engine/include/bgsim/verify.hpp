@@ -1,4 +1,4 @@
-/// verify: holds a run's trace against a reference trace.
+/// verify: holds a run's trace against a reference trace, or against the trace of another run.
 #pragma once
 
 #include <string>
@@ -56,5 +56,17 @@ struct ReferenceBand {
 /// @throws ModelError BG152 as hold_against.
 std::vector<ReferenceBand> reference_bands(const Model& model, const std::vector<std::string>& outputs,
                                            const CsvTable& table, const Reference& reference);
+
+/// The largest distance of an output from another run's, relative to that one's range over the scene.
+struct OutputError {
+  std::string output;
+  double error = 0.0;  ///< infinite where the other run's output is constant 0 and this one is not
+  double rms = 0.0;
+  double time = 0.0;  ///< of the largest
+};
+/// By output: @p reduced against @p full. Both traces have the same times and columns.
+std::vector<OutputError> output_errors(const Trace& full, const Trace& reduced);
+/// The largest of them.
+OutputError worst(const std::vector<OutputError>& errors);
 
 }  // namespace bgsim

@@ -6,7 +6,7 @@
 #include <unordered_map>
 
 #include "base/text.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 

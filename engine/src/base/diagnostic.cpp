@@ -5,7 +5,7 @@
 
 #include "base/shown_text.hpp"
 #include "base/text.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 namespace {
@@ -94,6 +94,12 @@ std::string shown(const std::optional<Place>& place, const Sources& sources) {
 }
 
 }  // namespace
+
+std::vector<SourceText> source_texts(const Sources& sources) {
+  std::vector<SourceText> texts;
+  for (const Document& document : sources) texts.push_back({document.path(), document.text()});
+  return texts;
+}
 
 ModelError::ModelError(std::vector<Diagnostic> problems, std::shared_ptr<const Sources> files)
     : std::runtime_error(first_line(problems)), diagnostics(std::move(problems)), sources(std::move(files)) {}

@@ -1,4 +1,4 @@
-#include "bgsim/document.hpp"
+#include "base/document.hpp"
 
 #include <algorithm>
 #include <cctype>

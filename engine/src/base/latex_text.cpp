@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 

@@ -1,7 +1,7 @@
 /// Which files messages may show: a file that a model names may be anything, a password file among them.
 #pragma once
 
-#include "bgsim/document.hpp"
+#include "base/document.hpp"
 
 namespace bgsim {
 

@@ -15,7 +15,7 @@ namespace bgsim {
                                   std::size_t most = 20);
 
 /// The shortest decimal form that reads back as the same number. A number for people is number_text of
-/// bgsim/visible_text.hpp.
+/// bgsim/text.hpp.
 [[nodiscard]] std::string shortest_number(double value);
 
 /// The letters A to Z as small ones; all else stays, whatever the locale.

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 

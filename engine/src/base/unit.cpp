@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/unit_table.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 

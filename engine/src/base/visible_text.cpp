@@ -1,8 +1,8 @@
-#include "bgsim/visible_text.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
+
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 
@@ -46,7 +46,7 @@ bool is_combining(long code) {
 }
 
 std::string escape(const char* format, unsigned long value) {
-  std::array<char, 16> text{};
+  std::array<char, 24> text{};
   std::snprintf(text.data(), text.size(), format, value);
   return text.data();
 }

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "base/text_rows.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "graph/causal_explanation.hpp"
 #include "model/element_kinds.hpp"
 

@@ -6,8 +6,8 @@
 
 #include "base/latex_text.hpp"
 #include "bgsim/describe.hpp"
-#include "bgsim/visible_text.hpp"
-#include "bgsim/xml_text.hpp"
+#include "bgsim/text.hpp"
+#include "bgsim/xml.hpp"
 #include "expression/write/tidy.hpp"
 
 namespace bgsim {
@@ -243,7 +243,7 @@ class ReadableEquations {
   [[nodiscard]] std::string zero() const { return notation_ == Notation::mathml ? "<mn>0</mn>" : "0"; }
   [[nodiscard]] std::string upright(const std::string& text) const {
     if (notation_ == Notation::text) return short_name(text);
-    return notation_ == Notation::latex ? latex_text(text) : "<mtext>" + xml_text(visible_line(text)) + "</mtext>";
+    return notation_ == Notation::latex ? latex_text(text) : xml_text_element("mtext", visible_line(text));
   }
   Line definition(SymbolId symbol, ExprId expression) {
     return line(written(display_->symbol(symbol), name()).front(), expression);
@@ -259,7 +259,7 @@ class ReadableEquations {
         case Notation::latex:
           return {std::move(left), {"\\text{" + words + "}"}};
         case Notation::mathml:
-          return {std::move(left), {"<mtext>" + words + "</mtext>"}};
+          return {std::move(left), {xml_element("mtext", words)}};
       }
       throw;
     }

@@ -2,7 +2,7 @@
 
 #include "base/text.hpp"
 #include "bgsim/describe.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "graph/causal_explanation.hpp"
 #include "model/element_kinds.hpp"
 

@@ -1,7 +1,7 @@
 // What infer_units found, in words and line by line.
 #include "base/text_rows.hpp"
 #include "bgsim/describe.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {

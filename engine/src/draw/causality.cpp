@@ -10,7 +10,7 @@ namespace {
 /// Elements with another number of bonds than ports, and two-ports whose half-arrows do not tell their ports apart.
 std::vector<ElementId> wrongly_bonded(const Model& model) {
   struct Bonded {
-    std::size_t entering = 0, leaving = 0, told = 0;
+    std::size_t entering = 0, leaving = 0, named = 0;
   };
   std::vector<Bonded> bonded(model.elements.size());
   std::vector<bool> wrong(model.elements.size(), false);
@@ -18,15 +18,15 @@ std::vector<ElementId> wrongly_bonded(const Model& model) {
     ++bonded[bond.from.element.index()].leaving;
     ++bonded[bond.to.element.index()].entering;
     for (const BondEndText* end : {&bond.from, &bond.to})
-      if (end->port) ++bonded[end->element.index()].told;
+      if (end->port) ++bonded[end->element.index()].named;
     if (bond.from.element == bond.to.element) wrong[bond.from.element.index()] = true;
   }
   std::vector<ElementId> elements;
   for (std::size_t i = 0; i < bonded.size(); ++i) {
     const Element& element = model.elements[i];
-    const auto [entering, leaving, told] = bonded[i];
+    const auto [entering, leaving, named] = bonded[i];
     const bool count = is_junction(element.kind) ? entering + leaving == 0 : entering + leaving != port_count(element);
-    if (wrong[i] || count || (is_two_port(element.kind) && entering != leaving && told == 0))
+    if (wrong[i] || count || (is_two_port(element.kind) && entering != leaving && named == 0))
       elements.push_back(ElementId(i));
   }
   return elements;

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <map>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "draw/plan.hpp"
 
 namespace bgsim {

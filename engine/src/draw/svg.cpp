@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "bgsim/xml_text.hpp"
+#include "bgsim/xml.hpp"
 #include "draw/scene.hpp"
 
 namespace bgsim {
@@ -67,8 +67,20 @@ std::string path(const Curve& line) {
   return "M" + px(line.begin) + "Q" + px(line.control) + " " + px(line.end);
 }
 
-std::string tagged(const char* tag, const std::string& text) {
-  return std::string("<") + tag + ">" + xml_text(text) + "</" + tag + ">";
+/// @param d  in SVG's path language.
+std::string path_element(const std::string& d) { return xml_empty("path", {{"d", d}}); }
+std::string path_element(const char* css, const std::string& d) {
+  return xml_empty("path", {{"class", css}, {"d", d}});
+}
+
+XmlAttributes operator+(XmlAttributes a, const XmlAttributes& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+XmlAttributes at(Point p) { return {{"x", px(p.x)}, {"y", px(p.y)}}; }
+XmlAttributes at(const Box& box) {
+  return at(box.low) + XmlAttributes{{"width", px(box.width())}, {"height", px(box.height())}};
 }
 
 class SvgWriter {
@@ -113,32 +125,33 @@ class SvgWriter {
 
   template <class Work>
   void group(const char* name, const Work& work) {
-    out_ += std::string("<g class=\"") + name + "\">\n";
+    out_ += xml_begin("g", {{"class", name}}) + "\n";
     work();
     out_ += "</g>\n";
   }
 
-  std::string id(const std::string& what, const std::string& name) const {
-    return " id=\"" + xml_text(options_.id_prefix + what + "-" + name) + "\" data-" + what + "=\"" + xml_text(name) +
-           "\"";
+  /// The begin of a group for one part of the model, which scripts find by its name.
+  std::string part(const std::string& css, const char* data, const std::string& what, const std::string& name) const {
+    return xml_begin("g", {{"class", css}, {"id", options_.id_prefix + what + "-" + name}, {data, name}});
   }
 
   void write_text(const PlacedText& text, const std::string& css) {
     if (text.text.empty()) return;
     const char* anchor = text.anchor == Anchor::middle ? "middle" : text.anchor == Anchor::start ? "start" : "end";
-    out_ += "<text class=\"halo " + css + "\" x=\"" + px(text.at.x) + "\" y=\"" + px(text.at.y) + "\" font-size=\"" +
-            px(text.size) + "\" text-anchor=\"" + anchor + "\"" + fitted(text.text + text.subscript, text.width) + ">" +
-            xml_text(text.text);
-    if (!text.subscript.empty()) out_ += subscript(text.subscript, text.size, 0.75);
-    out_ += "</text>";
+    const std::string below = text.subscript.empty() ? "" : subscript(text.subscript, text.size, 0.75);
+    out_ += xml_element("text",
+                        XmlAttributes{{"class", "halo " + css}} + at(text.at) +
+                            XmlAttributes{{"font-size", px(text.size)}, {"text-anchor", anchor}} +
+                            fitted(text.text + text.subscript, text.width),
+                        xml_text(text.text) + below);
   }
   /// Keeps a text as wide as it was laid out where a viewer takes another font.
-  static std::string fitted(const std::string& text, double width) {
-    return exact_width(text) ? " textLength=\"" + px(width) + "\" lengthAdjust=\"spacingAndGlyphs\"" : std::string();
+  static XmlAttributes fitted(const std::string& text, double width) {
+    if (!exact_width(text)) return {};
+    return {{"textLength", px(width)}, {"lengthAdjust", "spacingAndGlyphs"}};
   }
   static std::string subscript(const std::string& text, double size, double scale) {
-    return "<tspan dy=\"" + px(0.22 * size) + "\" font-size=\"" + px(scale * size) + "\">" + xml_text(text) +
-           "</tspan>";
+    return xml_element("tspan", {{"dy", px(0.22 * size)}, {"font-size", px(scale * size)}}, xml_text(text));
   }
 
   std::string described() const {
@@ -150,13 +163,17 @@ class SvgWriter {
 
   void write_head(const Box& all) {
     const std::string& prefix = options_.id_prefix;
-    out_ += "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"bg-drawing\" role=\"img\" aria-labelledby=\"" + prefix +
-            "title " + prefix + "desc\" viewBox=\"" + px(all.low) + " " + px(all.width()) + " " + px(all.height()) +
-            "\" width=\"" + px(all.width()) + "\" height=\"" + px(all.height()) + "\">\n<title id=\"" + prefix +
-            "title\">" + xml_text("Bond graph of " + model_.name) + "</title>\n<desc id=\"" + prefix + "desc\">" +
-            xml_text(described()) + "</desc>\n<style>" + kStyle + "</style>\n<rect class=\"paper\" x=\"" +
-            px(all.low.x) + "\" y=\"" + px(all.low.y) + "\" width=\"" + px(all.width()) + "\" height=\"" +
-            px(all.height()) + "\"/>\n";
+    const std::string width = px(all.width()), height = px(all.height());
+    out_ += xml_begin("svg", {{"xmlns", "http://www.w3.org/2000/svg"},
+                              {"class", "bg-drawing"},
+                              {"role", "img"},
+                              {"aria-labelledby", prefix + "title " + prefix + "desc"},
+                              {"viewBox", px(all.low) + " " + width + " " + height},
+                              {"width", width},
+                              {"height", height}}) +
+            "\n" + xml_element("title", {{"id", prefix + "title"}}, xml_text("Bond graph of " + model_.name)) + "\n" +
+            xml_element("desc", {{"id", prefix + "desc"}}, xml_text(described())) + "\n" +
+            xml_element("style", kStyle) + "\n" + xml_empty("rect", XmlAttributes{{"class", "paper"}} + at(all)) + "\n";
   }
 
   void write_frames() {
@@ -164,9 +181,8 @@ class SvgWriter {
     group("frames", [&] {
       for (const DrawnFrame& frame : scene_.frames) {
         const std::string name = frame.scope.substr(0, frame.scope.size() - 1);
-        out_ += "<g class=\"frame\"" + id("submodel", name) + ">" + tagged("title", "submodel " + name) + "<rect x=\"" +
-                px(frame.box.low.x) + "\" y=\"" + px(frame.box.low.y) + "\" width=\"" + px(frame.box.width()) +
-                "\" height=\"" + px(frame.box.height()) + "\" rx=\"8\"/>";
+        out_ += part("frame", "data-submodel", "submodel", name) + xml_text_element("title", "submodel " + name) +
+                xml_empty("rect", at(frame.box) + XmlAttributes{{"rx", "8"}});
         write_text(frame.name, "frame-name");
         out_ += "</g>\n";
       }
@@ -197,11 +213,10 @@ class SvgWriter {
   void write_bond(std::size_t i) {
     const DrawnBond& bond = scene_.bonds[i];
     const std::string unassigned = bond.stroke || bond.barbs.size() > 1 ? "" : " unassigned";
-    out_ += "<g class=\"bond" + bond_marks_[i] + unassigned + "\"" + id("bond", model_.bonds[i].name) + ">" +
-            tagged("title", bond_title(i)) + "<path class=\"hit\" d=\"" + path(bond.line) +
-            "\"/><path class=\"line\" d=\"" + path(bond.line) + "\"/><path class=\"arrow\" d=\"" + arrow(bond) + "\"/>";
-    if (bond.stroke)
-      out_ += "<path class=\"stroke\" d=\"M" + px(bond.stroke->first) + "L" + px(bond.stroke->second) + "\"/>";
+    out_ += part("bond" + bond_marks_[i] + unassigned, "data-bond", "bond", model_.bonds[i].name) +
+            xml_text_element("title", bond_title(i)) + path_element("hit", path(bond.line)) +
+            path_element("line", path(bond.line)) + path_element("arrow", arrow(bond));
+    if (bond.stroke) out_ += path_element("stroke", "M" + px(bond.stroke->first) + "L" + px(bond.stroke->second));
     for (const PlacedText& port : bond.ports) write_text(port, "port");
     for (const PlacedText& name : bond.names) write_text(name, options_.effort_flow ? "effort-flow" : "bond-name");
     out_ += "</g>\n";
@@ -211,9 +226,9 @@ class SvgWriter {
     const Curve& line = drawn.line;
     const Point along = line.tangent(1.0), across{-along.y, along.x};
     const Point left = line.end - 7.0 * along + 3.2 * across, right = line.end - 7.0 * along - 3.2 * across;
-    out_ += "<g class=\"signal\" data-to=\"" + xml_text(model_.elements[drawn.signal.to.index()].name) + "\">" +
-            tagged("title", drawn.signal.about) + "<path d=\"" + path(line) + "\"/><path d=\"M" + px(left) + "L" +
-            px(line.end) + "L" + px(right) + "\"/>";
+    out_ += xml_begin("g", {{"class", "signal"}, {"data-to", model_.elements[drawn.signal.to.index()].name}}) +
+            xml_text_element("title", drawn.signal.about) + path_element(path(line)) +
+            path_element("M" + px(left) + "L" + px(line.end) + "L" + px(right));
     if (drawn.label) write_text(*drawn.label, "signal-name");
     out_ += "</g>\n";
   }
@@ -224,14 +239,16 @@ class SvgWriter {
     const Capsule shape = capsule(element, drawn.at);
     const std::string kind = kind_text(element.kind, element.modulated);
     const Box disc = grown(shape.box(), -1.5);
-    out_ += "<g class=\"element kind-" + kind + element_marks_[i] + "\"" + id("element", element.name) + ">" +
-            tagged("title", kind + " " + element.name + (element.about.empty() ? "" : ": " + element.about)) +
-            "<rect class=\"mark\" x=\"" + px(disc.low.x) + "\" y=\"" + px(disc.low.y) + "\" width=\"" +
-            px(disc.width()) + "\" height=\"" + px(disc.height()) + "\" rx=\"" + px(disc.height() / 2) +
-            "\"/><text class=\"letter\" x=\"" + px(drawn.at.x) + "\" y=\"" + px(drawn.at.y + 0.355 * kLetterSize) +
-            "\" font-size=\"" + px(kLetterSize) + "\" text-anchor=\"middle\">" + xml_text(drawn.letters.base);
-    if (!drawn.letters.subscript.empty()) out_ += subscript(drawn.letters.subscript, kLetterSize, 0.7);
-    out_ += "</text>";
+    const std::string below =
+        drawn.letters.subscript.empty() ? "" : subscript(drawn.letters.subscript, kLetterSize, 0.7);
+    out_ +=
+        part("element kind-" + kind + element_marks_[i], "data-element", "element", element.name) +
+        xml_text_element("title", kind + " " + element.name + (element.about.empty() ? "" : ": " + element.about)) +
+        xml_empty("rect", XmlAttributes{{"class", "mark"}} + at(disc) + XmlAttributes{{"rx", px(disc.height() / 2)}}) +
+        xml_element("text",
+                    XmlAttributes{{"class", "letter"}} + at(drawn.at + Point{0.0, 0.355 * kLetterSize}) +
+                        XmlAttributes{{"font-size", px(kLetterSize)}, {"text-anchor", "middle"}},
+                    xml_text(drawn.letters.base) + below);
     write_text(drawn.name, "name");
     out_ += "</g>\n";
   }
@@ -239,18 +256,23 @@ class SvgWriter {
   // --- the legend: what is marked, and only that ---
 
   void legend_line(std::string& text, const std::string& css, const std::string& sample, const std::string& words) {
-    const Point at{scene_.bounds.low.x + 14.0, scene_.bounds.high.y + legend_height_ + 8.0};
-    text += "<g class=\"" + css + "\" transform=\"translate(" + px(at.x) + "," + px(at.y) + ")\">" + sample +
-            "</g><text class=\"name\" x=\"" + px(at.x + 40.0) + "\" y=\"" + px(at.y + 4.0) + "\" font-size=\"11.5\"" +
-            fitted(words, text_width(words, 11.5)) + ">" + xml_text(words) + "</text>\n";
+    const Point at_line{scene_.bounds.low.x + 14.0, scene_.bounds.high.y + legend_height_ + 8.0};
+    text += xml_element("g", {{"class", css}, {"transform", "translate(" + px(at_line.x) + "," + px(at_line.y) + ")"}},
+                        sample) +
+            xml_element("text",
+                        XmlAttributes{{"class", "name"}} + at(at_line + Point{40.0, 4.0}) +
+                            XmlAttributes{{"font-size", "11.5"}} + fitted(words, text_width(words, 11.5)),
+                        xml_text(words)) +
+            "\n";
     legend_height_ += 19.0;
     legend_width_ = std::max(legend_width_, 70.0 + text_width(words, 11.5));
   }
 
   std::string write_legend() {
     std::string lines;
-    const std::string disc = "<rect class=\"mark\" x=\"4\" y=\"-9\" width=\"18\" height=\"18\" rx=\"9\"/>";
-    const std::string line = "<path class=\"line\" d=\"M0 0L28 0\"/>";
+    const std::string disc =
+        xml_empty("rect", {{"class", "mark"}, {"x", "4"}, {"y", "-9"}, {"width", "18"}, {"height", "18"}, {"rx", "9"}});
+    const std::string line = path_element("line", "M0 0L28 0");
     if (!causality_.dependent.empty())
       legend_line(lines, "element dependent", disc + line,
                   "derivative causality: a dependent store, no state of its own");
@@ -262,13 +284,12 @@ class SvgWriter {
                   causality_.problems.front().code + ": " + causality_.problems.front().situation);
     if (std::any_of(scene_.bonds.begin(), scene_.bonds.end(),
                     [](auto& bond) { return !bond.stroke && bond.barbs.size() == 1; }))
-      legend_line(lines, "bond", "<path class=\"line\" d=\"M0 0L28 0\"/><path d=\"M28 0L19 5\"/>",
-                  "bond without a stroke: causality went no further");
+      legend_line(lines, "bond", line + path_element("M28 0L19 5"), "bond without a stroke: causality went no further");
     if (!scene_.signals.empty())
-      legend_line(lines, "signal", "<path d=\"M0 0L28 0\"/><path d=\"M21 -3.2L28 0L21 3.2\"/>",
+      legend_line(lines, "signal", path_element("M0 0L28 0") + path_element("M21 -3.2L28 0L21 3.2"),
                   "signal: a law reads this, no power flows");
     if (legend_height_ > 0.0) legend_height_ += 8.0;
-    return lines.empty() ? lines : "<g class=\"legend\">\n" + lines + "</g>\n";
+    return lines.empty() ? lines : xml_element("g", {{"class", "legend"}}, "\n" + lines) + "\n";
   }
 
   const Model& model_;

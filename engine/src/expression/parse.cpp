@@ -1,3 +1,5 @@
+#include "expression/parse.hpp"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -5,7 +7,6 @@
 
 #include "base/text.hpp"
 #include "bgsim/diagnostic.hpp"
-#include "bgsim/parse_expression.hpp"
 #include "expression/graph.hpp"
 #include "expression/language.hpp"
 #include "expression/other_words.hpp"

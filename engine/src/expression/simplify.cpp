@@ -43,7 +43,7 @@ struct Look {
 };
 
 /// The value of an operator on constants if it may be folded. What roundings leave of a difference (0.1 + 0.2 - 0.3)
-/// stays written as one, so that it can be told from a small number.
+/// stays written as one, so that it can be distinguished from a small number.
 std::optional<double> folded(Op op, double a, double b = 0.0) {
   constexpr double kCancelled = 1e-12;
   const double value = apply(op, a, b);

@@ -1,4 +1,4 @@
-#include "bgsim/time_event.hpp"
+#include "expression/time_event.hpp"
 
 #include <algorithm>
 #include <cmath>

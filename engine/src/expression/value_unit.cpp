@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "bgsim/text.hpp"
 #include "bgsim/unit.hpp"
-#include "bgsim/visible_text.hpp"
 
 namespace bgsim {
 namespace {

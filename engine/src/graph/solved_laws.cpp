@@ -2,6 +2,7 @@
 
 #include "base/codes.hpp"
 #include "graph/causal_explanation.hpp"
+#include "model/constitutive.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {

@@ -1,4 +1,4 @@
-#include "bgsim/constitutive.hpp"
+#include "model/constitutive.hpp"
 
 #include <algorithm>
 #include <array>

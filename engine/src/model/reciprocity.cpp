@@ -8,7 +8,7 @@
 #include <random>
 #include <unordered_set>
 
-#include "bgsim/constitutive.hpp"
+#include "model/constitutive.hpp"
 
 namespace bgsim {
 

@@ -4,7 +4,7 @@
 
 #include "base/codes.hpp"
 #include "bgsim/evaluator.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 namespace {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bgsim/time_event.hpp"
+#include "expression/time_event.hpp"
 #include "expression/table_cell.hpp"
 #include "program/evaluator_impl.hpp"
 #include "program/mode_borders.hpp"

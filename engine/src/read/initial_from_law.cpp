@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bgsim/constitutive.hpp"
 #include "expression/interval.hpp"
+#include "model/constitutive.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {

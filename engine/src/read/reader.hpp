@@ -11,13 +11,14 @@
 #include <unordered_set>
 #include <vector>
 
+#include "base/document.hpp"
 #include "base/text.hpp"
 #include "bgsim/csv.hpp"
 #include "bgsim/input_file.hpp"
 #include "bgsim/model.hpp"
-#include "bgsim/parse_expression.hpp"
+#include "bgsim/text.hpp"
 #include "bgsim/unit.hpp"
-#include "bgsim/visible_text.hpp"
+#include "expression/parse.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {

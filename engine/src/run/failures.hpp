@@ -7,7 +7,7 @@
 
 #include "bgsim/evaluator.hpp"
 #include "bgsim/model.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 

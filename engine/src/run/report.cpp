@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "bgsim/json_text.hpp"
 #include "bgsim/simulate.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "run/failures.hpp"
 
 namespace bgsim {

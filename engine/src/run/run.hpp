@@ -57,7 +57,7 @@ class Run {
   bool begin();
   bool choose_integrator();
   bool plan();
-  bool start_anew(double limit);
+  bool start_here(double limit);
   bool integrate();
   bool integrate_to(double limit);
   bool take_step();

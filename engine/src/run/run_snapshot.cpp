@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/codes.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "run/run.hpp"
 #include "run/snapshot.hpp"
 

@@ -62,7 +62,7 @@ bool Run::integrate_to(double limit) {
   fresh_ = true;
   while (t_ < limit) {
     if (options_.snapshot_steps > 0 && steps_ >= next_snapshot_) offer_snapshot();
-    if (fresh_ && !start_anew(limit)) return false;
+    if (fresh_ && !start_here(limit)) return false;
     if (!integrator_->advance()) {
       if (integrator_->failure().too_accurate) return fail(accuracy_failure(t_, inputs_.relative));
       if (!rescue()) return jump_ ? fail(std::move(*jump_)) : fail_as_stuck(integrator_->failure().words);
@@ -75,7 +75,7 @@ bool Run::integrate_to(double limit) {
 }
 
 /// The integrator at the run's point. While signs are held at their border, the rates are what balances them.
-bool Run::start_anew(double limit) {
+bool Run::start_here(double limit) {
   if (events_.holding())
     integrator_->use_rates([this](double t, const double* x, Branch& branch, double* rates) {
       return events_.prepare(t, x, branch) && evaluator_.rates(t, x, branch, rates);
@@ -164,7 +164,7 @@ bool Run::take_time_event() {
   jumped_at_ = t_;
   if (schedule_.sources().is_edge(t_)) tolerances_.forget_noise();
   continuity_.before(t_, x_.data(), branch_);
-  if (auto pole = schedule_.pass(t_, branch_)) return fail(std::move(*pole));
+  if (auto singularity = schedule_.pass(t_, branch_)) return fail(std::move(*singularity));
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   due_ = between_ = false;

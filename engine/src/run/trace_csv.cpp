@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bgsim/csv.hpp"
-#include "bgsim/json_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "expression/graph.hpp"
 
 namespace bgsim {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "bgsim/flat_model.hpp"
+#include "study/flat_model.hpp"
 
 namespace bgsim {
 

@@ -1,4 +1,4 @@
-#include "bgsim/flat_model.hpp"
+#include "study/flat_model.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "bgsim/json_text.hpp"
+#include "bgsim/text.hpp"
 #include "model/element_kinds.hpp"
 #include "study/cut_graph.hpp"
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "bgsim/flat_model.hpp"
 #include "bgsim/simulate.hpp"
+#include "study/flat_model.hpp"
 
 namespace bgsim {
 

@@ -9,6 +9,7 @@
 #include "base/codes.hpp"
 #include "model/element_kinds.hpp"
 #include "run/failures.hpp"
+#include "study/flat_model.hpp"
 #include "study/junction_measure.hpp"
 
 namespace bgsim {
@@ -166,7 +167,7 @@ class Reducer {
         tried_after_[candidate.element] = result_.cuts.size();
         const CutKind second = candidate.first == CutKind::zero_effort ? CutKind::zero_flow : CutKind::zero_effort;
         more = try_cut(candidate, candidate.first) || try_cut(candidate, second);
-        // Activities and junctions are others now: the ranking begins anew.
+        // Activities and junctions are others now: the ranking begins again.
         if (more) break;
       }
       any = any || more;

@@ -9,7 +9,7 @@
 
 namespace bgsim {
 
-/// A value that is made when it is first asked for. Others wait; where it cannot be made, each one is told why.
+/// A value that is made when it is first asked for. Others wait; where it cannot be made, each one gets the error.
 template <class Value>
 class Lazy {
  public:

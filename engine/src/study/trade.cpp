@@ -23,8 +23,8 @@ constexpr std::array<double, 11> kTolerances{1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7,
 constexpr double kFewestSteps = 100.0, kMostSteps = 1e7, kMoreSteps = 3.1622776601683795;
 /// An error beyond so many ranges of the output is no inaccuracy but a solution that runs away.
 constexpr double kRunaway = 10.0;
-/// Errors nearer to the reference's own are not told apart any more.
-constexpr double kToldApart = 3.0;
+/// Errors nearer to the reference's own are not distinguished.
+constexpr double kDistinguished = 3.0;
 /// Nobody asks for an accuracy looser than this.
 constexpr double kOfUse = 1e-2;
 /// Settings are worth running to their end if they cost no more than so many times one that is asked for.
@@ -121,7 +121,7 @@ class TradeTable {
     const TradeRow row = measure(setting);
     const bool last = fixed ? ladder.next_steps > kMostSteps : setting.relative == kTolerances.back();
     const bool exact =
-        row.verdict == TradeVerdict::stable && row.max_error < kToldApart * std::max(trade_.reference.error, 1e-12);
+        row.verdict == TradeVerdict::stable && row.max_error < kDistinguished * std::max(trade_.reference.error, 1e-12);
     const bool hopeless = row.verdict == TradeVerdict::failed && !fixed;
     ladder.error = row.whole() ? std::min(row.max_error, kRunaway) : 0.0;
     ladder.over = last || exact || hopeless || row.verdict == TradeVerdict::too_costly;
@@ -254,7 +254,7 @@ Trade measure_trade(const Program& program, const RunInputs& inputs, const Trade
 }
 
 std::optional<std::size_t> pick_row(const Trade& trade, double accuracy) {
-  if (!trade.reference.tells(accuracy, kToldApart)) return std::nullopt;
+  if (!trade.reference.tells(accuracy, kDistinguished)) return std::nullopt;
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < trade.rows.size(); ++i) {
     const TradeRow& row = trade.rows[i];

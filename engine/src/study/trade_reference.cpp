@@ -203,7 +203,7 @@ ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, d
   if (runs.ended()) give_up("the trade was ended before it had a reference", {}, "let it run on");
   if (!attempt.found())
     give_up("no two methods come to the end of the scene with a tight tolerance", std::move(notes),
-            "a larger --budget gives each run more time; a scene that fails by itself must be mended first");
+            "a larger --budget gives each run more time; a scene that fails by itself must be corrected first");
   ReferenceTrace reference;
   const Best& best = attempt.best;
   Candidate& first = attempt.candidates[best.first];

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bgsim/csv.hpp"
-#include "bgsim/json_text.hpp"
+#include "bgsim/text.hpp"
 #include "bgsim/trade.hpp"
 #include "run/failures.hpp"
 

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "base/codes.hpp"
+#include "base/document.hpp"
 #include "bgsim/infer_units.hpp"
 #include "units/equations.hpp"
 
@@ -75,8 +76,7 @@ class UnitInference {
   }
 
  private:
-  /// Pseudo bond graphs are legal where they are usual; elsewhere a unit is wrong. Where others contradict, that is
-  /// told.
+  /// Pseudo bond graphs are legal where they are usual (heat, mass, matter); elsewhere a unit is wrong.
   void tell_pseudo_regions(const UnitEquations& equations, const UnitName& name) {
     const Unit heat = watt(), mass = *parse_unit("kg/s").unit, matter = *parse_unit("mol/s").unit;
     for (std::uint32_t i = 0; i < report_.regions.size(); ++i) {

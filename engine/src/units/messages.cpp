@@ -10,7 +10,7 @@
 
 #include "base/codes.hpp"
 #include "base/text.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
 #include "units/equations.hpp"

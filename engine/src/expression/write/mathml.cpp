@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "bgsim/expression.hpp"
-#include "bgsim/xml_text.hpp"
+#include "bgsim/xml.hpp"
 #include "expression/write/typeset.hpp"
 
 namespace bgsim {
@@ -13,15 +13,15 @@ constexpr std::string_view kMinusPrefix = "<mo form=\"prefix\">\u2212</mo>";
 
 std::string number_element(std::string_view digits) {
   if (!digits.empty() && digits.front() == '-')
-    return "<mrow>" + std::string(kMinusPrefix) + "<mn>" + std::string(digits.substr(1)) + "</mn></mrow>";
-  return "<mn>" + std::string(digits) + "</mn>";
+    return xml_element("mrow", std::string(kMinusPrefix) + xml_element("mn", digits.substr(1)));
+  return xml_element("mn", digits);
 }
 
 /// A word of a name: a Greek letter or one letter in italics, a longer word upright; <mi> sees to that.
 std::string word_element(const std::string& word) {
-  if (const std::string_view greek = greek_letter(word); !greek.empty()) return "<mi>" + std::string(greek) + "</mi>";
+  if (const std::string_view greek = greek_letter(word); !greek.empty()) return xml_element("mi", greek);
   if (is_number_word(word)) return number_element(word);
-  return "<mi>" + xml_text(word) + "</mi>";
+  return xml_text_element("mi", word);
 }
 
 /// "packet.wall.q" is q with the index packet.wall; a derivative has its dot over the letter.
@@ -29,21 +29,21 @@ std::string name_element(const std::string& name) {
   const NameParts parts = name_parts(name);
   std::string text = word_element(parts.base);
   for (std::size_t i = 0; i < parts.dots; ++i)
-    text.insert(0, "<mover accent=\"true\">").append("<mo>\u02d9</mo></mover>");
+    text = xml_element("mover", {{"accent", "true"}}, text + "<mo>\u02d9</mo>");
   if (parts.indices.empty()) return text;
-  text = "<msub>" + text + "<mrow>";
+  std::string indices;
   for (std::size_t i = 0; i < parts.indices.size(); ++i)
-    text += (i == 0 ? "" : "<mo>,</mo>") + word_element(parts.indices[i]);
-  return text + "</mrow></msub>";
+    indices += (i == 0 ? "" : "<mo>,</mo>") + word_element(parts.indices[i]);
+  return xml_element("msub", text + xml_element("mrow", indices));
 }
 
 std::string value_element(double value) {
   const auto [mantissa, exponent] = typeset_number(value);
   if (exponent.empty()) return number_element(mantissa);
-  std::string power = "<msup><mn>10</mn>" + number_element(exponent) + "</msup>";
+  const std::string power = xml_element("msup", "<mn>10</mn>" + number_element(exponent));
   if (mantissa == "1") return power;
-  if (mantissa == "-1") return "<mrow>" + std::string(kMinusPrefix) + power + "</mrow>";
-  return "<mrow>" + number_element(mantissa) + "<mo>\u00b7</mo>" + power + "</mrow>";
+  if (mantissa == "-1") return xml_element("mrow", std::string(kMinusPrefix) + power);
+  return xml_element("mrow", number_element(mantissa) + "<mo>\u00b7</mo>" + power);
 }
 
 TypesetForm named_function(const std::string& name) {
@@ -90,7 +90,7 @@ TypesetForm function_element(Op op) {
           "<mfrac><mi mathvariant=\"normal\">d</mi><mrow><mi mathvariant=\"normal\">d</mi><mi>t</mi>"
           "</mrow></mfrac>");
     default:
-      return named_function("<mi>" + std::string(name_of(op)) + "</mi>");
+      return named_function(xml_element("mi", name_of(op)));
   }
 }
 
@@ -124,7 +124,7 @@ std::string_view sign_element(Op op) {
 TypesetForm table_element(const std::string& column, std::size_t derivatives) {
   std::string name = xml_text(column);
   for (std::size_t i = 0; i < derivatives; ++i) name += "\u2032";
-  return named_function("<mi>" + name + "</mi>");
+  return named_function(xml_element("mi", name));
 }
 
 constexpr Typesetting kMathml{kOpen,
@@ -151,7 +151,7 @@ std::vector<std::string> to_mathml(const ExprPool& pool, ExprId root, const Symb
   const auto add = [&](ExprId term, Op sign) {
     const Binding least = sign != Op::constant ? stronger(Binding::sum) : terms.empty() ? Binding::none : Binding::sum;
     const std::string text = typeset(pool, term, name, kMathml, least);
-    terms.push_back("<mrow>" + std::string(sign_element(sign)) + text + "</mrow>");
+    terms.push_back(xml_element("mrow", std::string(sign_element(sign)) + text));
   };
   while (pool[root].op == Op::add || pool[root].op == Op::sub) {
     const auto [left, right] = written_order(pool, root);

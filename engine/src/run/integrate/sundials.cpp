@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 

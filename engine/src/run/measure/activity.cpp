@@ -1,6 +1,6 @@
-#include "bgsim/activity.hpp"
-
 #include <algorithm>
+
+#include "bgsim/simulate.hpp"
 
 namespace bgsim {
 

@@ -1,8 +1,8 @@
-#include "bgsim/output_errors.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "bgsim/verify.hpp"
 
 namespace bgsim {
 

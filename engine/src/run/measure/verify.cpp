@@ -7,7 +7,7 @@
 
 #include "base/codes.hpp"
 #include "bgsim/input_file.hpp"
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "bgsim/visible_text.hpp"
+#include "bgsim/text.hpp"
 
 namespace bgsim {
 

@@ -21,12 +21,12 @@ class DefectWatch {
   DefectWatch(const Program& program, const RunInputs& inputs, Evaluator& evaluator, const Tolerances& tolerances);
 
   /// The integrator's last step up to @p until, whose ends are @p ends: its end, or the event that cuts it.
-  /// @return  false: the step is to be made again, from its beginning, with the integrator begun anew. It has been told
-  ///          with what step to begin, or limit() says how far it may go.
+  /// @return  false: the step is to be made again, from its beginning, with the integrator restarted. It has been given
+  ///          the step to begin with, or limit() says how far it may go.
   bool look(Integrator& integrator, const StepEnds& ends, double until, bool event);
   /// The end of the next stretch, which is @p end at most.
   [[nodiscard]] double limit(double t, double end) const { return cut_ && *cut_ > t ? std::min(*cut_, end) : end; }
-  /// Whether the integrator has to begin anew at @p t because a stretch ends here.
+  /// Whether the integrator has to restart at @p t because a stretch ends here.
   [[nodiscard]] bool is_limit(double t) const { return cut_ && *cut_ == t; }
 
   /// State and time of the first step that stayed as it was though it is not known to hold.

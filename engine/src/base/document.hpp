@@ -8,20 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "bgsim/id.hpp"
+#include "bgsim/diagnostic.hpp"
 
 namespace bgsim {
-
-/// What the options' own texts are called in places: a document of their own.
-inline constexpr const char* kCommandLine = "command line";
-
-/// A stretch of a document: bytes [begin, end) of its text, and the JSON value they belong to (for the JSON Pointer).
-struct Place {
-  DocumentId document;
-  NodeId node;  ///< none for a syntax error
-  std::uint32_t begin = 0;
-  std::uint32_t end = 0;
-};
 
 enum class JsonKind : std::uint8_t { null, boolean, number, string, array, object };
 
@@ -78,6 +67,9 @@ class Document {
 };
 
 /// All files of one model, indexed by DocumentId. Documents are added while a model is read, never moved away.
-using Sources = std::deque<Document>;
+class Sources : public std::deque<Document> {
+ public:
+  using deque::deque;
+};
 
 }  // namespace bgsim

@@ -1,5 +1,5 @@
-/// Text for people. Names, texts and file names come from files that somebody else wrote: what a reader would not see,
-/// or what would rule a terminal, is written out (docs/design/writers.md).
+/// Text for people, and JSON as text. Names, texts and file names come from files that somebody else wrote: what a
+/// reader would not see, or what would rule a terminal, is written out (docs/design/writers.md).
 #pragma once
 
 #include <cstddef>
@@ -40,5 +40,13 @@ void for_each_character(std::string_view text, const std::function<void(std::str
 
 /// Length in bytes of the character at the head of @p text, from 1 to 4; 0 if the bytes are no UTF-8, or no whole one.
 std::size_t character_length(std::string_view text);
+
+/// @p json (of nlohmann's kind) as text: what all JSON that is written goes through. Bytes that are no UTF-8, as they
+/// come from the names of files and of columns, have no place in JSON and become U+FFFD.
+/// @param indent  blanks for each level; -1 for one line.
+template <class Json>
+std::string json_text(const Json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 
 }  // namespace bgsim

@@ -5,20 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "bgsim/bond_graph.hpp"
+#include "bgsim/reduce.hpp"
 
 namespace bgsim {
-
-/// What takes the place of an element that is cut out: no effort (a rigid link for a common flow, a short for a common
-/// effort) or no flow (nothing for a common effort, a lock for a common flow).
-enum class CutKind : std::uint8_t { zero_effort, zero_flow };
-std::string cut_text(CutKind kind);  ///< "zero effort", "zero flow"
-
-/// A one-port R, C or I that is cut out.
-struct Cut {
-  ElementId element;
-  CutKind kind = CutKind::zero_effort;
-};
 
 /// A cut that cannot be made, with the reason in words.
 class CutRefused : public std::runtime_error {
