@@ -1,35 +1,21 @@
-#include <ida/ida.h>
-
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "run/integrate/integrator.hpp"
-#include "run/integrate/sundials.hpp"
+#include "run/integrate/sundials_integrator.hpp"
 
 namespace bgsim {
 
 namespace {
 
-class IdaIntegrator final : public Integrator {
+class IdaIntegrator final : public SundialsIntegrator<Ida, SundialsObjects> {
  public:
   IdaIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
-      : Integrator(inputs.stop - inputs.start),
-        program_(program),
-        evaluator_(evaluator),
-        tolerances_(tolerances),
+      : SundialsIntegrator(program, evaluator, tolerances, inputs.stop - inputs.start,
+                           program.state_names.size() + program.tear_names.size(), program.implicit_pattern),
         states_(program.state_names.size()),
-        context_(make_context()),
-        y_(make_vector(context_.get(), states_ + program.tear_names.size())),
-        rate_(make_vector(context_.get(), states_ + program.tear_names.size())),
-        scratch_(make_vector(context_.get(), states_ + program.tear_names.size())),
-        entries_(program.implicit_pattern.row.size()),
-        algebra_(states_ + program.tear_names.size() <= kDenseStates
-                     ? make_dense(context_.get(), y_.get())
-                     : make_sparse(context_.get(), y_.get(), program.implicit_pattern)),
-        ida_(make_ida(context_.get())),
+        rate_(make_vector(context_.get(), size_)),
         max_order_(inputs.max_order) {
-    size_ = states_ + program.tear_names.size();
+    memory_ = make_ida(context_.get());
   }
 
   /// Consistent from the first: the loops are solved for these states, and x' follows from them. z' is the loops'
@@ -52,11 +38,10 @@ class IdaIntegrator final : public Integrator {
       initialize(t);
     } else {
       total_ += since_restart();
-      IDAReInit(ida_.get(), t / unit_, y_.get(), rate_.get());
+      IDAReInit(memory(), t / unit_, y_.get(), rate_.get());
     }
-    IDASetStopTime(ida_.get(), limit / unit_);
-    IDASetInitStep(ida_.get(), first_step_ / unit_);
-    first_step_ = 0.0;
+    set_limit();
+    set_first_step();
     failure_ = {};
     return true;
   }
@@ -64,65 +49,27 @@ class IdaIntegrator final : public Integrator {
   bool advance() override {
     failure_ = {};
     faulted_ = false;
-    const double resolution =
-        4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(time_), std::abs(limit_));
-    if (limit_ - time_ <= resolution && time_ == previous_) return creep();
+    if (limit_is_at_hand()) return step_by_hand();
     previous_ = time_;
     double reached = time_ / unit_;
-    const int flag = IDASolve(ida_.get(), limit_ / unit_, &reached, y_.get(), rate_.get(), IDA_ONE_STEP);
-    if (flag < 0) {
-      failure_.words = ida_words(flag, messages_.last_error);
-      failure_.too_accurate = flag == IDA_TOO_MUCH_ACC;
-      failure_.fault = faulted_;
-      return false;
-    }
-    crept_ = false;
-    time_ = flag == IDA_TSTOP_RETURN ? limit_ : reached * unit_;
-    IDAGetLastOrder(ida_.get(), &order_);
+    const int flag = IDASolve(memory(), limit_ / unit_, &reached, y_.get(), rate_.get(), IDA_ONE_STEP);
+    if (!stepped(flag, reached)) return false;
     std::copy(values(y_) + states_, values(y_) + size_, branch_.tears.begin());
     return true;
   }
 
-  void interpolate(double t, double* y) override {
-    if (crept_ || IDAGetDky(ida_.get(), t / unit_, 0, scratch_.get()) != IDA_SUCCESS) {
-      std::copy(values(y_), values(y_) + size_, y);
-      return;
-    }
-    std::copy(values(scratch_), values(scratch_) + size_, y);
-  }
-
-  [[nodiscard]] const double* end() const override { return values(y_); }
   [[nodiscard]] std::string method() const override {
     return std::string("IDA") + (max_order_ > 0 ? " of order up to " + std::to_string(max_order_) : "") +
-           (algebra_.pattern == nullptr ? ", dense" : ", KLU");
-  }
-
-  [[nodiscard]] Counts counts() const override {
-    Counts counts = total_;
-    return counts += since_restart();
-  }
-
-  void weighted_errors(double* error) override {
-    const VectorHandle weight = make_vector(context_.get(), size_);
-    IDAGetEstLocalErrors(ida_.get(), scratch_.get());
-    IDAGetErrWeights(ida_.get(), weight.get());
-    for (std::size_t i = 0; i < size_; ++i) error[i] = std::abs(values(scratch_)[i] * values(weight)[i]);
+           linear_algebra();
   }
 
  private:
   void initialize(double t) {
-    void* memory = ida_.get();
-    IDASetErrHandlerFn(memory, &SolverMessages::capture, &messages_);
-    IDAInit(memory, &on_residual, t / unit_, y_.get(), rate_.get());
-    IDASetUserData(memory, this);
-    IDAWFtolerances(memory, &on_weights);
-    IDASetLinearSolver(memory, algebra_.solver.get(), algebra_.matrix.get());
-    IDASetJacFn(memory, &on_jacobian);
-    IDASetMaxErrTestFails(memory, kMostErrorTestFailures);
-    IDASetMaxNumSteps(memory, std::numeric_limits<long>::max());
-    if (longest_ > 0.0) IDASetMaxStep(memory, longest_ / unit_);
-    if (max_order_ > 0) IDASetMaxOrd(memory, max_order_);
-    initialized_ = true;
+    IDAInit(memory(), &on_residual, t / unit_, y_.get(), rate_.get());
+    set_up();
+    set_newton(&on_jacobian);
+    set_longest_step();
+    if (max_order_ > 0) Ida::set_order(memory(), max_order_);
   }
 
   void follow_tears(double t) {
@@ -138,34 +85,16 @@ class IdaIntegrator final : public Integrator {
     for (std::size_t i = states_; i < size_; ++i) rate[i] = (there.tears[i - states_] - y[i]) / move;
   }
 
-  bool creep() {
+  bool step_by_hand() {
     double* y = values(y_.get());
     for (std::size_t i = 0; i < size_; ++i) y[i] += (limit_ - time_) / unit_ * values(rate_)[i];
     std::copy(y + states_, y + size_, branch_.tears.begin());
-    previous_ = time_;
-    time_ = limit_;
-    order_ = 1;
-    crept_ = true;
+    moved_to_limit();
     return true;
   }
 
-  bool fault(double t) {
-    failure_.fault = true;
-    last_fault_ = evaluator_.fault();
-    last_fault_.time = t;
-    failure_.words = "the equations could not be evaluated";
-    return false;
-  }
-
-  int recoverable(double t) {
-    faulted_ = true;
-    last_fault_ = evaluator_.fault();
-    last_fault_.time = t;
-    return 1;
-  }
-
   static int on_residual(double s, N_Vector y, N_Vector rate, N_Vector residual, void* self) {
-    auto& me = *static_cast<IdaIntegrator*>(self);
+    auto& me = of<IdaIntegrator>(self);
     const double t = s * me.unit_;
     N_Vector real_rate = rate;
     if (me.unit_ != 1.0) {
@@ -178,7 +107,7 @@ class IdaIntegrator final : public Integrator {
 
   static int on_jacobian(double s, double cj, N_Vector y, N_Vector, N_Vector, SUNMatrix matrix, void* self, N_Vector,
                          N_Vector, N_Vector) {
-    auto& me = *static_cast<IdaIntegrator*>(self);
+    auto& me = of<IdaIntegrator>(self);
     const Sparsity& pattern = me.program_.implicit_pattern;
     const bool dense = me.algebra_.pattern == nullptr;
     const double t = s * me.unit_;
@@ -193,44 +122,9 @@ class IdaIntegrator final : public Integrator {
     return 0;
   }
 
-  static int on_weights(N_Vector y, N_Vector weight, void* self) {
-    auto& me = *static_cast<IdaIntegrator*>(self);
-    double now = me.time_ / me.unit_, step = 0.0;
-    IDAGetCurrentTime(me.ida_.get(), &now);
-    IDAGetCurrentStep(me.ida_.get(), &step);
-    me.tolerances_.weights(now * me.unit_, step * me.unit_, values(y), values(weight));
-    return 0;
-  }
-
-  [[nodiscard]] Counts since_restart() const {
-    Counts counts;
-    if (!initialized_) return counts;
-    void* memory = ida_.get();
-    IDAGetNumSteps(memory, &counts.steps);
-    IDAGetNumResEvals(memory, &counts.rates);
-    IDAGetNumLinSolvSetups(memory, &counts.factorizations);
-    IDAGetNumErrTestFails(memory, &counts.error_failures);
-    IDAGetNumJacEvals(memory, &counts.jacobians);
-    IDAGetNumNonlinSolvIters(memory, &counts.iterations);
-    IDAGetNumStepSolveFails(memory, &counts.convergence_failures);
-    return counts;
-  }
-
-  const Program& program_;
-  Evaluator& evaluator_;
-  Tolerances& tolerances_;
   std::size_t states_;
-  SolverMessages messages_;
-  // freed in reverse order: the integrator before what it uses
-  ContextHandle context_;
-  VectorHandle y_, rate_, scratch_;
-  std::vector<double> entries_;
-  LinearAlgebra algebra_;
-  IdaHandle ida_;
+  VectorHandle rate_;
   int max_order_;
-  bool initialized_ = false, faulted_ = false, crept_ = false;
-  double limit_ = 0.0;
-  Counts total_;
 };
 
 }  // namespace

@@ -6,34 +6,12 @@
 
 namespace bgsim {
 
-OdeIntegrator::OdeIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, double span)
-    : Integrator(span),
-      program_(program),
-      evaluator_(evaluator),
-      tolerances_(tolerances),
-      context_(make_context()),
-      y_(make_vector(context_.get(), program.state_names.size())),
-      scratch_(make_vector(context_.get(), program.state_names.size())),
-      entries_(program.jacobian_pattern.row.size()),
-      algebra_(program.state_names.size() <= kDenseStates
-                   ? make_dense(context_.get(), y_.get())
-                   : make_sparse(context_.get(), y_.get(), program.jacobian_pattern)) {
-  size_ = program.state_names.size();
-}
-
-bool OdeIntegrator::fault(double t) {
-  failure_.fault = true;
-  last_fault_ = evaluator_.fault();
-  last_fault_.time = t;
-  failure_.words = "the state equations could not be evaluated";
-  return false;
-}
-
-int OdeIntegrator::recoverable(double t) {
-  faulted_ = true;
-  last_fault_ = evaluator_.fault();
-  last_fault_.time = t;
-  return 1;
+bool OdeIntegrator::begin(double t, const double* x, const Branch& branch, double limit) {
+  std::copy(x, x + size_, values(y_.get()));
+  branch_ = branch;
+  time_ = previous_ = t;
+  limit_ = limit;
+  return rates(t, x, values(scratch_.get()));
 }
 
 int OdeIntegrator::scaled_rates(double s, N_Vector y, N_Vector rates) {
@@ -80,18 +58,10 @@ bool OdeIntegrator::difference_jacobian(double t, const double* x, const double*
   return true;
 }
 
-bool OdeIntegrator::limit_is_at_hand() const {
-  const double resolution = 4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(time_), std::abs(limit_));
-  return limit_ - time_ <= resolution && fresh();
-}
-
-bool OdeIntegrator::creep() {
-  if (!rates(time_, values(y_), values(scratch_.get()))) return fault(time_);
+bool OdeIntegrator::step_by_hand() {
+  if (!rates(time_, values(y_), values(scratch_.get()))) return false;
   for (std::size_t i = 0; i < size_; ++i) values(y_.get())[i] += (limit_ - time_) * values(scratch_)[i];
-  previous_ = time_;
-  time_ = limit_;
-  order_ = 1;
-  crept_ = true;
+  moved_to_limit();
   return true;
 }
 

@@ -9,10 +9,7 @@
 #include <sunmatrix/sunmatrix_sparse.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <new>
-
-#include "bgsim/text.hpp"
 
 namespace bgsim {
 
@@ -33,10 +30,6 @@ Handle own(Raw raw) {
 }
 
 sunindextype index(std::size_t size) { return static_cast<sunindextype>(size); }
-
-std::string returned(const char* integrator, const char* flag, const std::string& own_text) {
-  return std::string(integrator) + " returned " + flag + (own_text.empty() ? "" : ": " + visible_line(own_text));
-}
 
 }  // namespace
 
@@ -100,82 +93,6 @@ void scatter(SUNMatrix dense, const Sparsity& pattern, const double* entries) {
 void SolverMessages::capture(int code, const char* /*module*/, const char* /*function*/, char* text, void* self) {
   // Warnings (t + h = t and the like) are judged by the loop, which watches the steps itself.
   if (code < 0) static_cast<SolverMessages*>(self)->last_error = text;
-}
-
-std::string cvode_words(int flag, const std::string& own_text) {
-  switch (flag) {
-    case CV_TOO_MUCH_ACC:
-      return "the tolerance is beyond double precision";
-    case CV_ERR_FAILURE:
-      return "the estimated error stayed too large however small the step";
-    case CV_CONV_FAILURE:
-      return "the corrector iteration did not converge however small the step";
-    case CV_LINIT_FAIL:
-    case CV_LSETUP_FAIL:
-    case CV_LSOLVE_FAIL:
-      return "the linear system of a step could not be solved";
-    case CV_RHSFUNC_FAIL:
-    case CV_FIRST_RHSFUNC_ERR:
-    case CV_REPTD_RHSFUNC_ERR:
-    case CV_UNREC_RHSFUNC_ERR:
-      return "the state equations could not be evaluated";
-    case CV_TOO_CLOSE:
-      return "the stretch of time is shorter than the resolution of the time itself";
-    default: {
-      // The library allocates the name with malloc and hands it over.
-      const std::unique_ptr<char, void (*)(void*)> name(CVodeGetReturnFlagName(flag), std::free);
-      return returned("CVODE", name.get(), own_text);
-    }
-  }
-}
-
-std::string arkode_words(int flag, const std::string& own_text) {
-  switch (flag) {
-    case ARK_TOO_MUCH_ACC:
-      return "the tolerance is beyond double precision";
-    case ARK_ERR_FAILURE:
-      return "the estimated error stayed too large however small the step";
-    case ARK_CONV_FAILURE:
-      return "the corrector iteration did not converge";
-    case ARK_LINIT_FAIL:
-    case ARK_LSETUP_FAIL:
-    case ARK_LSOLVE_FAIL:
-      return "the linear system of a step could not be solved";
-    case ARK_RHSFUNC_FAIL:
-    case ARK_FIRST_RHSFUNC_ERR:
-    case ARK_REPTD_RHSFUNC_ERR:
-    case ARK_UNREC_RHSFUNC_ERR:
-      return "the state equations could not be evaluated";
-    case ARK_TOO_CLOSE:
-      return "the stretch of time is shorter than the resolution of the time itself";
-    default: {
-      const std::unique_ptr<char, void (*)(void*)> name(ARKStepGetReturnFlagName(flag), std::free);
-      return returned("ARKODE", name.get(), own_text);
-    }
-  }
-}
-
-std::string ida_words(int flag, const std::string& own_text) {
-  switch (flag) {
-    case IDA_TOO_MUCH_ACC:
-      return "the tolerance is beyond double precision";
-    case IDA_ERR_FAIL:
-      return "the estimated error stayed too large however small the step";
-    case IDA_CONV_FAIL:
-      return "the corrector iteration did not converge however small the step";
-    case IDA_LINIT_FAIL:
-    case IDA_LSETUP_FAIL:
-    case IDA_LSOLVE_FAIL:
-      return "the linear system of a step could not be solved";
-    case IDA_RES_FAIL:
-    case IDA_REP_RES_ERR:
-    case IDA_FIRST_RES_FAIL:
-      return "the equations could not be evaluated";
-    default: {
-      const std::unique_ptr<char, void (*)(void*)> name(IDAGetReturnFlagName(flag), std::free);
-      return returned("IDA", name.get(), own_text);
-    }
-  }
 }
 
 }  // namespace bgsim

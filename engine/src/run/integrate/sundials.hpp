@@ -1,4 +1,4 @@
-/// The one place where SUNDIALS objects are made and freed, and where its flags and messages become words.
+/// The one place where SUNDIALS objects are made and freed.
 #pragma once
 
 #include <nvector/nvector_serial.h>
@@ -80,11 +80,5 @@ struct SolverMessages {
   std::string last_error;
   static void capture(int code, const char* module, const char* function, char* text, void* self);
 };
-
-/// A CVODE, ARKODE or IDA return flag in words: "the error test failed repeatedly or with the smallest step". A flag
-/// that a run is not known to end with is given by its name and SUNDIALS' own text.
-std::string cvode_words(int flag, const std::string& own_text);
-std::string arkode_words(int flag, const std::string& own_text);
-std::string ida_words(int flag, const std::string& own_text);
 
 }  // namespace bgsim
