@@ -31,15 +31,16 @@ struct Routine {
 
 /// What a mode is frozen from.
 struct Relation {
-  /// pole: no mode of anything, but a denominator's factor that must not pass zero (engine/src/poles.hpp).
-  enum class Kind : std::uint8_t { condition, sign, step, floor, round, cell, pole };
+  /// denominator: no mode of anything, but a factor of a denominator that must not pass zero.
+  enum class Kind : std::uint8_t { condition, sign, step, floor, round, cell, denominator };
   Kind kind = Kind::condition;
-  ExprId origin;  ///< the comparison, sign, step, floor, round or table expression, not frozen, in Program::pool; pole:
-                  ///< its sign
-  ExprId guard;  ///< condition, sign, step, pole: changes sign where the mode changes; floor, round, cell: the argument
+  ExprId origin;  ///< the comparison, sign, step, floor, round or table expression, not frozen, in Program::pool;
+                  ///< denominator: the sign of the factor
+  ExprId guard;   ///< condition, sign, step, denominator: changes sign where the mode changes; floor, round, cell: the
+                  ///< argument
   Op comparison = Op::lt;   ///< condition: lt, le, gt, ge of the guard against 0
   TableId table;            ///< cell: whose knots
-  bool structural = false;  ///< pole: a resistance, capacitance, inertance or modulus itself
+  bool structural = false;  ///< denominator: a resistance, capacitance, inertance or modulus itself
   bool time_only = false;   ///< depends on time and parameters only: a scheduled event, no root function
   std::string text;         ///< in the model's own names, for messages
   Origin where;             ///< whose expression it is

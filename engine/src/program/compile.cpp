@@ -99,7 +99,7 @@ class Compiler {
       program_.must_not_jump.push_back(system_.continuous[i].fault);
     }
     if (options_.energies) freeze_energies(freeze_list);
-    watch_poles();
+    watch_denominators();
     for (std::uint32_t i = 0; i < program_.relations.size(); ++i) {
       if (program_.relations[i].time_only) continue;
       program_.guarded.push_back(i);
@@ -108,12 +108,13 @@ class Compiler {
   }
 
   /// Whatever the rates and the loops divide by.
-  void watch_poles() {
+  void watch_denominators() {
     std::vector<bool> varies;
     for (const SystemSymbol& symbol : system_.symbols) varies.push_back(symbol.kind != SystemSymbol::Kind::parameter);
     Roots roots = order_.rates;
     for (const Block& block : order_.blocks) roots.insert(roots.end(), block.residuals.begin(), block.residuals.end());
-    for (const PoleFactor& pole : pole_factors(*program_.model, order_, roots, varies)) freeze_.watch(pole);
+    for (const DenominatorFactor& factor : denominator_factors(*program_.model, order_, roots, varies))
+      freeze_.watch(factor);
     find_sources(roots);
   }
 

@@ -19,10 +19,10 @@ bool is_structural(const Model& model, const Origin& origin) {
   return element.coefficient.valid() && !is_source(element.kind);
 }
 
-class PoleSearch {
+class DenominatorSearch {
  public:
-  PoleSearch(const Model& model, const BlockOrder& order, const std::vector<ExprId>& roots,
-             const std::vector<bool>& varies)
+  DenominatorSearch(const Model& model, const BlockOrder& order, const std::vector<ExprId>& roots,
+                    const std::vector<bool>& varies)
       : model_(model), order_(order), nodes_(reachable(order.pool, roots)), position_(positions(nodes_)) {
     traits_.resize(nodes_.size(), 0);
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
@@ -36,7 +36,7 @@ class PoleSearch {
     }
   }
 
-  std::vector<PoleFactor> run() {
+  std::vector<DenominatorFactor> run() {
     for (const ExprId e : nodes_) {
       const ExprNode& node = order_.pool[e];
       if (node.op == Op::div) split(ExprId(node.b), order_.origins[e.index()]);
@@ -117,14 +117,14 @@ class PoleSearch {
   IdMap<std::uint32_t> position_;
   std::vector<char> traits_;  ///< by position
   IdMap<char> seen_;
-  std::vector<PoleFactor> found_;
+  std::vector<DenominatorFactor> found_;
 };
 
 }  // namespace
 
-std::vector<PoleFactor> pole_factors(const Model& model, const BlockOrder& order, const std::vector<ExprId>& roots,
-                                     const std::vector<bool>& varies) {
-  return PoleSearch(model, order, roots, varies).run();
+std::vector<DenominatorFactor> denominator_factors(const Model& model, const BlockOrder& order,
+                                                   const std::vector<ExprId>& roots, const std::vector<bool>& varies) {
+  return DenominatorSearch(model, order, roots, varies).run();
 }
 
 }  // namespace bgsim

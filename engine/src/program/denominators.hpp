@@ -1,4 +1,4 @@
-/// Poles: where a law divides by something that can pass zero during a run.
+/// Where a law divides by something that can pass zero during a run.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 namespace bgsim {
 
 /// A factor of a denominator.
-struct PoleFactor {
+struct DenominatorFactor {
   ExprId factor;  ///< in the order's pool
   Origin where;   ///< whose law divides by it
   bool structural =
@@ -19,7 +19,7 @@ struct PoleFactor {
 /// out: those with jumps in them, and functions without a zero (exp, cosh, squares with something positive added).
 /// @param varies  by symbol: whether it changes during a run.
 /// @note Time linear in what @p roots depend on.
-std::vector<PoleFactor> pole_factors(const Model& model, const BlockOrder& order, const std::vector<ExprId>& roots,
-                                     const std::vector<bool>& varies);
+std::vector<DenominatorFactor> denominator_factors(const Model& model, const BlockOrder& order,
+                                                   const std::vector<ExprId>& roots, const std::vector<bool>& varies);
 
 }  // namespace bgsim

@@ -154,7 +154,7 @@ ExprId Freezer::freeze_comparison(ExprId expression) {
 ExprId Freezer::freeze(ExprId expression, Relation relation) {
   if (!relation.origin.valid()) relation.origin = plain_[expression.index()];
   relation.time_only = variation(expression) == Variation::time_only;
-  if (relation.kind != Relation::Kind::pole) relation.where = order_.origins[expression.index()];
+  if (relation.kind != Relation::Kind::denominator) relation.where = order_.origins[expression.index()];
   const auto name = [this](SymbolId symbol) { return program_.symbol_names[symbol.index()]; };
   try {
     relation.text = to_text(program_.pool, plain_[expression.index()], name);
@@ -168,15 +168,15 @@ ExprId Freezer::freeze(ExprId expression, Relation relation) {
   return program_.pool.symbol(mode);
 }
 
-void Freezer::watch(const PoleFactor& pole) {
-  const ExprId factor = (*this)(pole.factor);
-  Relation relation = relation_of(Relation::Kind::pole, factor);
-  relation.origin = program_.pool.make(Op::sign, plain_[pole.factor.index()]);
-  program_.origins.resize(program_.pool.size(), pole.where);
-  relation.structural = pole.structural;
-  relation.where = pole.where;
-  freeze(pole.factor, std::move(relation));
-  program_.origins.resize(program_.pool.size(), pole.where);
+void Freezer::watch(const DenominatorFactor& denominator) {
+  const ExprId factor = (*this)(denominator.factor);
+  Relation relation = relation_of(Relation::Kind::denominator, factor);
+  relation.origin = program_.pool.make(Op::sign, plain_[denominator.factor.index()]);
+  program_.origins.resize(program_.pool.size(), denominator.where);
+  relation.structural = denominator.structural;
+  relation.where = denominator.where;
+  freeze(denominator.factor, std::move(relation));
+  program_.origins.resize(program_.pool.size(), denominator.where);
 }
 
 std::uint32_t Freezer::cell_relation(ExprId argument, TableId table) const {

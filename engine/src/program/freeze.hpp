@@ -24,7 +24,7 @@ class Freezer {
   ExprId plain(ExprId expression);
 
   /// Has the factor of a denominator watched.
-  void watch(const PoleFactor& pole);
+  void watch(const DenominatorFactor& denominator);
 
   /// Whether a frozen expression varies with time, and with nothing else.
   [[nodiscard]] bool follows_time(ExprId expression) const { return variation(expression) == Variation::time_only; }

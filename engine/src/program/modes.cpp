@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "expression/time_event.hpp"
 #include "expression/table_cell.hpp"
+#include "expression/time_event.hpp"
 #include "program/evaluator_impl.hpp"
 #include "program/mode_borders.hpp"
 
@@ -13,7 +13,7 @@ double Evaluator::Impl::mode_for(const Relation& relation, double guard) const {
     case Relation::Kind::condition:
       return apply(relation.comparison, guard, 0.0);
     case Relation::Kind::sign:
-    case Relation::Kind::pole:
+    case Relation::Kind::denominator:
       return apply(Op::sign, guard);
     case Relation::Kind::step:
       return apply(Op::step, guard);

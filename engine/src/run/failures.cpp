@@ -139,7 +139,7 @@ Diagnostic contradiction_failure(const Program& program, std::span<const std::si
   return diagnostic;
 }
 
-Diagnostic pole_failure(const Program& program, std::size_t relation, double t) {
+Diagnostic singularity_failure(const Program& program, std::size_t relation, double t) {
   const RelationFacts facts = relation_facts(program, relation);
   const std::string of = facts.where.empty() ? "" : " of \"" + facts.where + "\"";
   const bool structural = program.relations[relation].structural;

@@ -32,7 +32,7 @@ Diagnostic chattering_failure(const Program& program, std::span<const std::size_
 Diagnostic contradiction_failure(const Program& program, std::span<const std::size_t> relations, double t);
 
 /// BG613: a denominator passes zero.
-Diagnostic pole_failure(const Program& program, std::size_t relation, double t);
+Diagnostic singularity_failure(const Program& program, std::size_t relation, double t);
 
 /// What is known about each unknown where the integrator gave up.
 struct StuckPoint {

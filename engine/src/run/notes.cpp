@@ -65,7 +65,7 @@ std::optional<std::string> open_balance_note(const EnergyAudit& energy, double r
 
 std::optional<std::string> negative_start_note(const Program& program, const std::vector<double>& x) {
   for (const Relation& relation : program.relations) {
-    if (relation.kind != Relation::Kind::pole) continue;
+    if (relation.kind != Relation::Kind::denominator) continue;
     const auto state = std::find(program.state_names.begin(), program.state_names.end(), relation.text);
     if (state == program.state_names.end()) continue;
     const double start = x[static_cast<std::size_t>(state - program.state_names.begin())];

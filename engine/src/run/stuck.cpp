@@ -41,8 +41,8 @@ Diagnostic stuck_at(const LastPoint& point, const std::string& words, const Prog
   const bool faulty =
       integrator.failure().fault ||
       (fault.kind != Fault::Kind::none && std::abs(fault.time - point.t) <= kJustAhead * (point.t - point.start));
-  if (const auto pole = events.pole_ahead(point.t, point.x.data(), point.branch))
-    return pole_failure(program, *pole, point.t);
+  if (const auto relation = events.singularity_ahead(point.t, point.x.data(), point.branch))
+    return singularity_failure(program, *relation, point.t);
   return faulty && !recognise_blow_up(stuck) ? fault_failure(fault) : stuck_failure(stuck);
 }
 

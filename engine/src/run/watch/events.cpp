@@ -18,6 +18,14 @@ constexpr int kMostRounds = 100;
 
 int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
 
+/// By guard: they come in the order of program.guarded, two for each floor, round and table.
+std::vector<std::size_t> relations_of_guards(const Program& program) {
+  std::vector<std::size_t> relations;
+  for (const std::uint32_t relation : program.guarded)
+    relations.insert(relations.end(), program.relations[relation].has_borders() ? 2 : 1, relation);
+  return relations;
+}
+
 }  // namespace
 
 EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluator& evaluator,
@@ -27,19 +35,14 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
       span_(inputs.stop - inputs.start),
       may_hold_(hold),
       stiction_(program, evaluator, tolerances, span_),
+      relation_(relations_of_guards(program)),
+      denominators_(program, relation_),
       functions_(program, inputs.parameters,
                  {[this](double t) { return evaluate(*searched_, t, at_probe_); },
                   [this](std::size_t guard) { return crossed(guard, at_probe_[guard], probe_); },
                   [this](std::size_t guard, const Range& values) { return stays(guard, values); },
                   [this]() -> const Branch& { return probe_; }}) {
-  // guards come in the order of program.guarded, two for each floor, round and table
-  for (const std::uint32_t relation : program.guarded) {
-    const bool border = program.relations[relation].has_borders();
-    for (int i = 0; i < (border ? 2 : 1); ++i) {
-      relation_.push_back(relation);
-      border_.push_back(border);
-    }
-  }
+  for (const std::size_t relation : relation_) border_.push_back(program.relations[relation].has_borders());
   const std::size_t count = relation_.size();
   side_.assign(count, 0);
   idle_.assign(count, false);
@@ -143,9 +146,8 @@ bool EventWatch::changes_at_border(std::size_t guard, const Branch& branch) cons
 void EventWatch::decide(const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (side_[i] == 0 && values[i] != 0.0) side_[i] = sign_of(values[i]);
-    const bool pole = program_.relations[relation_[i]].kind == Relation::Kind::pole;
-    if (idle_[i] && (values[i] > 0.0 || pole)) idle_[i] = false;
-    if (pole) side_[i] = sign_of(values[i]);
+    if (idle_[i] && (values[i] > 0.0 || denominators_.has(i))) idle_[i] = false;
+    if (denominators_.has(i)) side_[i] = sign_of(values[i]);
     if (values[i] * side_[i] > 0.0) hold_[i] = 0.0;
     largest_[i] = std::max(largest_[i], std::abs(values[i]));
   }
@@ -255,7 +257,7 @@ EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& en
     if (failure_) return Search::failed;
     if (!begin_and_end) break;
     if (!locate(integrator, begin_and_end->first, begin_and_end->second)) return Search::failed;
-    const Search outcome = judge_poles(integrator);
+    const Search outcome = judge_denominators(integrator);
     if (outcome != Search::none) return outcome;
   }
   return Search::none;
@@ -363,15 +365,18 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
   return true;
 }
 
-/// Of the denominators that have come to zero: a singularity, or a quotient that stays finite (sin(x)/x) and is left
-/// alone.
-EventWatch::Search EventWatch::judge_poles(Integrator& integrator) {
+/// Of the denominators that have come to zero: a singularity, or a quotient that stays finite and is left alone.
+EventWatch::Search EventWatch::judge_denominators(Integrator& integrator) {
+  const std::size_t states = program_.state_names.size();
+  const auto rates = [this](double t, const double* x, double* result) {
+    return prepare(t, x, probe_) && evaluator_.rates(t, x, probe_, result);
+  };
   Search outcome = Search::found;
-  for (std::size_t i = 0; i < side_.size(); ++i) {
-    const Relation& relation = program_.relations[relation_[i]];
-    if (relation.kind != Relation::Kind::pole || !crossed(i, end_[i], probe_)) continue;
-    if (relation.structural || grows_without_bound(integrator)) {
-      failure_ = pole_failure(program_, relation_[i], event_time_);
+  for (const std::size_t i : denominators_.guards()) {
+    if (!crossed(i, end_[i], probe_)) continue;
+    const bool structural = program_.relations[relation_[i]].structural;
+    if (structural || grows_without_bound(approach(integrator), states, rates)) {
+      failure_ = singularity_failure(program_, relation_[i], event_time_);
       return Search::failed;
     }
     idle_[i] = true;  // until decide() has seen it on its other side
@@ -380,46 +385,22 @@ EventWatch::Search EventWatch::judge_poles(Integrator& integrator) {
   return outcome;
 }
 
-/// Whether a rate has no bound before the event, on the straight line on which the states come to it: at distances each
-/// a tenth of the one before it, its change grows by a factor each time, however small it is as yet, and comes to be
-/// more than rounding makes of a quotient of two zeros.
-bool EventWatch::grows_without_bound(Integrator& integrator) {
-  constexpr double kLast = 1e-12, kFactor = 2.0, kMoreThanRounding = 1e-2;
-  constexpr int kDecades = 8, kInARow = 3;
-  const std::size_t states = program_.state_names.size();
-  // The event's own time is known to some roundings.
-  const double nearest = std::max(kLast * integrator.step(), 1e4 * 0x1p-52 * std::abs(event_time_));
-  std::vector<double> at(y_.size()), slope(y_.size()), rates(states), last(states), change(states, 0.0), first(states);
-  integrator.interpolate(integrator.previous(), slope.data());
-  integrator.interpolate(event_time_, at.data(), probe_);
-  for (std::size_t k = 0; k < at.size(); ++k) slope[k] = (at[k] - slope[k]) / (event_time_ - integrator.previous());
-  std::vector<int> grew(states, 0);
-  for (int decade = kDecades; decade >= 0; --decade) {
-    const double distance = nearest * std::pow(10.0, decade);
-    for (std::size_t k = 0; k < at.size(); ++k) y_[k] = at[k] - distance * slope[k];
-    const double t = event_time_ - distance;
-    if (!prepare(t, y_.data(), probe_) || !evaluator_.rates(t, y_.data(), probe_, rates.data())) return true;
-    if (decade == kDecades) first = last = rates;
-    for (std::size_t k = 0; k < states; ++k) {
-      const double now = std::abs(rates[k] - last[k]);
-      grew[k] = now > kFactor * change[k] && change[k] > 0.0 ? grew[k] + 1 : 0;
-      change[k] = now;
-    }
-    last = rates;
-  }
-  for (std::size_t k = 0; k < states; ++k)
-    if (grew[k] >= kInARow && change[k] > kMoreThanRounding * std::abs(first[k])) return true;
-  return false;
+/// To the event, from where the integrator's last step begins.
+Approach EventWatch::approach(Integrator& integrator) {
+  constexpr double kLast = 1e-12, kRoundings = 1e4 * 0x1p-52;  // the event's own time is known to some roundings
+  const double from = integrator.previous();
+  Approach line{event_time_, std::max(kLast * integrator.step(), kRoundings * std::abs(event_time_)),
+                std::vector<double>(integrator.size()), std::vector<double>(integrator.size())};
+  integrator.interpolate(from, line.slope.data());
+  integrator.interpolate(event_time_, line.at.data(), probe_);
+  for (std::size_t k = 0; k < line.at.size(); ++k) line.slope[k] = (line.at[k] - line.slope[k]) / (event_time_ - from);
+  return line;
 }
 
-std::optional<std::size_t> EventWatch::pole_ahead(double t, const double* x, Branch branch) {
-  constexpr double kNothing = 1e-3;
+std::optional<std::size_t> EventWatch::singularity_ahead(double t, const double* x, Branch branch) {
   if (!any() || !prepare(t, x, branch) || !evaluator_.guards(t, x, branch, at_probe_.data())) return std::nullopt;
-  for (std::size_t i = 0; i < side_.size(); ++i)
-    if (program_.relations[relation_[i]].kind == Relation::Kind::pole &&
-        std::abs(at_probe_[i]) < kNothing * largest_[i])
-      return relation_[i];
-  return std::nullopt;
+  const auto guard = denominators_.next_to_zero(at_probe_, largest_);
+  return guard ? std::optional(relation_[*guard]) : std::nullopt;
 }
 
 bool EventWatch::cross(const double* y, Branch& branch) {

@@ -9,6 +9,7 @@
 
 #include "bgsim/evaluator.hpp"
 #include "run/integrate/integrator.hpp"
+#include "run/watch/denominators.hpp"
 #include "run/watch/guard_functions.hpp"
 #include "run/watch/stiction.hpp"
 
@@ -29,7 +30,7 @@ class EventWatch {
 
   enum class Search { none, found, failed };
   /// Looks for the first crossing in the integrator's last step; event_time() is the first moment beyond it. Changes
-  /// nothing that a step made again would not find anew.
+  /// nothing that a step made again would not find again.
   /// @param ends  of that step.
   Search search(Integrator& integrator, const StepEnds& ends);
   /// The step in which nothing was found is accepted.
@@ -43,9 +44,9 @@ class EventWatch {
   /// there is no such guard.
   bool take_across(double t, const double* x, Branch& branch, std::span<const double> tolerance);
 
-  /// The pole that a run which cannot go on at (t, x) has come to: the factor of a denominator that has fallen to next
-  /// to nothing of what it was. None if there is no such factor.
-  [[nodiscard]] std::optional<std::size_t> pole_ahead(double t, const double* x, Branch branch);
+  /// The relation of a denominator that has fallen to next to nothing of what it was where a run cannot go on at (t,
+  /// x). None if there is no such one.
+  [[nodiscard]] std::optional<std::size_t> singularity_ahead(double t, const double* x, Branch branch);
 
   /// Whether modes are held that depend on the point: prepare() sets them before anything is evaluated there.
   [[nodiscard]] bool holding() const { return stiction_.any(); }
@@ -99,8 +100,8 @@ class EventWatch {
                             const std::vector<double>& end) const;
   bool locate(Integrator& integrator, double from, double to);
   bool fail_with_fault();
-  Search judge_poles(Integrator& integrator);
-  bool grows_without_bound(Integrator& integrator);
+  Search judge_denominators(Integrator& integrator);
+  [[nodiscard]] Approach approach(Integrator& integrator);
   [[nodiscard]] bool stays(std::size_t guard, const Range& values) const;
   std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
   std::optional<std::pair<double, double>> bracket_by_samples(Integrator& integrator, double from, double to);
@@ -112,14 +113,15 @@ class EventWatch {
   double span_;
   bool may_hold_;
   Stiction stiction_;
-  std::vector<std::size_t> relation_;    ///< by guard
+  std::vector<std::size_t> relation_;  ///< by guard
+  Denominators denominators_;
   std::vector<bool> border_;             ///< by guard: of a floor or table cell
   std::vector<int> side_;                ///< by guard: side of its mode; 0 undecided
   std::vector<double> hold_;             ///< by guard: not seen as crossed up to this size; see take_across
   std::vector<bool> idle_;               ///< by guard: beyond the last border, nothing left to change
   std::vector<bool> just_crossed_;       ///< by guard
   std::vector<bool> changed_;            ///< by guard: within the event that is being settled
-  std::vector<double> largest_;          ///< by guard of a pole: its largest magnitude so far
+  std::vector<double> largest_;          ///< by guard: its largest magnitude so far
   bool screened_ = false;                ///< the last step stayed where no guard can cross
   std::vector<std::size_t> candidates_;  ///< guards to be searched
   std::vector<double> values_, middle_, end_, at_probe_;

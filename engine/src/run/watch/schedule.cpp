@@ -42,9 +42,9 @@ std::optional<Diagnostic> Schedule::pass(double t, Branch& branch) const {
   const std::vector<double> before = branch.modes;
   evaluator_.set_time_modes(t, branch);
   for (std::size_t i = 0; i < program_.relations.size(); ++i)
-    if (program_.relations[i].kind == Relation::Kind::pole && program_.relations[i].time_only &&
+    if (program_.relations[i].kind == Relation::Kind::denominator && program_.relations[i].time_only &&
         branch.modes[i] != before[i])
-      return pole_failure(program_, i, t);
+      return singularity_failure(program_, i, t);
   return std::nullopt;
 }
 
