@@ -26,13 +26,15 @@ class OutputTimes {
   /// @pre count > 0, and the last multiple before stop is that of count - 2
   static OutputTimes at_multiples(double start, double stop, double interval, std::size_t count);
 
-  [[nodiscard]] std::size_t size() const { return count_; }
-  [[nodiscard]] bool empty() const { return count_ == 0; }
+  [[nodiscard]] std::size_t size() const { return count_ - first_; }
+  [[nodiscard]] bool empty() const { return size() == 0; }
   /// @pre i < size()
   [[nodiscard]] double operator[](std::size_t i) const;
   /// @pre not empty
   [[nodiscard]] double front() const { return (*this)[0]; }
-  [[nodiscard]] double back() const { return (*this)[count_ - 1]; }
+  [[nodiscard]] double back() const { return (*this)[size() - 1]; }
+  /// These without the first @p count, or none if there are no more.
+  [[nodiscard]] OutputTimes without_first(std::size_t count) const;
   /// All of them, in memory.
   [[nodiscard]] std::vector<double> list() const;
 
@@ -40,7 +42,8 @@ class OutputTimes {
   enum class Form { list, shares, multiples };
 
   std::vector<double> list_;  ///< of the form list only
-  std::size_t count_ = 0;
+  std::size_t count_ = 0;     ///< with those that are left out
+  std::size_t first_ = 0;     ///< that is not left out
   Form form_ = Form::list;
   double start_ = 0.0, stop_ = 0.0;
   double interval_ = 0.0;  ///< of the form multiples only

@@ -67,6 +67,14 @@ struct RunReport {
   std::vector<std::string> notes;  ///< loops' starts and solutions, states never above their tolerance, ...
 };
 
+/// What the stores of a run hold at one time, by element and port, and the values of integrals. It means the same in
+/// every program of the model, whatever the causality there.
+struct Stored {
+  double t = 0.0;
+  std::vector<RunInputs::Initial>
+      values;  ///< by element and port, then signal; empty if there is nothing to go on from
+};
+
 enum class StopReason { completed, interrupted, failed };
 
 struct RunResult {
@@ -75,6 +83,7 @@ struct RunResult {
   RunReport report;
   StopReason stop = StopReason::completed;
   std::optional<Diagnostic> failure;  ///< BG6xx, set if stop is not completed
+  Stored stored;                      ///< where the run ended: after its last accepted step
 };
 
 /// Called now and then with the simulated time; returns false to interrupt the run. Also called within a step that
@@ -117,6 +126,12 @@ struct SimulateOptions {
 /// @throws ModelError BG405 (see initial_states); BG171 resume is no snapshot, or one of another model, scene or
 /// method.
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options = {});
+
+/// The inputs with which @p to, another program of the same model (other strokes, other outputs), goes on from where a
+/// run ended: its states are what the stores hold there, and the first @p recorded output times are left out.
+/// Conditions and loops follow from the states, as at any start; the integrator begins with short steps.
+/// @throws std::invalid_argument if a state of @p to is none of those stored, as where the first program left it out.
+RunInputs continued(const RunInputs& inputs, const Stored& stored, std::size_t recorded, const Program& to);
 
 /// Activity of an element: integral of |power| over the scene, a measure of what it contributes to the motion.
 /// @cite louca2010 (activity index)

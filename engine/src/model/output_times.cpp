@@ -46,7 +46,14 @@ OutputTimes OutputTimes::at_multiples(double start, double stop, double interval
   return times;
 }
 
-double OutputTimes::operator[](std::size_t i) const {
+OutputTimes OutputTimes::without_first(std::size_t count) const {
+  OutputTimes rest = *this;
+  rest.first_ += std::min(count, size());
+  return rest;
+}
+
+double OutputTimes::operator[](std::size_t position) const {
+  const std::size_t i = first_ + position;
   if (form_ == Form::list) return list_[i];
   if (i + 1 == count_) return stop_;
   const double n = static_cast<double>(i);
@@ -55,8 +62,8 @@ double OutputTimes::operator[](std::size_t i) const {
 }
 
 std::vector<double> OutputTimes::list() const {
-  std::vector<double> times(count_);
-  for (std::size_t i = 0; i < count_; ++i) times[i] = (*this)[i];
+  std::vector<double> times(size());
+  for (std::size_t i = 0; i < times.size(); ++i) times[i] = (*this)[i];
   return times;
 }
 

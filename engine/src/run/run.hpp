@@ -84,6 +84,7 @@ class Run {
   bool fail_as_stuck(const std::string& words);
   bool end_here();
   void report();
+  [[nodiscard]] Stored stored();
   void note(const std::optional<std::string>& text);
 
   const Program& program_;

@@ -32,6 +32,7 @@ RunResult Run::execute() {
   const bool may_go_on = result_.stop != StopReason::failed || clock_.end() != RunClock::End::none ||
                          (result_.failure && result_.failure->code == "BG607");
   if (may_go_on) offer_snapshot();
+  result_.stored = stored();
   report();
   return std::move(result_);
 }
