@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <span>
+
+#include "base/depth_first.hpp"
 
 namespace bgsim {
 namespace {
@@ -53,35 +56,15 @@ void tear_greedily(const LoopGraph& loop, std::vector<bool>& torn) {
   }
 }
 
-/// Depth-first search with its own stack; @p finished gets members in order of completion (dependencies first).
-void depth_first(const LoopGraph& loop, std::vector<bool>& torn, bool tear_back_arcs,
-                 std::vector<std::uint32_t>& finished) {
-  const std::size_t n = loop.depends_on.size();
-  enum : std::uint8_t { white, grey, black };
-  std::vector<std::uint8_t> colour(n, white);
-  std::vector<std::pair<std::uint32_t, std::size_t>> stack;
-  for (std::uint32_t root = 0; root < n; ++root) {
-    if (torn[root] || colour[root] != white) continue;
-    stack.emplace_back(root, 0);
-    colour[root] = grey;
-    while (!stack.empty()) {
-      auto& [i, next] = stack.back();
-      if (next == loop.depends_on[i].size()) {
-        colour[i] = black;
-        finished.push_back(i);
-        stack.pop_back();
-        continue;
-      }
-      const std::uint32_t j = loop.depends_on[i][next++];
-      if (torn[j]) continue;
-      if (colour[j] == grey && tear_back_arcs) {
-        torn[j] = true;
-      } else if (colour[j] == white) {
-        colour[j] = grey;
-        stack.emplace_back(j, 0);
-      }
-    }
-  }
+/// Members in order of completion: dependencies first. @param tear_back_arcs  else there are none.
+std::vector<std::uint32_t> completed(const LoopGraph& loop, std::vector<bool>& torn, bool tear_back_arcs) {
+  std::vector<std::uint32_t> finished;
+  depth_first(
+      loop.depends_on.size(), [&](std::size_t i) { return std::span(loop.depends_on[i]); },
+      [&](std::size_t i) { return !torn[i]; },
+      [&](std::span<const std::size_t>, std::size_t i) { torn[i] = torn[i] || tear_back_arcs; },
+      [&](std::size_t i) { finished.push_back(static_cast<std::uint32_t>(i)); });
+  return finished;
 }
 
 }  // namespace
@@ -95,9 +78,8 @@ Tearing tear(const LoopGraph& loop) {
   if (n <= kLargestGreedyLoop)
     tear_greedily(loop, torn);
   else
-    depth_first(loop, torn, true, result.sequence);
-  result.sequence.clear();
-  depth_first(loop, torn, false, result.sequence);
+    completed(loop, torn, true);
+  result.sequence = completed(loop, torn, false);
   for (std::uint32_t i = 0; i < n; ++i)
     if (torn[i]) result.tears.push_back(i);
   return result;
