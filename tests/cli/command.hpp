@@ -34,3 +34,9 @@ class Workplace {
 
   bgsim::test::TemporaryFolder files_;
 };
+
+/// For ring.json, minutes long: waits until the partial file holds something, then does @p then, and waits for the end.
+inline std::string when_rows_are_there(const std::string& then) {
+  return "& pid=$!; n=0; until [ -s out.csv.partial ] || [ $n -gt 600 ]; do sleep 0.05; n=$((n+1)); done; " + then +
+         "; wait $pid";
+}

@@ -132,12 +132,3 @@ TEST_CASE("after an interruption no further scene runs") {
           return name.starts_with("ring.") && name.ends_with(".csv");
         }) == 1);
 }
-
-TEST_CASE("a signal that the caller ignores is ignored") {
-  const Workplace here;
-  const Outcome done = here.shell("trap '' HUP; '" BGSIM_COMMAND
-                                  "' ring.json -o out.csv & pid=$!; sleep 0.6; kill -HUP $pid; sleep 0.3; "
-                                  "kill -0 $pid && echo alive; kill -TERM $pid; wait $pid; echo code $?");
-  CHECK_THAT(done.out, Contains("alive"));
-  CHECK_THAT(done.out, Contains("code 3"));
-}

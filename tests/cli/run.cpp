@@ -169,9 +169,8 @@ TEST_CASE("a closed pipe is a failed write that is reported, not a silent end") 
 
 TEST_CASE("an interrupted run keeps its trace up to there, says so, and ends with exit code 3") {
   const Workplace here;
-  // A lossless oscillator over a million periods: minutes of work, so that it is certainly interrupted. The signal is
-  // sent after the run has begun to make steps; a machine too slow for that would end by the signal instead.
-  const Outcome run = here.bgsim("ring.json -o out.csv", "& pid=$!; sleep 0.5; kill -TERM $pid; wait $pid");
+  // A lossless oscillator over a million periods: minutes of work, so that it is certainly interrupted.
+  const Outcome run = here.bgsim("ring.json -o out.csv", when_rows_are_there("kill -TERM $pid"));
   CHECK(run.code == 3);
   CHECK_THAT(run.err, Contains("trace up to there: out.csv"));
   const auto table = bgsim::parse_csv(here.read("out.csv"));

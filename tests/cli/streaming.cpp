@@ -15,12 +15,6 @@ using Catch::Contains;
 
 namespace {
 
-/// For ring.json, minutes long: waits until the partial file holds something, then does @p then, and waits for the end.
-std::string when_rows_are_there(const std::string& then) {
-  return "& pid=$!; n=0; until [ -s out.csv.partial ] || [ $n -gt 600 ]; do sleep 0.05; n=$((n+1)); done; " + then +
-         "; wait $pid";
-}
-
 /// Rows of whole records; the last may have been cut.
 std::ptrdiff_t records(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
 
