@@ -290,7 +290,7 @@ std::string command_line(const std::vector<std::string>& words) {
 std::string state_name(const Model& model, const RunInputs::Initial& initial) {
   if (initial.signal.valid()) return model.signals[initial.signal.index()].name;
   const Element& store = model.elements[initial.element.index()];
-  return port_name(store, initial.port) + (stores_displacement(store.kind) ? ".q" : ".p");
+  return port_name(store, initial.port) + (stores_displacement(store, initial.port) ? ".q" : ".p");
 }
 
 std::string settings_of(const ReportContent& content, const ReportedScene& scene) {

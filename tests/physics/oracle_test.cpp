@@ -57,7 +57,7 @@ VectorXd store_outputs(const CompiledModel& p, const Tableau& tableau, const Mot
   const auto count = static_cast<Index>(p.study.graph().bonds.size());
   VectorXd outputs(3 * x.size());
   for (Index i = 0; i < x.size(); ++i) {
-    const Port& port = p.study.graph()[p.study.graph().port(tableau.stores[static_cast<std::size_t>(i)], 0)];
+    const Port& port = p.study.graph()[tableau.stores[static_cast<std::size_t>(i)]];
     const auto bond = static_cast<Index>(port.bond.index());
     outputs(3 * i) = bonds(bond);
     outputs(3 * i + 1) = bonds(count + bond) * (port.head ? 1.0 : -1.0);
@@ -250,6 +250,19 @@ TEST_CASE("Graphs full of sources are refused only where the tableau is singular
   const Tally tally = compare_many(9001, 9500, options);
   CHECK(tally.refused > 150);
   CHECK(tally.compared > 250);
+  CHECK(tally.declined == 0);
+}
+
+TEST_CASE("Poles and responses of random graphs with mixed fields are those of the tableau") {
+  RandomGraphOptions options;
+  options.most_rings = 1;
+  options.most_junctions = 5;
+  options.sources = 0.1;
+  options.mixed_fields = 0.3;
+  const Tally tally = compare_many(40001, 40800, options);
+  CHECK(tally.compared > 600);
+  CHECK(tally.with_dependent > 300);
+  CHECK(tally.with_loops > 200);
   CHECK(tally.declined == 0);
 }
 

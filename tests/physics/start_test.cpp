@@ -1,4 +1,5 @@
 // The start: moduli that are zero there, and given initial values that only rounding parts.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <sstream>
@@ -107,6 +108,17 @@ TEST_CASE("What roundings leave of a difference contradicts nothing at the start
     INFO(one << " and " << other);
     CHECK(failure(two(one, other)) == "completed");
   }
+  // The same given as voltages, from which the charges follow by the laws.
+  const auto as_voltages = [&](const std::string& one, const std::string& other) {
+    std::string text = two(one, other);
+    for (auto at = text.find("\"q\""); at != std::string::npos; at = text.find("\"q\"")) text[at + 1] = 'e';
+    return failure(text);
+  };
+  CHECK(as_voltages("0", R"("w")") == "completed");
+  CHECK(as_voltages(R"("v")", "0") == "completed");
+  CHECK(as_voltages("0.3", R"("a + b")") == "completed");
+  CHECK(as_voltages("0", "1e-16").substr(0, 5) == "BG405");
+  CHECK(as_voltages(R"("w")", R"("w + 1e-14")").substr(0, 5) == "BG405");
   CHECK(failure(two("0", "1e-16")).substr(0, 5) == "BG405");
   CHECK(failure(two("0", R"("2*w + 1e-14")")).substr(0, 5) == "BG405");
 }

@@ -83,6 +83,12 @@ class Generator {
     std::size_t count = dice_.below(options_.most_at_junction + 1);
     if (only_junction) count += 1;
     for (std::size_t i = 0; i < count && result_.bonds.size() < options_.most_bonds; ++i) {
+      if (options_.mixed_fields > 0.0 && dice_.chance(options_.mixed_fields)) {
+        const std::string field = add("IC", dice_.moderate());
+        bond(junction, field + ".a");
+        bond(junctions_[dice_.below(junctions_.size())], field + ".b");
+        continue;
+      }
       static const std::array<std::string, 3> kPassive{"R", "C", "I"};
       const std::string kind =
           dice_.chance(options_.sources) ? (dice_.chance(0.5) ? "Se" : "Sf") : kPassive[dice_.below(3)];
@@ -130,6 +136,14 @@ std::string RandomGraph::json() const {
     const bool no_value = detector || element.kind == "0" || element.kind == "1";
     const bool source = element.kind == "Se" || element.kind == "Sf";
     if (source) append(parameters, quoted("u_" + element.name) + ": " + number(element.value));
+    if (element.kind == "IC") {
+      // Positive: the product of the squares' factors is above that of the mixed one's, for values above 0.16.
+      append(members, quoted(element.name) + R"(: {"kind": "IC", "ports": {"a": "q", "b": "p"}, "energy": "()" +
+                          number(element.value) + R"(*a.q^2 + 0.8*a.q*b.p + b.p^2)/2"})");
+      for (const std::string variable : {"a.e", "a.f", "a.q", "b.e", "b.f", "b.p"})
+        append(outputs, quoted(element.name + "_" + variable) + ": " + quoted(element.name + "." + variable));
+      continue;
+    }
     const std::string value = source ? quoted("u_" + element.name) : number(element.value);
     append(members, quoted(element.name) + R"(: {"kind": )" + quoted(element.kind) +
                         (no_value ? "}" : ", " + quoted(key_of(element.kind)) + ": " + value + "}"));

@@ -16,6 +16,7 @@ struct RandomGraphOptions {
   double sources = 0.2;              ///< share of one-ports that are sources
   std::size_t most_bonds = 40;       ///< graphs are cut off there
   double two_ports = 0.4;            ///< share of connections that go through a TF or GY
+  double mixed_fields = 0.0;         ///< share of one-ports in whose place a port of a mixed field stands
   bool simple_moduli = false;        ///< 1/2, 1, 2 and their negatives: round a ring they often cancel
 };
 
@@ -28,7 +29,8 @@ struct RandomGraph {
   std::vector<RandomElement> elements;
   std::vector<std::pair<std::string, std::string>> bonds;  ///< from, to as written
 
-  /// Model format 1. Parameters "u_<source>" give the sources' values, all stores are outputs (e, f and q or p).
+  /// Model format 1. Parameters "u_<source>" give the sources' values, all stores are outputs (e, f and q or p), fields
+  /// port by port.
   [[nodiscard]] std::string json() const;
 };
 

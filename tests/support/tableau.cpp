@@ -23,7 +23,8 @@ class TableauWriter {
 
   Tableau write() {
     for (std::size_t i = 0; i < graph_.kinds.size(); ++i) {
-      if (is_store(graph_.kinds[i])) tableau_.stores.push_back(ElementId(i));
+      for (std::size_t k = 0; is_store(graph_.kinds[i]) && k < graph_.port_count(ElementId(i)); ++k)
+        tableau_.stores.push_back(graph_.port(ElementId(i), k));
       if (graph_.kinds[i] == ElementKind::effort_source || graph_.kinds[i] == ElementKind::flow_source)
         tableau_.sources.push_back(ElementId(i));
     }
@@ -87,11 +88,42 @@ class TableauWriter {
         break;
       case ElementKind::c_field:
       case ElementKind::i_field:
+      case ElementKind::ic_field:
+        write_field(id);
+        break;
       case ElementKind::r_field:
       case ElementKind::zero_junction:
       case ElementKind::one_junction:
         throw std::invalid_argument("the tableau knows no such element");
     }
+  }
+
+  /// Of H = z^T A z/2, A by values of H: no derivative of the engine's.
+  void write_field(ElementId id) {
+    const Element& field = model_.elements[id.index()];
+    const std::size_t ports = field.ports.size();
+    const auto stored = [&](std::size_t k) {
+      return port_variable(field, k, stores_displacement(field, k) ? Variable::displacement : Variable::momentum);
+    };
+    const auto energy_at = [&](std::size_t i, std::size_t j) {
+      for (std::size_t k = 0; k < ports; ++k) values_[stored(k).index()] = 0.0;
+      values_[stored(i).index()] += 1.0;
+      values_[stored(j).index()] += 1.0;
+      return evaluate(model_.pool, field.energy, values_);
+    };
+    for (std::size_t i = 0; i < ports; ++i) {
+      const PortId port = graph_.port(id, i);
+      const bool q = stores_displacement(field, i);
+      tableau_.rate_y(store_ + index(i), q ? flow(port) : effort(port)) = q ? into(port) : 1.0;
+      tableau_.law_y(row_, q ? effort(port) : flow(port)) = q ? 1.0 : into(port);
+      for (std::size_t j = 0; j < ports; ++j) {
+        // H(2 e_i) is 2 A_ii, and H(e_i + e_j) is A_ij and half of A_ii and A_jj.
+        const double a = i == j ? energy_at(i, i) / 2 : energy_at(i, j) - (energy_at(i, i) + energy_at(j, j)) / 4;
+        tableau_.law_x(row_, store_ + index(j)) = -a;
+      }
+      ++row_;
+    }
+    store_ += index(ports);
   }
 
   /// Power goes in at port 1 and out at port 2: TF e1 = n e2, f2 = n f1; GY e1 = r f2, e2 = r f1.

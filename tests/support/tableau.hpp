@@ -10,14 +10,16 @@
 
 namespace bgsim::test {
 
-/// x' = rate_y y,  0 = law_x x + law_y y + law_u u, with x the q and p of all stores in model order, y the efforts and
-/// then the flows of all bonds, and u the values of all sources in model order.
+/// x' = rate_y y,  0 = law_x x + law_y y + law_u u, with x the q and p of all stores' ports in model order, y the
+/// efforts and then the flows of all bonds, and u the values of all sources in model order.
 struct Tableau {
   Eigen::MatrixXd rate_y, law_x, law_y, law_u;
-  std::vector<ElementId> stores, sources;
+  std::vector<PortId> stores;
+  std::vector<ElementId> sources;
 };
 
-/// @param parameters  by ParameterId. Only Se, Sf, R, C, I, TF, GY and junctions with coefficients may occur.
+/// @param parameters  by ParameterId. Se, Sf, R, C, I, TF, GY with coefficients, junctions, and fields of stores with
+/// an energy that is quadratic may occur.
 Tableau form_tableau(const Model& model, const BondGraph& graph, std::span<const double> parameters);
 
 /// What a tableau says of the motion, for constant u.

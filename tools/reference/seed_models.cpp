@@ -6,15 +6,15 @@
 #include <exception>
 #include <string>
 
-#include "integrate.hpp"
-#include "table.hpp"
+#include "solve.hpp"
 
 namespace {
 
 using reference::Grid;
 using reference::Rates;
 using reference::Real;
-using reference::Table;
+using reference::solve;
+using reference::Target;
 using reference::Vector;
 
 constexpr Real kPi = 3.141592653589793238462643383279502884L;
@@ -44,43 +44,6 @@ Packet physical() {
   packet.gas = 287;
   packet.orifice = packet.cd * kPi * packet.d * packet.d / 4 * std::sqrt(2 / packet.rho);
   return packet;
-}
-
-/// Where the tables go, and which of them (those whose name begins so; empty: all).
-struct Target {
-  std::string folder, only;
-};
-
-/// Solves by both methods, compares column by column, writes the Radau solution. Columns that a symmetry keeps at zero
-/// are compared on the scale given in `magnitudes`.
-template <std::size_t N, class Row>
-void solve(const Target& target, const std::string& name, const std::vector<std::string>& columns,
-           const Rates<N>& rates, const Vector<N>& start, const Vector<N>& scale, const Grid& grid, const Row& row,
-           const std::vector<Real>& magnitudes = {}, Real tolerance = 1e-15L) {
-  if (name.compare(0, target.only.size(), target.only) != 0) return;
-  std::vector<Real> times = reference::times_of(grid);
-  // Every solution starts at 0, whether or not its table does.
-  const std::size_t skipped = grid.first > 0 ? 1 : 0;
-  if (skipped != 0) times.insert(times.begin(), 0);
-  const auto tabulate = [&](const std::vector<Vector<N>>& states) {
-    Table table{columns, {}};
-    for (std::size_t i = skipped; i < times.size(); ++i) table.rows.push_back(row(times[i], states[i]));
-    return table;
-  };
-  const Table radau = tabulate(reference::by_radau<N>(rates, start, scale, times, tolerance));
-  const Table second = tabulate(reference::by_extrapolation<N>(rates, start, scale, times, tolerance / 10));
-  std::printf("%-28s", name.c_str());
-  Real worst = 0;
-  for (std::size_t c = 1; c < columns.size(); ++c) {
-    const Real least = magnitudes.empty() ? 0 : magnitudes[c];
-    const Real difference = reference::scaled_difference(radau, second, c, least);
-    worst = std::max(worst, difference);
-    std::printf(" %s %.1Le", columns[c].c_str(), difference);
-  }
-  std::printf("\n");
-  std::fflush(stdout);
-  if (!(worst < 1e-9L)) throw std::runtime_error(name + ": the two methods disagree");
-  reference::write_csv(target.folder + "/" + name + ".csv", radau);
 }
 
 /// One packet with a mass: q air taken in, x extension, v velocity of the wall.

@@ -27,7 +27,8 @@ struct SolvedLaw {
   ExprId solution;  ///< `wanted` by the other variables; none if implicit or impossible
 };
 
-/// Maxwell reciprocity of a field given by laws: d e_i / d q_j == d e_j / d q_i.
+/// Maxwell reciprocity of a field given by laws: d e_i / d q_j == d e_j / d q_i; between a port that holds q and one
+/// that holds p, d e_i / d p_j == d f_j / d q_i.
 struct Reciprocity {
   enum class Verdict : std::uint8_t { by_energy, proved, sampled, violated, untested } verdict = Verdict::by_energy;
   std::uint32_t port_a = 0, port_b = 0;  ///< where violated

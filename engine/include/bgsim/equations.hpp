@@ -59,6 +59,7 @@ struct EnergyPart {
   ExprId energy;                        ///< energy as a function of `displacements`, or none if only laws are given
   std::vector<SymbolId> displacements;  ///< q or p of each port (states or unknowns)
   std::vector<ExprId> conjugates;       ///< e (or f) of each port as a function of `displacements`, time and parameters
+  std::vector<ExprId> port_powers;      ///< of a field: taken in at each port, over unknowns
   bool modulated = false;  ///< energy depends on more than displacements and parameters: audited by its power alone
 };
 

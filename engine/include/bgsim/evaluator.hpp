@@ -94,7 +94,8 @@ class Evaluator {
 
   // Energy audit
   [[nodiscard]] std::size_t energy_parts() const;
-  /// By energy part: power supplied by sources, taken in by the others.
+  /// By energy part: power supplied by sources, taken in by the others; then what fields take in at each port
+  /// (Program::first_port_power).
   bool powers(double t, const double* x, Branch& branch, double* values);
   /// How much of each of powers() at this point rounding can have made, by energy part: a bound to first order, loops
   /// and what is left of their residuals included. Costs some ten times as much, and a factorization of each loop.

@@ -30,6 +30,7 @@ enum class ElementKind : std::uint8_t {
   gyrator,
   c_field,
   i_field,
+  ic_field,
   r_field,
   zero_junction,
   one_junction,
@@ -45,8 +46,6 @@ std::string kind_text(ElementKind kind, bool modulated);
 [[nodiscard]] bool is_source(ElementKind kind);
 /// What signals read an effort or flow at without taking power.
 [[nodiscard]] bool is_detector(ElementKind kind);
-/// Stores of displacement (C and CC); the other stores hold momentum.
-[[nodiscard]] bool stores_displacement(ElementKind kind);
 /// What an element sets at its bond whatever the rest of the graph does: a source its own variable, a detector the
 /// other one, which it keeps at zero. None for all other kinds.
 [[nodiscard]] std::optional<Variable> imposed_variable(ElementKind kind);
@@ -114,7 +113,7 @@ struct InitialValue {
 
 /// An element as written. Which of the optional members are set follows from the kind:
 /// sources `coefficient` (effort or flow); R, C, I `coefficient` (resistance, capacitance, inertance) or one `law`;
-/// TF, GY `coefficient` (modulus); CC, II `energy` or `laws`; RR `laws`; junctions nothing.
+/// TF, GY `coefficient` (modulus); CC, II, IC `energy` or `laws`; RR `laws`; junctions nothing.
 struct Element {
   std::string name;  ///< full name, e.g. "left.orifice"
   ElementKind kind = ElementKind::resistor;
@@ -123,6 +122,7 @@ struct Element {
   ExprId energy;       ///< none unless given
   std::vector<Law> laws;
   std::vector<std::string> ports;  ///< fields as named; TF and GY "1", "2"; one-ports one empty name; junctions none
+  std::vector<Variable> stored;    ///< of an IC: what each port holds, displacement or momentum; else empty
   SymbolId first_symbol;           ///< see port_variable()
   std::vector<InitialValue> initial;
   double priority = 0.0;  ///< stores: larger gets integral causality first; ties by the model's order
@@ -131,6 +131,9 @@ struct Element {
   Place coefficient_place;  ///< of coefficient, energy or modulus
 };
 
+/// Whether a port of a store holds displacement: each of a C or CC, those of an IC that say so. The others hold
+/// momentum.
+[[nodiscard]] bool stores_displacement(const Element& element, std::size_t port);
 /// Number of ports of a non-junction element.
 std::size_t port_count(const Element& element);
 /// The symbol of a variable at a port. Every element's symbols exist from the start: a port's effort, flow and, for

@@ -34,7 +34,8 @@ struct BlockOrder {
   std::vector<ExprId> rates;    ///< by state
   std::vector<ExprId> outputs;  ///< by output
   std::vector<ExprId> powers;   ///< by EquationSystem::energy
-  std::vector<ExprId> stored;   ///< by EquationSystem::energy: a store's energy, none if it has no closed form
+  std::vector<std::vector<ExprId>> port_powers;  ///< by EquationSystem::energy: of a field at each port; else empty
+  std::vector<ExprId> stored;      ///< by EquationSystem::energy: a store's energy, none if it has no closed form
   std::vector<ExprId> continuous;  ///< by EquationSystem::continuous; none where the derivative is not needed
   SystemClass system_class = SystemClass::explicit_ode;
 };

@@ -128,7 +128,9 @@ struct Program {
   std::uint32_t time_slot = 0, first_state = 0, first_tear = 0, first_mode = 0, first_parameter = 0;
 
   Routine once;  ///< everything that depends on parameters only
-  Routine rates, outputs, guards, powers;
+  Routine rates, outputs, guards;
+  Routine powers;                                 ///< by energy part, then those of fields at each port
+  std::vector<std::uint32_t> first_port_power;    ///< in `powers`, by energy part, plus one at the end
   Routine stored;                                 ///< by energy part; NaN slot where there is no closed form
   Routine displacements;                          ///< q or p of every store port, by energy part
   std::vector<std::uint32_t> first_displacement;  ///< by energy part, plus one at the end

@@ -59,7 +59,7 @@ struct View {
   }
   std::string stored(ElementId id, std::size_t number) const {
     const Element& store = element(id);
-    return port_name(store, number) + (stores_displacement(store.kind) ? ".q" : ".p");
+    return port_name(store, number) + (stores_displacement(store, number) ? ".q" : ".p");
   }
 };
 

@@ -27,7 +27,8 @@ std::string show_element(const Model& model, const Element& element) {
   if (element.ports.size() > 1) {
     text += " (";
     for (std::size_t port = 0; port < element.ports.size(); ++port)
-      text += (port == 0 ? "" : ", ") + element.ports[port];
+      text += (port == 0 ? "" : ", ") + element.ports[port] +
+              (element.stored.empty() ? "" : std::string(": ") + letter(element.stored[port]));
     text += ")";
   }
   if (element.coefficient.valid()) text += ", " + coefficient_words(element) + " " + write(element.coefficient);
@@ -35,9 +36,10 @@ std::string show_element(const Model& model, const Element& element) {
   for (const Law& law : element.laws)
     text += ", " + symbol_name(model, port_variable(element, law.port, law.variable)) + " = " + write(law.right);
   for (const InitialValue& initial : element.initial)
-    text += ", initially " + port_name(element, initial.port) + "." +
-            letter(stores_displacement(element.kind) ? Variable::displacement : Variable::momentum) + " = " +
-            write(initial.value);
+    text +=
+        ", initially " + port_name(element, initial.port) + "." +
+        letter(initial.conjugate ? conjugate_variable(element, initial.port) : stored_variable(element, initial.port)) +
+        " = " + write(initial.value);
   if (element.priority != 0.0) text += ", priority " + shortest_number(element.priority);
   return visible_line(text) + "\n";
 }

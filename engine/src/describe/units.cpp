@@ -91,8 +91,8 @@ std::string show_units(const Model& model, const BondGraph& graph, const UnitRep
   for (std::size_t i = 0; i < model.elements.size(); ++i) {
     const Element& store = model.elements[i];
     if (!is_store(store.kind)) continue;
-    const bool displacement = stores_displacement(store.kind);
     for (std::size_t port = 0; port < port_count(store); ++port) {
+      const bool displacement = stores_displacement(store, port);
       const BondId bond = graph[graph.port(ElementId(i), port)].bond;
       const UnitRegion& region = units.regions[units.region_of_bond[bond.index()]];
       text += std::string("store ") + port_name(store, port) + (displacement ? ".q: " : ".p: ") +

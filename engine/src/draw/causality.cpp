@@ -47,7 +47,8 @@ void add_strokes(DrawnCausality& drawn, const Model& model, const BondGraph& gra
     const Port& port = graph.ports[i];
     const ElementKind kind = graph.kinds[port.element.index()];
     if (!is_store(kind) || !drawn.strokes[port.bond.index()]) continue;
-    if (stroke_at(graph, strokes, PortId(i)) == stores_displacement(kind)) drawn.dependent.push_back(port.bond);
+    if (stroke_at(graph, strokes, PortId(i)) == stores_displacement(model.elements[port.element.index()], port.number))
+      drawn.dependent.push_back(port.bond);
   }
 }
 

@@ -92,7 +92,7 @@ class Derivation {
 
   void make_stored(ElementId id, std::size_t number) {
     const Element& element = model_.elements[id.index()];
-    const bool displacement = stores_displacement(element.kind);
+    const bool displacement = stores_displacement(element, number);
     const PortId port = graph_.port(id, number);
     const bool integral = causal_.gives(graph_, port) == (displacement ? Gives::effort : Gives::flow);
     const std::string name = port_name(element, number) + (displacement ? ".q" : ".p");
@@ -238,6 +238,7 @@ class Derivation {
       case ElementKind::inertia:
       case ElementKind::c_field:
       case ElementKind::i_field:
+      case ElementKind::ic_field:
         return write_store(id);
       case ElementKind::transformer:
         return write_transformer(id);
@@ -256,7 +257,7 @@ class Derivation {
     const auto& variables = imposed_variable(element.kind) == Variable::effort ? system_.efforts : system_.flows;
     define(variables[graph_[port].bond.index()], (*translate_)(element.coefficient), id, element.place);
     const ExprId power = system_.pool.mul(effort(port), flow(port));
-    add_energy({EnergyPart::Role::source, id, signed_by(!graph_[port].head, power), {}, {}, {}, false});
+    add_energy({EnergyPart::Role::source, id, signed_by(!graph_[port].head, power), {}, {}, {}, {}, false});
   }
 
   /// Takes no power, so it has no part in the energy audit.
@@ -274,13 +275,13 @@ class Derivation {
       apply_law(port, (gives_effort ? system_.efforts : system_.flows)[graph_[port].bond.index()]);
       power = system_.pool.add(power, system_.pool.mul(effort(port), into(port)));
     }
-    add_energy({EnergyPart::Role::dissipator, id, power, {}, {}, {}, false});
+    add_energy({EnergyPart::Role::dissipator, id, power, {}, {}, {}, {}, false});
   }
 
   void write_store(ElementId id) {
     const Element& element = model_.elements[id.index()];
-    const bool displacement = stores_displacement(element.kind);
     for (std::size_t k = 0; k < graph_.port_count(id); ++k) {
+      const bool displacement = stores_displacement(element, k);
       const PortId port = graph_.port(id, k);
       const std::size_t bond = graph_[port].bond.index();
       const SymbolId stored = stored_[port.index()];
@@ -406,10 +407,12 @@ class Derivation {
   void add_store_energy(ElementId id) {
     const Element& element = model_.elements[id.index()];
     ExprPool& pool = system_.pool;
-    EnergyPart part{EnergyPart::Role::store, id, pool.constant(0.0), {}, {}, {}, false};
+    EnergyPart part{EnergyPart::Role::store, id, pool.constant(0.0), {}, {}, {}, {}, false};
     for (std::size_t k = 0; k < graph_.port_count(id); ++k) {
       const PortId port = graph_.port(id, k);
-      part.power = pool.add(part.power, pool.mul(effort(port), into(port)));
+      const ExprId power = pool.mul(effort(port), into(port));
+      part.power = pool.add(part.power, power);
+      if (is_field(element.kind)) part.port_powers.push_back(power);
       part.displacements.push_back(stored_[port.index()]);
       const ExprId conjugate = causal_.laws[port.index()].conjugate;
       part.conjugates.push_back(conjugate.valid() ? (*translate_)(conjugate) : ExprId());

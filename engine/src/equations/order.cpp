@@ -29,6 +29,8 @@ class Ordering {
     for (const OutputEquation& output : system_.outputs) order_.outputs.push_back(resolve(output.value));
     for (const EnergyPart& part : system_.energy) {
       order_.powers.push_back(resolve(part.power));
+      order_.port_powers.emplace_back();
+      for (const ExprId power : part.port_powers) order_.port_powers.back().push_back(resolve(power));
       order_.stored.push_back(part.energy.valid() && !part.modulated ? resolve(part.energy) : ExprId{});
     }
     for (const Continuous& quantity : system_.continuous)

@@ -89,11 +89,13 @@ void keep_energies(const AuditedPart& part, const EquationSystem& system, const 
                    EquationSystem& sliced, BlockOrder& sliced_order) {
   sliced.energy.clear();
   sliced_order.powers.clear();
+  sliced_order.port_powers.clear();
   sliced_order.stored.clear();
   for (std::size_t i = 0; i < system.energy.size(); ++i) {
     if (!part.elements[system.energy[i].element.index()]) continue;
     sliced.energy.push_back(system.energy[i]);
     sliced_order.powers.push_back(order.powers[i]);
+    sliced_order.port_powers.push_back(order.port_powers[i]);
     sliced_order.stored.push_back(order.stored[i]);
   }
   ExprPool& pool = sliced_order.pool;
@@ -101,8 +103,9 @@ void keep_energies(const AuditedPart& part, const EquationSystem& system, const 
     const ExprId effort = order.resolved[system.efforts[border.bond.index()].index()];
     const ExprId flow = order.resolved[system.flows[border.bond.index()].index()];
     const ExprId power = pool.mul(effort, flow);
-    sliced.energy.push_back({EnergyPart::Role::source, border.beyond, {}, {}, {}, {}, false});
+    sliced.energy.push_back({EnergyPart::Role::source, border.beyond, {}, {}, {}, {}, {}, false});
     sliced_order.powers.push_back(border.inward ? power : pool.neg(power));
+    sliced_order.port_powers.emplace_back();
     sliced_order.stored.emplace_back();
     sliced_order.origins.resize(pool.size(), Origin{border.beyond, {}});
   }

@@ -12,6 +12,7 @@
 
 #include "bgsim/expression.hpp"
 #include "expression/graph.hpp"
+#include "expression/rounded.hpp"
 
 namespace bgsim {
 
@@ -42,14 +43,18 @@ struct Look {
   }
 };
 
-/// The value of an operator on constants if it may be folded. What roundings leave of a difference (0.1 + 0.2 - 0.3)
-/// stays written as one, so that it can be distinguished from a small number.
+/// The value of an operator on constants if it may be folded. What roundings leave of a difference (0.1 + 0.2 - 0.3) or
+/// of a zero (sin(pi)) stays written as one, so that it can be distinguished from a small number.
 std::optional<double> folded(Op op, double a, double b = 0.0) {
-  constexpr double kCancelled = 1e-12;
+  constexpr double kCancelled = 1e-12, kMostlyRounding = 1e-4;
   const double value = apply(op, a, b);
   if (!std::isfinite(value)) return std::nullopt;
   const bool sum = op == Op::add || op == Op::sub;
   if (sum && value != 0.0 && std::abs(value) < kCancelled * std::abs(a)) return std::nullopt;
+  const bool passes_zero = op == Op::sin || op == Op::cos || op == Op::tan || op == Op::log || op == Op::log10;
+  if (passes_zero && value != 0.0 &&
+      apply_rounded(op, {rounded_constant(a), {}, {}}, 1).error > kMostlyRounding * std::abs(value))
+    return std::nullopt;
   return value;
 }
 

@@ -338,7 +338,9 @@ class Scap {
     }
   }
 
-  Gives integral(PortId port) const { return stores_displacement(kind(port)) ? Gives::effort : Gives::flow; }
+  Gives integral(PortId port) const {
+    return stores_displacement(element(port), graph_[port].number) ? Gives::effort : Gives::flow;
+  }
 
   /// The end at which a free stroke decides most: where its bond sets a junction's effort or flow.
   BondEnd free_end(const Bond& bond) const {
@@ -424,7 +426,7 @@ class Scap {
   CausalGraph result(std::span<const RankedPart> ranked) {
     CausalGraph causal;
     causal.free_choices = free_choices();
-    list_stores(graph_, strokes_, trail_, eliminated_, causal);
+    list_stores(model_, graph_, strokes_, trail_, eliminated_, causal);
     causal.warnings = part_warnings(model_, graph_);
     causal.strokes = std::move(strokes_);
     for (const RankedPart& at : ranked) causal.ranked.push_back(at.part);

@@ -23,11 +23,12 @@ void give_any_law(Model& model, std::size_t index) {
   }
   if (element.energy.valid() || element.laws.size() == element.ports.size()) return;
   const bool store = is_store(element.kind);
-  const Variable left = store ? conjugate_variable(element.kind) : Variable::effort;
-  const Variable given = store ? stored_variable(element.kind) : Variable::flow;
   element.laws.clear();
-  for (std::uint32_t port = 0; port < element.ports.size(); ++port)
+  for (std::uint32_t port = 0; port < element.ports.size(); ++port) {
+    const Variable left = store ? conjugate_variable(element, port) : Variable::effort;
+    const Variable given = store ? stored_variable(element, port) : Variable::flow;
     element.laws.push_back({port, left, model.pool.symbol(port_variable(element, port, given)), element.place});
+  }
 }
 
 /// Elements and signals, joined by bonds and by what reads what.

@@ -18,7 +18,6 @@ namespace {
 constexpr std::size_t kLargestLookedAt = 2000;
 
 Gives other(Gives gives) { return gives == Gives::effort ? Gives::flow : Gives::effort; }
-Gives integral(ElementKind kind) { return stores_displacement(kind) ? Gives::effort : Gives::flow; }
 
 }  // namespace
 
@@ -103,12 +102,12 @@ bool RankCausality::only_states_determine(const JunctionPart& part, std::span<co
                                           const JunctionRank& rank) const {
   const auto given = [&](PortId port) { return stroke_at(graph_, strokes, port) ? Gives::flow : Gives::effort; };
   const auto known = [&](PortId port) {
-    if (is_store(kind(port))) return given(port) == integral(kind(port));
+    if (is_store(kind(port))) return given(port) == integral(port);
     return imposed_variable(kind(port)) || !laws_.usable(port, Gives::effort) || !laws_.usable(port, Gives::flow);
   };
   return std::all_of(part.outer.begin(), part.outer.end(), [&](PortId store) {
     if (!is_store(kind(store)) || known(store)) return true;
-    const JunctionRank::Row row = rank.determined(rank.variable(store, integral(kind(store))));
+    const JunctionRank::Row row = rank.determined(rank.variable(store, integral(store)));
     return std::all_of(part.outer.begin(), part.outer.end(),
                        [&](PortId port) { return known(port) || !row.contains(rank.variable(port, given(port))); });
   });
@@ -132,8 +131,8 @@ void RankCausality::keep(const JunctionPart& part, std::span<const Stroke> strok
     const StrokeReason reason = forced ? StrokeReason::by_rank : stroke.reason;
     ranked.outer.push_back({stroke.end, reason, graph_[port].element, {}, 0});
     const Gives gives = stroke_at(graph_, strokes, port) ? Gives::flow : Gives::effort;
-    if (is_store(kind(port)) && gives != integral(kind(port)))
-      ranked.because[port] = elements_in(part, rank, rank.determined(rank.variable(port, integral(kind(port)))));
+    if (is_store(kind(port)) && gives != integral(port))
+      ranked.because[port] = elements_in(part, rank, rank.determined(rank.variable(port, integral(port))));
   }
   ranked_.push_back(std::move(ranked));
 }
@@ -197,7 +196,7 @@ bool RankCausality::computes_in_sequence(const JunctionPart& part, std::span<con
 /// resistor: strokes that follow each other through a tree never lead there.
 bool RankCausality::seems_to_depend(const JunctionPart& part, std::span<const Stroke> strokes, PortId store) const {
   const auto given = [&](PortId port) { return stroke_at(graph_, strokes, port) ? Gives::flow : Gives::effort; };
-  if (given(store) == integral(kind(store))) return false;
+  if (given(store) == integral(store)) return false;
   std::vector<std::pair<BondId, Variable>> open;
   std::set<std::pair<BondId, Variable>> seen;
   const auto need = [&](BondId bond, Variable variable) {
@@ -212,7 +211,7 @@ bool RankCausality::seems_to_depend(const JunctionPart& part, std::span<const St
       computed_from(strokes, port, variable, need);
       continue;
     }
-    const bool state = is_store(kind(port)) && given(port) == integral(kind(port));
+    const bool state = is_store(kind(port)) && given(port) == integral(port);
     const StrokeReason reason = strokes[bond.index()].reason;
     if (!state && reason != StrokeReason::source && reason != StrokeReason::one_way_law) return true;
   }
@@ -238,7 +237,7 @@ bool RankCausality::solve(const JunctionPart& part, std::span<const Stroke> stro
       reason = StrokeReason::one_way_law;
       fixed = true;
     } else if (is_store(kind)) {
-      wanted = integral(kind);
+      wanted = integral(port);
       reason = StrokeReason::integral;
     } else if (laws_.use(port, Gives::effort) != laws_.use(port, Gives::flow)) {
       wanted = laws_.use(port, Gives::effort) == LawUse::as_written ? Gives::effort : Gives::flow;

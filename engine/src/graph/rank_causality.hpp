@@ -38,6 +38,11 @@ class RankCausality {
   enum class State : std::uint8_t { open, right, ranked };
 
   [[nodiscard]] ElementKind kind(PortId port) const { return graph_.kinds[graph_[port].element.index()]; }
+  /// What a port of a store gives in integral causality.
+  [[nodiscard]] Gives integral(PortId port) const {
+    const Port& at = graph_[port];
+    return stores_displacement(model_.elements[at.element.index()], at.number) ? Gives::effort : Gives::flow;
+  }
   bool take_all(const JunctionPart& part, std::span<const Stroke> strokes, JunctionRank& rank) const;
   [[nodiscard]] bool only_states_determine(const JunctionPart& part, std::span<const Stroke> strokes,
                                            const JunctionRank& rank) const;

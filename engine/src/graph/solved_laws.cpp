@@ -39,7 +39,7 @@ PortLaw SolvedLaws::used(std::span<const Stroke> strokes, PortId port) {
   };
   PortLaw used{law, solution(stroke_at(graph_, strokes, port) ? Gives::flow : Gives::effort), {}};
   if (is_store(element.kind))
-    used.conjugate = solution(stores_displacement(element.kind) ? Gives::effort : Gives::flow).solution;
+    used.conjugate = solution(stores_displacement(element, graph_[port].number) ? Gives::effort : Gives::flow).solution;
   return used;
 }
 

@@ -57,7 +57,8 @@ class StartValues {
   /// Whether a store's port has an initial effort (of a C) or flow (of an I), from which its law gives what it holds.
   [[nodiscard]] bool starts_from_law(const ModelSymbol& symbol) const {
     const Element& element = model_.elements[symbol.element.index()];
-    const std::string conjugate = port_name(element, symbol.port) + (stores_displacement(element.kind) ? ".e" : ".f");
+    const std::string conjugate =
+        port_name(element, symbol.port) + (stores_displacement(element, symbol.port) ? ".e" : ".f");
     if (scene_ != nullptr && scene_->initial.contains(conjugate)) return true;
     return std::any_of(element.initial.begin(), element.initial.end(),
                        [&](const InitialValue& initial) { return initial.port == symbol.port && initial.conjugate; });

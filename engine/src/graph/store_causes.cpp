@@ -28,8 +28,9 @@ struct Causes {
 
 }  // namespace
 
-void list_stores(const BondGraph& graph, std::span<const Stroke> strokes, std::span<const BondId> trail,
-                 const std::unordered_map<BondId, std::set<BondId>>& eliminated, CausalGraph& causal) {
+void list_stores(const Model& model, const BondGraph& graph, std::span<const Stroke> strokes,
+                 std::span<const BondId> trail, const std::unordered_map<BondId, std::set<BondId>>& eliminated,
+                 CausalGraph& causal) {
   std::vector<Causes> sets;
   std::vector<std::uint32_t> set_of(strokes.size());
   const auto causes_of = [&](BondId bond) {
@@ -62,7 +63,8 @@ void list_stores(const BondGraph& graph, std::span<const Stroke> strokes, std::s
     const PortId port(i);
     const ElementKind kind = graph.kinds[graph[port].element.index()];
     if (!is_store(kind)) continue;
-    if (stroke_at(graph, strokes, port) != stores_displacement(kind)) {
+    if (stroke_at(graph, strokes, port) !=
+        stores_displacement(model.elements[graph[port].element.index()], graph[port].number)) {
       causal.integral.push_back(port);
     } else {
       const Causes& causes = sets[set_of[graph[port].bond.index()]];

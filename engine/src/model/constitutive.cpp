@@ -13,19 +13,12 @@ namespace {
 
 /// What a law has to yield for the port to give its effort or its flow. A C that gives its flow does so through the
 /// rate of its q, so its law has to yield q; an I that gives its effort, its p.
-Variable wanted_variable(ElementKind kind, Gives gives) {
-  if (is_store(kind)) {
-    const bool integral = stores_displacement(kind) == (gives == Gives::effort);
-    if (!integral) return stored_variable(kind);
+Variable wanted_variable(const Element& element, std::size_t port, Gives gives) {
+  if (is_store(element.kind)) {
+    const bool integral = stores_displacement(element, port) == (gives == Gives::effort);
+    if (!integral) return stored_variable(element, port);
   }
   return gives == Gives::effort ? Variable::effort : Variable::flow;
-}
-
-/// The other variable of the pair that the law of a port relates.
-Variable partner(ElementKind kind, Variable variable) {
-  if (!is_store(kind)) return other_of(variable);
-  const Variable conjugate = conjugate_variable(kind);
-  return variable == conjugate ? stored_variable(kind) : conjugate;
 }
 
 bool has_kink(Op op) {
@@ -89,8 +82,7 @@ Law linear_law(ExprPool& pool, const Element& element) {
     case Family::resistor:
       return law(Variable::effort, pool.mul(element.coefficient, symbol(Variable::flow)));
     case Family::store:
-      return law(conjugate_variable(element.kind),
-                 pool.div(symbol(stored_variable(element.kind)), element.coefficient));
+      return law(conjugate_variable(element, 0), pool.div(symbol(stored_variable(element, 0)), element.coefficient));
     case Family::detector:
     case Family::two_port:
     case Family::junction:
@@ -100,15 +92,14 @@ Law linear_law(ExprPool& pool, const Element& element) {
 }
 
 std::vector<Law> laws_from_energy(ExprPool& pool, const Element& element) {
-  const Variable stored = stored_variable(element.kind);
   const auto own_port = [&](SymbolId symbol) -> std::optional<std::size_t> {
     for (std::size_t port = 0; port < element.ports.size(); ++port)
-      if (port_variable(element, port, stored) == symbol) return port;
+      if (port_variable(element, port, stored_variable(element, port)) == symbol) return port;
     return std::nullopt;
   };
   std::vector<Law> laws;
   for (std::size_t port = 0; port < element.ports.size(); ++port)
-    laws.push_back({static_cast<std::uint32_t>(port), partner(element.kind, stored), pool.constant(0.0),
+    laws.push_back({static_cast<std::uint32_t>(port), conjugate_variable(element, port), pool.constant(0.0),
                     element.coefficient_place});
   const auto partials =
       short_gradient(pool, element.energy, [&](SymbolId symbol) { return own_port(symbol).has_value(); });
@@ -118,19 +109,19 @@ std::vector<Law> laws_from_energy(ExprPool& pool, const Element& element) {
 
 /// e = R f, e = q/C and f = p/I can be turned round whatever the coefficient is, as long as it is not the number 0.
 LawUse linear_use(const ExprPool& pool, const Element& element, Gives gives) {
-  const Variable wanted = wanted_variable(element.kind, gives);
+  const Variable wanted = wanted_variable(element, 0, gives);
   const bool zero = pool.is_constant(element.coefficient, 0.0);
   if (is_resistor(element.kind)) {
     if (wanted == Variable::effort) return LawUse::as_written;
     return zero ? LawUse::impossible : LawUse::inverted;
   }
-  if (wanted == stored_variable(element.kind)) return LawUse::inverted;
+  if (wanted == stored_variable(element, 0)) return LawUse::inverted;
   return zero ? LawUse::impossible : LawUse::as_written;
 }
 
 /// Whether a modulated coefficient contains the very variable that the law is to be solved for.
 bool coefficient_hides_own_variable(const ExprPool& pool, const Element& element, Gives gives) {
-  const SymbolId x = port_variable(element, 0, wanted_variable(element.kind, gives));
+  const SymbolId x = port_variable(element, 0, wanted_variable(element, 0, gives));
   return element.modulated && occurrence(pool, element.coefficient, x).occurs;
 }
 
@@ -149,9 +140,9 @@ std::vector<Law> port_laws(const Model& model, ExprPool& pool, ElementId id) {
 }
 
 SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Gives gives) {
-  const Variable wanted = wanted_variable(element.kind, gives);
+  const Variable wanted = wanted_variable(element, law.port, gives);
   const auto solved = [wanted](LawUse use, ExprId solution) { return SolvedLaw{wanted, use, solution}; };
-  if (!law_relates(element.kind, law.variable)) return solved(LawUse::impossible, {});
+  if (!law_relates(element, law.port, law.variable)) return solved(LawUse::impossible, {});
   if (law.variable == wanted) return solved(LawUse::as_written, law.right);
   const SymbolId x = port_variable(element, law.port, wanted);
   const Occurrence found = occurrence(pool, law.right, x);

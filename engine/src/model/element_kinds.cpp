@@ -134,6 +134,13 @@ constexpr std::array kRows{
             .modulation = Modulation::always,
             .ways = kStoreFieldWays,
             .keys = kStoreFieldKeys},
+    KindRow{.kind = Kind::ic_field,
+            .text = "IC",
+            .family = Family::store,
+            .ports = Ports::named,
+            .modulation = Modulation::always,
+            .ways = kStoreFieldWays,
+            .keys = kStoreFieldKeys},
     KindRow{.kind = Kind::r_field,
             .text = "RR",
             .family = Family::resistor,
@@ -199,14 +206,13 @@ std::string kind_words(const Element& element) {
 
 std::string coefficient_words(const Element& element) { return std::string(kind_row(element.kind).ways.front()); }
 
-ElementKind one_port_of(ElementKind field) {
+std::string one_port_of(ElementKind field) {
   const KindRow& row = kind_row(field);
-  return std::find_if(kRows.begin(), kRows.end(),
-                      [&](const KindRow& other) {
-                        return other.family == row.family && other.variable == row.variable &&
-                               other.ports == Ports::one;
-                      })
-      ->kind;
+  std::string kinds;
+  for (const KindRow& other : kRows)
+    if (other.family == row.family && other.ports == Ports::one && (!row.variable || other.variable == row.variable))
+      kinds += (kinds.empty() ? "" : " or ") + std::string(other.text);
+  return kinds;
 }
 
 bool is_junction(ElementKind kind) { return kind_row(kind).family == Family::junction; }
@@ -214,8 +220,8 @@ bool is_store(ElementKind kind) { return kind_row(kind).family == Family::store;
 bool is_source(ElementKind kind) { return kind_row(kind).family == Family::source; }
 bool is_detector(ElementKind kind) { return kind_row(kind).family == Family::detector; }
 
-bool stores_displacement(ElementKind kind) {
-  return is_store(kind) && kind_row(kind).variable == Variable::displacement;
+bool stores_displacement(const Element& element, std::size_t port) {
+  return is_store(element.kind) && stored_variable(element, port) == Variable::displacement;
 }
 
 std::optional<Variable> imposed_variable(ElementKind kind) {
@@ -244,25 +250,36 @@ std::optional<Variable> variable_from(char letter) {
   }
 }
 
-bool has_variable(ElementKind kind, Variable variable) {
-  if (variable == Variable::effort || variable == Variable::flow) return !is_junction(kind);
-  return is_store(kind) && variable == stored_variable(kind);
+bool has_variable(const Element& element, std::size_t port, Variable variable) {
+  if (variable == Variable::effort || variable == Variable::flow) return !is_junction(element.kind);
+  return is_store(element.kind) && variable == stored_variable(element, port);
 }
 
-bool law_relates(ElementKind kind, Variable variable) {
-  if (!is_store(kind)) return variable == Variable::effort || variable == Variable::flow;
-  return variable == stored_variable(kind) || variable == conjugate_variable(kind);
+bool law_relates(const Element& element, std::size_t port, Variable variable) {
+  if (!is_store(element.kind)) return variable == Variable::effort || variable == Variable::flow;
+  return variable == stored_variable(element, port) || variable == conjugate_variable(element, port);
 }
 
-Variable stored_variable(ElementKind kind) {
-  return stores_displacement(kind) ? Variable::displacement : Variable::momentum;
+Variable stored_variable(const Element& element, std::size_t port) {
+  const auto of_kind = kind_row(element.kind).variable;
+  return of_kind ? *of_kind : element.stored.at(port);
 }
 
-Variable conjugate_variable(ElementKind kind) { return stores_displacement(kind) ? Variable::effort : Variable::flow; }
+Variable conjugate_variable(const Element& element, std::size_t port) {
+  return stores_displacement(element, port) ? Variable::effort : Variable::flow;
+}
 
-const char* law_letters(ElementKind kind) {
-  if (!is_store(kind)) return "e or f";
-  return stores_displacement(kind) ? "e or q" : "f or p";
+const char* law_letters(const Element& element, std::size_t port) {
+  if (!is_store(element.kind)) return "e or f";
+  return stores_displacement(element, port) ? "e or q" : "f or p";
+}
+
+std::string law_letters(const Element& element) {
+  std::string letters;
+  for (std::size_t port = 0; port < element.ports.size(); ++port)
+    if (const std::string own = law_letters(element, port); letters.find(own) == std::string::npos)
+      letters += (letters.empty() ? "" : ", ") + own;
+  return letters;
 }
 
 }  // namespace bgsim

@@ -39,7 +39,8 @@ struct KindRow {
   std::string_view text{};   ///< "R"
   std::string_view words{};  ///< "effort source"; empty where the field has no other name
   Family family = Family::resistor;
-  /// What it is about: what a source sets, a detector measures, a store holds, the bonds of a junction share.
+  /// What it is about: what a source sets, a detector measures, a store holds, the bonds of a junction share. None of
+  /// an IC, whose ports say it themselves.
   std::optional<Variable> variable{};
   Ports ports = Ports::one;
   Modulation modulation = Modulation::never;
@@ -74,8 +75,8 @@ struct WrittenKind {
   return is_passive(kind) && kind_row(kind).ports == Ports::one;
 }
 [[nodiscard]] inline bool is_field(ElementKind kind) { return kind_row(kind).ports == Ports::named; }
-/// The kind with one port that a field is a field of.
-[[nodiscard]] ElementKind one_port_of(ElementKind field);
+/// The kinds with one port that a field may be a field of: "C", of an IC "C or I".
+[[nodiscard]] std::string one_port_of(ElementKind field);
 
 /// What the bonds of a junction share; none for other kinds.
 [[nodiscard]] std::optional<Variable> shared_variable(ElementKind kind);
@@ -85,15 +86,17 @@ struct WrittenKind {
 }
 
 [[nodiscard]] std::optional<Variable> variable_from(char letter);
-/// Whether a port of this kind has that variable: q at a C, p at an I, e and f at all but junctions.
-[[nodiscard]] bool has_variable(ElementKind kind, Variable variable);
+/// Whether a port of the element has that variable: q at a C, p at an I, e and f at all but junctions.
+[[nodiscard]] bool has_variable(const Element& element, std::size_t port, Variable variable);
 /// The two variables that the law of a port relates: e and f of an R, e and q of a C, f and p of an I.
-[[nodiscard]] bool law_relates(ElementKind kind, Variable variable);
-/// What a store holds: displacement or momentum.
-[[nodiscard]] Variable stored_variable(ElementKind kind);
-/// What the law of a store relates to what it holds: the effort of a C, the flow of an I.
-[[nodiscard]] Variable conjugate_variable(ElementKind kind);
+[[nodiscard]] bool law_relates(const Element& element, std::size_t port, Variable variable);
+/// What a port of a store holds: displacement or momentum.
+[[nodiscard]] Variable stored_variable(const Element& element, std::size_t port);
+/// What the law of a port relates to what it holds: the effort of a C, the flow of an I.
+[[nodiscard]] Variable conjugate_variable(const Element& element, std::size_t port);
 /// The letters of a law's two variables, for messages: "e or f".
-[[nodiscard]] const char* law_letters(ElementKind kind);
+[[nodiscard]] const char* law_letters(const Element& element, std::size_t port);
+/// The same of all ports: of an IC "e or q, f or p".
+[[nodiscard]] std::string law_letters(const Element& element);
 
 }  // namespace bgsim

@@ -9,6 +9,7 @@
 #include <unordered_set>
 
 #include "model/constitutive.hpp"
+#include "model/element_kinds.hpp"
 
 namespace bgsim {
 
@@ -28,12 +29,10 @@ struct ReducedLaw {
 };
 
 std::vector<ReducedLaw> reduced_laws(ExprPool& pool, const Element& field, const std::vector<Law>& laws) {
-  const bool displacement = stores_displacement(field.kind);
-  const Variable stored = displacement ? Variable::displacement : Variable::momentum;
-  const Variable conjugate = displacement ? Variable::effort : Variable::flow;
   std::vector<ReducedLaw> reduced;
   std::unordered_map<SymbolId, ExprId> replacement;
   for (const Law& law : laws) {
+    const Variable stored = stored_variable(field, law.port), conjugate = conjugate_variable(field, law.port);
     const bool gives_stored = law.variable == stored;
     reduced.push_back({port_variable(field, law.port, law.variable),
                        port_variable(field, law.port, gives_stored ? conjugate : stored), gives_stored, law.right});

@@ -137,6 +137,11 @@ class Compiler {
   template <class FreezeList>
   void freeze_energies(const FreezeList& freeze_list) {
     powers_ = freeze_list(order_.powers);
+    for (const std::vector<ExprId>& at_ports : order_.port_powers) {
+      program_.first_port_power.push_back(static_cast<std::uint32_t>(powers_.size()));
+      for (const ExprId power : freeze_list(at_ports)) powers_.push_back(power);
+    }
+    program_.first_port_power.push_back(static_cast<std::uint32_t>(powers_.size()));
     stored_ = freeze_list(order_.stored);
     for (const EnergyPart& part : system_.energy) {
       program_.energy_names.push_back(program_.model->elements[part.element.index()].name);

@@ -13,12 +13,17 @@ std::string with_words(Variable variable) {
   return in_quotes(std::string(1, letter(variable))) + " for the " + variable_words(variable);
 }
 
-/// The variables that an element of a kind has, each with what it is: the law's two, or all.
-std::vector<Variable> variables_of(ElementKind kind, bool law) {
+/// The variables that a port of an element has, each with what it is: the law's two, or all.
+std::vector<Variable> variables_of(const Element& element, std::size_t port, bool law) {
   std::vector<Variable> all;
   for (const Variable variable : {Variable::effort, Variable::flow, Variable::displacement, Variable::momentum})
-    if (law ? law_relates(kind, variable) : has_variable(kind, variable)) all.push_back(variable);
+    if (law ? law_relates(element, port, variable) : has_variable(element, port, variable)) all.push_back(variable);
   return all;
+}
+
+/// What a port of a store holds; none of other elements.
+std::optional<Variable> stored_at(const Element& element, std::size_t port) {
+  return is_store(element.kind) ? std::optional(stored_variable(element, port)) : std::nullopt;
 }
 
 std::string trimmed(std::string_view text) {
@@ -91,7 +96,7 @@ std::string Reader::name_advice(const Context& context, std::string_view name) c
   if (dot == std::string_view::npos) {
     if (context.own != nullptr && context.constant == nullptr && !is_junction(context.own->kind))
       return law_advice(*context.own, name);
-    const auto variable = variable_called(name, ElementKind::zero_junction);
+    const auto variable = variable_called(name, std::nullopt);
     if (!variable || context.constant != nullptr) return {};
     return "declare it among \"parameters\" or \"signals\"; variables of the graph are written with their element, as "
            "in "
@@ -119,15 +124,18 @@ std::string Reader::name_advice(const Context& context, std::string_view name) c
     return "the bonds of a " + kind + "-junction share their " + (kind == "0" ? "effort " : "flow ") +
            in_quotes(written + (kind == "0" ? ".e" : ".f"));
   // The V of a tank is its volume, that of a capacitor its voltage, and Q is a charge or a flow: then all are listed.
-  const bool ambiguous = stores_displacement(element.kind) && (last == "V" || last == "Q");
-  std::optional<Variable> variable;
-  if (!ambiguous) variable = variable_called(last, element.kind);
   const bool field_without_port = is_field(element.kind) && base == element.name;
   const std::string end = field_without_port ? written + "." + element.ports[0] : written;
-  if (variable && has_variable(element.kind, *variable))
+  const auto named = std::find(element.ports.begin(), element.ports.end(), base.substr(base.rfind('.') + 1));
+  const std::size_t number =
+      field_without_port || named == element.ports.end() ? 0 : static_cast<std::size_t>(named - element.ports.begin());
+  const bool ambiguous = stores_displacement(element, number) && (last == "V" || last == "Q");
+  std::optional<Variable> variable;
+  if (!ambiguous) variable = variable_called(last, stored_at(element, number));
+  if (variable && has_variable(element, number, *variable))
     return "write " + in_quotes(end + "." + letter(*variable)) + ": " + with_words(*variable);
   std::string help = "the variables of " + in_quotes(written) + ", of kind " + kind + ", are";
-  for (const Variable v : variables_of(element.kind, false))
+  for (const Variable v : variables_of(element, number, false))
     help += (help.ends_with(" are") ? " " : ", ") + in_quotes(end + "." + letter(v)) + ": " + variable_words(v);
   if (variable == Variable::displacement)
     help += "; a displacement is the \"integral\" of a flow among \"signals\", or the q of a C at the same junction";
@@ -136,14 +144,14 @@ std::string Reader::name_advice(const Context& context, std::string_view name) c
 
 /// The same in the law of an element, where its own variables need no name before them.
 std::string Reader::law_advice(const Element& own, std::string_view name) const {
-  const auto variable = variable_called(name, own.kind);
+  const auto variable = variable_called(name, stored_at(own, 0));
   if (!variable) return {};
   std::string ports;
   for (std::size_t port = 0; is_field(own.kind) && port < own.ports.size(); ++port)
-    for (const Variable v : variables_of(own.kind, true))
+    for (const Variable v : variables_of(own, port, true))
       ports += (ports.empty() ? "" : ", ") + in_quotes(own.ports[port] + "." + letter(v));
   if (!ports.empty()) return "the variables of a field are written with their port: " + ports;
-  const bool usable = law_relates(own.kind, *variable);
+  const bool usable = law_relates(own, 0, *variable);
   std::string help;
   if (!usable)
     help =
@@ -151,7 +159,7 @@ std::string Reader::law_advice(const Element& own, std::string_view name) const 
   else
     help = "here a law relates ";
   bool first = true;
-  for (const Variable v : variables_of(own.kind, true)) {
+  for (const Variable v : variables_of(own, 0, true)) {
     help += (first ? "" : " and ") + in_quotes(std::string(1, letter(v))) + ", the " + variable_words(v);
     first = false;
   }
@@ -160,16 +168,19 @@ std::string Reader::law_advice(const Element& own, std::string_view name) const 
 
 /// What to write for an initial value that a store has not: "v" of a mass, "x" of a spring.
 std::string Reader::initial_advice(const Element& own, std::string_view name, const std::string& owner) const {
-  const bool q = stores_displacement(own.kind);
   const auto dot = name.rfind('.');
-  const auto variable = variable_called(dot == std::string_view::npos ? name : name.substr(dot + 1), own.kind);
-  const std::string port = owner + (own.ports.size() > 1 ? own.ports[0] + "." : "");
+  const auto named = std::find(own.ports.begin(), own.ports.end(), name.substr(0, std::min(dot, name.size())));
+  const std::size_t number = named == own.ports.end() ? 0 : static_cast<std::size_t>(named - own.ports.begin());
+  const bool q = stores_displacement(own, number);
+  const auto variable =
+      variable_called(dot == std::string_view::npos ? name : name.substr(dot + 1), stored_variable(own, number));
+  const std::string port = owner + (own.ports.size() > 1 ? own.ports[number] + "." : "");
   const std::string stored = in_quotes(port + (q ? "q" : "p")), other = in_quotes(port + (q ? "e" : "f"));
   const char* product = q ? "q = C e" : "p = I f (momentum is mass times velocity)";
-  if (variable && law_relates(own.kind, *variable))
+  if (variable && law_relates(own, number, *variable))
     return "write " + in_quotes(port + letter(*variable)) + " for the " + variable_words(*variable) +
            (own.coefficient.valid() ? std::string("; ") + product : "");
-  return "write " + stored + ", the " + variable_words(stored_variable(own.kind)) + ", or " + other + ", the " +
+  return "write " + stored + ", the " + variable_words(stored_variable(own, number)) + ", or " + other + ", the " +
          variable_words(q ? Variable::effort : Variable::flow);
 }
 
@@ -185,7 +196,7 @@ std::string Reader::law_without_equals(const Element& own, std::string_view text
   };
   constexpr std::size_t kLongest = 40;
   std::string help;
-  for (const Variable v : variables_of(own.kind, true))
+  for (const Variable v : variables_of(own, 0, true))
     if (is_field(own.kind) || !contains(letter(v)))
       help += (help.empty() ? "write " : " or ") +
               in_quotes(port + letter(v) + " = " + (shown.size() > kLongest ? "..." : shown));

@@ -70,7 +70,6 @@ std::optional<NodeId> Reader::chosen_way(std::size_t index) {
 
 void Reader::parse_energy(std::size_t index, NodeId value) {
   const std::size_t scope = element_text_[index].names;
-  const ElementKind kind = model_.elements[index].kind;
   const ExprId energy = expression({scope, &model_.elements[index], nullptr}, value, "\"energy\"");
   if (!energy.valid()) return;
   for (const ExprId e : reachable(model_.pool, std::array{energy}))
@@ -83,8 +82,11 @@ void Reader::parse_energy(std::size_t index, NodeId value) {
   for (const SymbolId id : symbols_in(model_.pool, std::vector{energy})) {
     const ModelSymbol& symbol = model_.symbols[id.index()];
     const bool own = symbol.kind == ModelSymbol::Kind::port_variable && symbol.element == ElementId(index);
-    if (!own || symbol.variable == stored_variable(kind)) continue;
-    const char* stored = stores_displacement(kind) ? "displacements q" : "momenta p";
+    const Element& field = model_.elements[index];
+    if (!own || symbol.variable == stored_variable(field, symbol.port)) continue;
+    const char* stored = !field.stored.empty()           ? "displacements q and momenta p"
+                         : stores_displacement(field, 0) ? "displacements q"
+                                                         : "momenta p";
     return problem("BG117", "the energy depends on the field's own " + symbol_name(model_, id),
                    document(scopes_[scope]).place(value), std::string("write it over the ports' ") + stored,
                    std::string("the energy of a field is a function of its ports' ") + stored);
@@ -115,7 +117,7 @@ void Reader::parse_laws(std::size_t index, NodeId value) {
   for (std::size_t port = 0; complete && port < law_of_port.size(); ++port)
     if (law_of_port[port] == nullptr)
       problem("BG117", "the port " + in_quotes(element.ports[port]) + " has no law", file.key_place(value),
-              "add a law " + in_quotes(element.ports[port] + "." + law_letters(element.kind)[0] + " = ..."),
+              "add a law " + in_quotes(element.ports[port] + "." + law_letters(element, port)[0] + " = ..."),
               "a field has one law for each port");
 }
 
@@ -140,11 +142,14 @@ void Reader::parse_law(std::size_t index, NodeId value) {
     return symbol.kind == ModelSymbol::Kind::port_variable && symbol.element == ElementId(index) ? &symbol : nullptr;
   };
   const ModelSymbol* variable = model_.pool.is_symbol(left) ? own(model_.pool.symbol_of(left)) : nullptr;
-  const std::string port = is_field(element.kind) ? element.ports[0] + "." : "";
-  if (variable == nullptr || !law_relates(element.kind, variable->variable))
-    return problem("BG117", "the left side of this law is not " + std::string(law_letters(element.kind)) + " alone",
+  const std::uint32_t number = variable != nullptr && is_field(element.kind) ? variable->port : 0;
+  const std::string port = is_field(element.kind) ? element.ports[number] + "." : "";
+  if (variable == nullptr || !law_relates(element, variable->port, variable->variable))
+    return problem("BG117",
+                   "the left side of this law is not " +
+                       (variable != nullptr ? law_letters(element, number) : law_letters(element)) + " alone",
                    file.place_in_string(value, parts.left_begin, parts.left_begin + parts.left.size()),
-                   "solve it for one of them: " + in_quotes(port + law_letters(element.kind)[0] + " = ..."),
+                   "solve it for one of them: " + in_quotes(port + law_letters(element, number)[0] + " = ..."),
                    "a law has one variable of its element alone on the left");
   const Place right_place = file.place_in_string(value, parts.right_begin, parts.right_begin + parts.right.size());
   for (const SymbolId id : symbols_in(model_.pool, std::vector{right})) {
@@ -153,11 +158,14 @@ void Reader::parse_law(std::size_t index, NodeId value) {
     if (id == model_.pool.symbol_of(left))
       return problem("BG117", symbol_name(model_, id) + " is on both sides of this law", right_place,
                      "solve the law for it", "a law has one variable of its element alone on the left");
-    if (!law_relates(element.kind, other->variable))
+    if (!law_relates(element, other->port, other->variable))
       return problem("BG117", "this law contains the element's own " + symbol_name(model_, id), right_place,
                      "put the dissipation into a separate R",
-                     "the law of " + kind_text(element.kind, element.modulated) + " relates " +
-                         law_letters(element.kind)[0] + " and " + law_letters(element.kind)[5]);
+                     "the law of " +
+                         (element.stored.empty() ? kind_text(element.kind, element.modulated)
+                                                 : "the port " + in_quotes(element.ports[other->port])) +
+                         " relates " + law_letters(element, other->port)[0] + " and " +
+                         law_letters(element, other->port)[5]);
   }
   if (!is_store(element.kind))
     for (const ExprId e : reachable(model_.pool, std::array{right})) {
@@ -195,28 +203,31 @@ void Reader::parse_initial(std::size_t index, NodeId value) {
   const std::size_t scope = element_text_[index].names;
   const Document& file = document(scopes_[scope]);
   if (!expect(file, value, JsonKind::object, "\"initial\"")) return;
-  const ElementKind kind = model_.elements[index].kind;
-  const std::vector<std::string>& ports = model_.elements[index].ports;
-  const char stored = letter(stored_variable(kind)), other = stores_displacement(kind) ? 'e' : 'f';
+  const Element& element = model_.elements[index];
+  const std::vector<std::string>& ports = element.ports;
   std::unordered_map<std::uint32_t, Place> given;  // by port
   for (NodeId node = file[value].first_child; node.valid(); node = file[node].next_sibling) {
     const std::string_view key = file[node].key;
-    const auto named = [&](char letter) {
-      return std::find_if(ports.begin(), ports.end(),
-                          [&](const std::string& port) { return key == (port.empty() ? "" : port + ".") + letter; });
+    const auto named = [&](Variable (*variable)(const Element&, std::size_t)) -> std::optional<std::uint32_t> {
+      for (std::uint32_t port = 0; port < ports.size(); ++port)
+        if (key == (ports[port].empty() ? "" : ports[port] + ".") + letter(variable(element, port))) return port;
+      return std::nullopt;
     };
-    const bool conjugate = named(stored) == ports.end();
-    const auto at = named(conjugate ? other : stored);
-    if (at == ports.end()) {
-      problem("BG135", in_quotes(key) + " is not an initial value of this element", file.key_place(node),
-              initial_advice(model_.elements[index], key, {}),
-              "an initial value is what is stored, q of C and CC, p of I and II; or e or f, which determine it");
+    const bool conjugate = !named(stored_variable);
+    const auto at = named(conjugate ? conjugate_variable : stored_variable);
+    if (!at) {
+      problem(
+          "BG135", in_quotes(key) + " is not an initial value of this element", file.key_place(node),
+          initial_advice(element, key, {}),
+          "an initial value is what is stored, q of C and CC, p of I and II, either of IC; or e or f, which determine "
+          "it");
       continue;
     }
-    const auto port = static_cast<std::uint32_t>(at - ports.begin());
+    const std::uint32_t port = *at;
     if (const auto [first, is_new] = given.emplace(port, file.key_place(node)); !is_new) {
       problem("BG184", "two initial values are given for one store", file.key_place(node), "keep one of them",
-              std::string("the ") + stored + " of a store and its " + other + " follow from each other by its law",
+              std::string("the ") + letter(stored_variable(element, port)) + " of a store and its " +
+                  letter(conjugate_variable(element, port)) + " follow from each other by its law",
               {{first->second, "this is the other one"}});
       continue;
     }

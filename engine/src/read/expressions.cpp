@@ -133,7 +133,7 @@ std::optional<ExprId> Reader::own_variable(const Context& context, std::string_v
     letter = name.substr(dot + 1);
   }
   const auto variable = letter.size() == 1 ? variable_from(letter[0]) : std::nullopt;
-  if (!variable || !has_variable(own.kind, *variable)) return std::nullopt;
+  if (!variable || !has_variable(own, port, *variable)) return std::nullopt;
   // An element or a bond of that name is no quantity: in a law the letter alone can only mean the variable.
   const auto other = names_.find(scopes_[context.scope].prefix + std::string(name));
   if (!is_field(own.kind) && other != names_.end() &&
@@ -191,17 +191,18 @@ std::optional<SymbolId> Reader::variable_of(std::size_t scope, std::string_view 
                   "the bonds of a " + kind + " share their " + (zero ? "effort " : "flow ") +
                       in_quotes(name + (zero ? ".e" : ".f")) + " only; for another variable name a bond");
   }
-  if (!has_variable(element.kind, *variable)) {
+  if (!has_variable(element, port.value_or(0), *variable) && (port || element.stored.empty())) {
     std::vector<std::string> has;
     for (const char other : {'e', 'f', 'q', 'p'})
-      if (has_variable(element.kind, *variable_from(other))) has.emplace_back(1, other);
-    return refuse(
-        "BG121",
-        "an element of kind " + kind_text(element.kind, element.modulated) + " has no ." + std::string(1, letter),
-        "its variables are " + list_of(has, " and ") +
-            (is_store(element.kind) && *variable == Variable::displacement
-                 ? "; the displacement of a mass is the \"integral\" of its flow, a signal"
-                 : ""));
+      if (has_variable(element, port.value_or(0), *variable_from(other))) has.emplace_back(1, other);
+    return refuse("BG121",
+                  (element.stored.empty() ? "an element of kind " + kind_text(element.kind, element.modulated)
+                                          : "the port " + in_quotes(name)) +
+                      " has no ." + std::string(1, letter),
+                  "its variables are " + list_of(has, " and ") +
+                      (is_store(element.kind) && *variable == Variable::displacement && element.stored.empty()
+                           ? "; the displacement of a mass is the \"integral\" of its flow, a signal"
+                           : ""));
   }
   if (element.ports.size() > 1 && !port)
     return refuse("BG121", in_quotes(name) + " has several ports: say which one is meant",
@@ -223,9 +224,10 @@ std::optional<SymbolId> Reader::state_named(std::string_view name, bool or_conju
   if (!symbol) return std::nullopt;
   const ModelSymbol& meaning = model_.symbols[symbol->index()];
   if (meaning.kind != ModelSymbol::Kind::port_variable) return std::nullopt;
-  const ElementKind kind = model_.elements[meaning.element.index()].kind;
-  const bool stored = is_store(kind) && meaning.variable == stored_variable(kind);
-  const bool conjugate = is_store(kind) && law_relates(kind, meaning.variable);
+  const Element& element = model_.elements[meaning.element.index()];
+  if (!is_store(element.kind)) return std::nullopt;
+  const bool stored = meaning.variable == stored_variable(element, meaning.port);
+  const bool conjugate = law_relates(element, meaning.port, meaning.variable);
   return stored || (or_conjugate && conjugate) ? symbol : std::nullopt;
 }
 
@@ -263,7 +265,7 @@ std::vector<std::string> Reader::known_names(const Context& context) const {
     for (const char* letter : {".e", ".f"}) add(model_.bonds[i].name + letter);
   for (std::size_t port = 0; context.own != nullptr && port < context.own->ports.size(); ++port)
     for (const char letter : {'e', 'f', 'q', 'p'})
-      if (has_variable(context.own->kind, *variable_from(letter)))
+      if (has_variable(*context.own, port, *variable_from(letter)))
         result.push_back((is_field(context.own->kind) ? context.own->ports[port] + "." : "") + letter);
   return result;
 }

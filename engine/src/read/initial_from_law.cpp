@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "expression/interval.hpp"
+#include "expression/rounded.hpp"
 #include "model/constitutive.hpp"
 #include "model/element_kinds.hpp"
 
@@ -16,18 +17,27 @@ namespace {
 
 /// A solution is put into its law again: closed forms lose a few digits, a wrong branch loses all.
 constexpr double kAgreement = 1e-9;
+/// A solution is off by some roundings of its own, of elimination by more for each unknown.
+constexpr double kSolution = 4.0 * std::numeric_limits<double>::epsilon();
 
 class StoreStart {
  public:
   StoreStart(const Model& model, ExprPool& pool, ElementId id, std::span<const StartValue> given, double start,
-             std::vector<double>& values)
-      : model_(model), pool_(pool), element_(model.elements[id.index()]), id_(id), given_(given), values_(values) {
+             std::vector<double>& values, std::vector<double>& errors)
+      : model_(model),
+        pool_(pool),
+        element_(model.elements[id.index()]),
+        id_(id),
+        given_(given),
+        values_(values),
+        errors_(errors) {
     values_.resize(model.symbols.size(), std::numeric_limits<double>::quiet_NaN());
     values_[model.time.index()] = start;
   }
 
   StoredAtStart run() {
     result_.stored.assign(given_.size(), 0.0);
+    result_.rounding.assign(given_.size(), 0.0);
     for (std::uint32_t port = 0; port < element_.ports.size(); ++port) at(stored(port)) = 0.0;
     for (std::size_t i = 0; i < given_.size(); ++i) {
       result_.stored[i] = given_[i].value;
@@ -49,10 +59,10 @@ class StoreStart {
   };
 
   [[nodiscard]] SymbolId stored(std::uint32_t port) const {
-    return port_variable(element_, port, stored_variable(element_.kind));
+    return port_variable(element_, port, stored_variable(element_, port));
   }
   [[nodiscard]] SymbolId conjugate(std::uint32_t port) const {
-    return port_variable(element_, port, stores_displacement(element_.kind) ? Variable::effort : Variable::flow);
+    return port_variable(element_, port, conjugate_variable(element_, port));
   }
   double& at(SymbolId symbol) { return values_[symbol.index()]; }
   [[nodiscard]] std::string name(SymbolId symbol) const { return symbol_name(model_, symbol); }
@@ -82,18 +92,19 @@ class StoreStart {
     const ExprId right = without_signals(law.right);
     for (const ExprId e : reachable(pool_, std::array{right}))
       if (pool_[e].op == Op::der) return fail(i, "its law contains a time derivative");
-    const bool gives_stored = law.variable == stored_variable(element_.kind);
+    const bool gives_stored = law.variable == stored_variable(element_, law.port);
     for (const SymbolId symbol : symbols_in(pool_, std::array{right})) {
       const ModelSymbol& meaning = model_.symbols[symbol.index()];
       if (meaning.kind == ModelSymbol::Kind::parameter || meaning.kind == ModelSymbol::Kind::time) continue;
       const bool own = meaning.kind == ModelSymbol::Kind::port_variable && meaning.element == id_;
-      const bool holds = own && meaning.variable == stored_variable(element_.kind);
+      const bool holds = own && meaning.variable == stored_variable(element_, meaning.port);
       if (!own) return fail(i, "its law depends on " + name(symbol) + ", which is known only during the run");
       if (gives_stored ? (holds || std::isnan(at(symbol))) : !holds)
         return fail(i, "its law depends on " + name(symbol) + ", which is not given");
     }
     if (!gives_stored) return unknowns_.push_back({i, stored(given_[i].port), right});
     result_.stored[i] = evaluate(pool_, right, values_);
+    result_.rounding[i] = rounding_of(pool_, right, values_, errors_);
     at(stored(given_[i].port)) = result_.stored[i];
     if (!std::isfinite(result_.stored[i])) fail(i, "its law gives no finite value there");
   }
@@ -181,12 +192,19 @@ class StoreStart {
     });
   }
 
+  /// Leaves in the result's roundings how far each law can be off at the solution.
   void verify() {
+    const double own = kSolution * static_cast<double>(unknowns_.size());
+    for (const Unknown& unknown : unknowns_) errors_[unknown.symbol.index()] = own * std::abs(at(unknown.symbol));
     for (const Unknown& unknown : unknowns_) {
       const double wanted = given_[unknown.given].value, is = evaluate(pool_, unknown.law, values_);
-      if (!(std::abs(is - wanted) <= kAgreement * std::max(std::abs(is), std::abs(wanted))))
-        return fail(unknown.given, "no value of " + name(unknown.symbol) + " gives it by the law");
+      const double rounding = rounding_of(pool_, unknown.law, values_, errors_);
+      result_.rounding[unknown.given] = rounding;
+      const double allowed = std::max(kAgreement * std::max(std::abs(is), std::abs(wanted)), rounding);
+      if (result_.fault.empty() && !(std::abs(is - wanted) <= allowed))
+        fail(unknown.given, "no value of " + name(unknown.symbol) + " gives it by the law");
     }
+    for (const Unknown& unknown : unknowns_) errors_[unknown.symbol.index()] = 0.0;
   }
 
   const Model& model_;
@@ -194,7 +212,7 @@ class StoreStart {
   const Element& element_;
   ElementId id_;
   std::span<const StartValue> given_;
-  std::vector<double>& values_;
+  std::vector<double>&values_, &errors_;
   std::vector<Unknown> unknowns_;
   StoredAtStart result_;
 };
@@ -202,8 +220,25 @@ class StoreStart {
 }  // namespace
 
 StoredAtStart stored_at_start(const Model& model, ExprPool& pool, ElementId id, std::span<const StartValue> given,
-                              double start, std::vector<double>& symbol_values) {
-  return StoreStart(model, pool, id, given, start, symbol_values).run();
+                              double start, std::vector<double>& symbol_values, std::vector<double>& symbol_errors) {
+  const auto from = [&](std::span<const StartValue> values) {
+    return StoreStart(model, pool, id, values, start, symbol_values, symbol_errors).run();
+  };
+  StoredAtStart found = from(given);
+  if (!found.fault.empty()) return found;
+  // What is stored moves with each given value by as much as that value and its law can be off.
+  std::vector<StartValue> moved(given.begin(), given.end());
+  std::vector<double> rounding(given.size(), 0.0);
+  for (std::size_t k = 0; k < given.size(); ++k) {
+    moved[k].value += given[k].rounding + found.rounding[k];
+    if (moved[k].value == given[k].value) continue;
+    const StoredAtStart other = from(moved);
+    for (std::size_t i = 0; other.fault.empty() && i < given.size(); ++i)
+      rounding[i] += std::abs(other.stored[i] - found.stored[i]);
+    moved[k].value = given[k].value;
+  }
+  found.rounding = std::move(rounding);
+  return found;
 }
 
 }  // namespace bgsim

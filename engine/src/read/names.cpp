@@ -188,26 +188,42 @@ bool Reader::read_ports(std::size_t scope, NodeId node, Element& element) {
   const Document& file = document(scopes_[scope]);
   const std::string name = in_quotes(file[node].key);
   const NodeId ports = file.find(node, "ports");
+  const bool mixed = is_store(element.kind) && !kind_row(element.kind).variable;  // each port says what it holds
+  const std::string example = mixed ? "{ \"a\": \"q\", \"b\": \"p\" }" : "[\"a\", \"b\"]";
   if (!ports.valid()) {
     missing(file, node, "the field " + name + " has no \"ports\"", element.place,
-            "add \"ports\": [\"a\", \"b\"], two or more names of your choice");
+            "add \"ports\": " + example + ", two or more names of your choice");
     return false;
   }
-  if (!expect(file, ports, JsonKind::array, "\"ports\"")) return false;
+  if (mixed && file[ports].kind == JsonKind::array) {
+    problem("BG113", "\"ports\" of the field " + name + " does not say what each port holds", file.place(ports),
+            "write \"ports\": " + example, "a port of an IC holds a displacement q or a momentum p");
+    return false;
+  }
+  if (!expect(file, ports, mixed ? JsonKind::object : JsonKind::array, "\"ports\"")) return false;
+  bool understood = true;  // else every variable of the port would be reported
   std::unordered_set<std::string_view> seen;
   for (NodeId port = file[ports].first_child; port.valid(); port = file[port].next_sibling) {
-    if (!expect(file, port, JsonKind::string, "a port's name")) continue;
-    if (!valid_name(file[port].text, file.place(port), "a port")) continue;
-    if (seen.insert(file[port].text).second)
-      element.ports.emplace_back(file[port].text);
-    else
-      problem("BG116", "the field " + name + " has two ports called " + in_quotes(file[port].text), file.place(port),
+    if (!expect(file, port, JsonKind::string, mixed ? "what a port holds" : "a port's name")) continue;
+    const std::string_view named = mixed ? file[port].key : file[port].text;
+    if (!valid_name(named, mixed ? file.key_place(port) : file.place(port), "a port")) continue;
+    if (mixed && file[port].text != "q" && file[port].text != "p") {
+      understood = false;
+      problem("BG113", "the port " + in_quotes(named) + " of " + name + " holds " + in_quotes(file[port].text),
+              file.place(port), "write \"q\" or \"p\"", "a port of an IC holds a displacement q or a momentum p");
+    }
+    if (seen.insert(named).second) {
+      element.ports.emplace_back(named);
+      if (mixed) element.stored.push_back(file[port].text == "p" ? Variable::momentum : Variable::displacement);
+    } else {
+      problem("BG116", "the field " + name + " has two ports called " + in_quotes(named), file.place(port),
               "rename one of the two");
+    }
   }
   if (file[ports].child_count < 2)
     problem("BG113", "the field " + name + " has fewer than two ports", file.place(ports),
-            "an element with one port is of kind " + kind_text(one_port_of(element.kind), false));
-  return element.ports.size() > 1;
+            "an element with one port is of kind " + one_port_of(element.kind));
+  return understood && element.ports.size() > 1;
 }
 
 /// Every variable of an element has its symbol from the start, one after the other.
@@ -224,8 +240,8 @@ void Reader::add_element(std::size_t scope, NodeId node, Element element) {
   }
   for (std::uint32_t port = 0; port < element.ports.size(); ++port) {
     symbol.port = port;
-    for (const Variable variable : {Variable::effort, Variable::flow, stored_variable(element.kind)}) {
-      if (!has_variable(element.kind, variable)) continue;
+    for (const Variable variable : {Variable::effort, Variable::flow, Variable::displacement, Variable::momentum}) {
+      if (!has_variable(element, port, variable)) continue;
       symbol.variable = variable;
       add_symbol(symbol);
     }

@@ -205,7 +205,7 @@ void Reader::record_group(std::string_view group, const Place& place, std::vecto
       if (all) record_symbol(port_variable(element, port, Variable::effort), place, names);
       if (all) record_symbol(port_variable(element, port, Variable::flow), place, names);
       if (is_store(element.kind))
-        record_symbol(port_variable(element, port, stored_variable(element.kind)), place, names);
+        record_symbol(port_variable(element, port, stored_variable(element, port)), place, names);
     }
   }
   for (std::size_t i = 0; all && i < model_.bonds.size(); ++i) {

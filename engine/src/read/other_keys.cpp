@@ -227,6 +227,7 @@ std::string own_value_key(ElementKind kind) {
       return "a GY has a \"modulus\" r: e1 = r f2, e2 = r f1";
     case ElementKind::c_field:
     case ElementKind::i_field:
+    case ElementKind::ic_field:
       return "a field has an \"energy\", or \"laws\": one equation for each port";
     case ElementKind::r_field:
       return "an RR has \"laws\": one equation for each port";
@@ -262,6 +263,7 @@ std::string instead_of_own_key(ElementKind kind, std::string_view key) {
     case ElementKind::flow_detector:
     case ElementKind::c_field:
     case ElementKind::i_field:
+    case ElementKind::ic_field:
     case ElementKind::r_field:
       break;
   }

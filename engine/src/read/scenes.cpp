@@ -177,7 +177,8 @@ bool Reader::check_state(const std::string& name, const Place& place, bool or_co
         help = initial_advice(element, name.substr(dot + 1), name.substr(0, dot + 1));
   if (help.empty()) help = "states have names like \"mass.p\", \"spring.q\" or \"packet.air.q\"";
   problem("BG147", refusal_ ? refusal_->situation : "there is no state " + in_quotes(name), place, help,
-          "states are what the stores hold: q of C and CC, p of I and II; and the integrals among the signals");
+          "states are what the stores hold: q of C and CC, p of I and II, either of IC; and the integrals among the "
+          "signals");
   return false;
 }
 
@@ -188,7 +189,7 @@ std::vector<std::string> Reader::state_names() const {
   for (const Element& element : model_.elements) {
     if (names.size() >= kMostSearched || enough_problems()) break;
     for (std::size_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
-      names.push_back(port_name(element, port) + "." + letter(stored_variable(element.kind)));
+      names.push_back(port_name(element, port) + "." + letter(stored_variable(element, port)));
   }
   return names;
 }

@@ -136,16 +136,22 @@ class RateSearch {
       exactly_.emplace(model_, false);
     }
     const Element& element = model_.elements[id.index()];
-    const bool q = stores_displacement(element.kind);
-    const Variable rate = q ? Variable::flow : Variable::effort, given = q ? Variable::effort : Variable::flow;
+    // What the law of another port gives is no rate, although at an IC's port of momentum it may be the flow that fills
+    // a port of displacement.
+    if (symbol.kind == ModelSymbol::Kind::port_variable && symbol.element == id &&
+        symbol.variable == conjugate_variable(element, symbol.port))
+      return false;
+    enum class Of : std::uint8_t { rate, given };
     // Beside a single resistor the store's effort is a function of its flow, too, and is yet what the law gives.
-    const auto is = [&](SameVariables& same, Variable variable) {
+    const auto is = [&](SameVariables& same, Of of) {
       const auto node = same.of(symbol);
-      for (std::uint32_t port = 0; node && port < element.ports.size(); ++port)
-        if (same.at_port(id, port, variable) == node) return true;
+      for (std::uint32_t port = 0; node && port < element.ports.size(); ++port) {
+        const Variable given = conjugate_variable(element, port);
+        if (same.at_port(id, port, of == Of::given ? given : other_of(given)) == node) return true;
+      }
       return false;
     };
-    return is(*same_, rate) && (is(*exactly_, rate) || !is(*exactly_, given));
+    return is(*same_, Of::rate) && (is(*exactly_, Of::rate) || !is(*exactly_, Of::given));
   }
 
   /// Whether a rate of the element occurs in an expression itself.
@@ -185,8 +191,7 @@ class RateSearch {
 
   void report(ElementId id, const std::string& what, const std::string& signal, const Place& place) {
     const Element& element = model_.elements[id.index()];
-    const bool q = stores_displacement(element.kind);
-    const std::string own = element.name + (q ? ".q" : ".p");
+    const bool mixed = !element.stored.empty(), q = !mixed && stores_displacement(element, 0);
     Diagnostic problem = diagnostic_of("BG117", {}, place);
     problem.situation = "the " + std::string(element.energy.valid() ? "energy" : "law") + " of " +
                         in_quotes(element.name) + " contains " + what +
@@ -196,10 +201,16 @@ class RateSearch {
       for (const Signal& candidate : model_.signals)
         if (candidate.name == signal)
           problem.notes.push_back({candidate.place, in_quotes(signal) + " is computed here"});
-    problem.rule = "the law of a store is a function of what it stores, its " + std::string(q ? "q" : "p") +
+    problem.rule = "the law of a store is a function of what it stores, its " +
+                   std::string(mixed ? "q and p"
+                               : q   ? "q"
+                                     : "p") +
                    "; a part that depends on the rate dissipates";
-    problem.help = std::string("put that part into a separate R, at a ") + (q ? "1" : "0") + "-junction with " +
-                   in_quotes(element.name);
+    problem.help = std::string("put that part into a separate R, at a ") +
+                   (mixed ? ""
+                    : q   ? "1-"
+                          : "0-") +
+                   "junction with " + in_quotes(element.name);
     problems_.push_back(std::move(problem));
   }
 

@@ -127,7 +127,7 @@ void Reader::declare_instance(std::size_t scope, NodeId node, std::string_view k
     std::string help = instead_of_kind(kind);
     if (help.empty()) help = suggestion(kind, candidates);
     if (help.empty())
-      help = "kinds are Se Sf R C I TF GY 0 1, MSe MSf MR MC MI MTF MGY, CC II RR, and those in \"types\"";
+      help = "kinds are Se Sf R C I TF GY 0 1, MSe MSf MR MC MI MTF MGY, CC II IC RR, and those in \"types\"";
     return problem("BG114", "there is no kind of element " + in_quotes(kind), file.place(file.find(node, "kind")),
                    help);
   }

@@ -4,7 +4,7 @@
 
 namespace bgsim {
 
-std::optional<Variable> variable_called(std::string_view name, ElementKind kind) {
+std::optional<Variable> variable_called(std::string_view name, std::optional<Variable> stored) {
   struct Meaning {
     std::string_view name;
     Variable variable;
@@ -63,7 +63,7 @@ std::optional<Variable> variable_called(std::string_view name, ElementKind kind)
       Meaning{"q", Variable::displacement},
       Meaning{"p", Variable::momentum},
   };
-  const bool of_c = is_store(kind) && stores_displacement(kind), of_i = is_store(kind) && !stores_displacement(kind);
+  const bool of_c = stored == Variable::displacement, of_i = stored == Variable::momentum;
   // Letters that mean one thing here and another there: the pressure of hydraulics, its volume, a charge in capitals.
   if (name == "p" && !of_i) return Variable::effort;
   if (name == "Q" && of_c) return Variable::displacement;

@@ -9,8 +9,8 @@
 namespace bgsim {
 
 /// Which variable a letter or word of a domain means: "F" and "voltage" the effort, "v" the flow. Where a letter means
-/// two, that which a law of @p kind relates.
-std::optional<Variable> variable_called(std::string_view name, ElementKind kind);
+/// two, that which the law of a port relates that holds @p stored (none: it is no store's).
+std::optional<Variable> variable_called(std::string_view name, std::optional<Variable> stored);
 /// "effort (force, voltage, torque, pressure, ...)".
 const char* variable_words(Variable variable);
 

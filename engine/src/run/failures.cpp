@@ -152,7 +152,7 @@ Diagnostic singularity_failure(const Program& program, std::size_t relation, dou
                           "by must keep its sign"
                         : "a denominator must not reach zero: beyond this singularity the system is another one";
   diagnostic.help =
-      structural ? "keep it away from zero: max(value, least), or change the causality with a store"
+      structural ? "keep it away from zero: max(value, least), or change the causality with a store or a \"priority\""
                  : "add what keeps the denominator from zero (a stop, a residual volume), or end the scene earlier";
   return diagnostic;
 }

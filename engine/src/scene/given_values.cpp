@@ -78,12 +78,12 @@ std::optional<ExprId> value_of(const SetText& set, const Model& model, const Par
 
 }  // namespace
 
-char initial_letter(const Element& element, bool conjugate) {
-  return stores_displacement(element.kind) ? (conjugate ? 'e' : 'q') : (conjugate ? 'f' : 'p');
+char initial_letter(const Element& element, std::uint32_t port, bool conjugate) {
+  return letter(conjugate ? conjugate_variable(element, port) : stored_variable(element, port));
 }
 
 std::string initial_name(const Element& element, std::uint32_t port, bool conjugate) {
-  return port_name(element, port) + "." + initial_letter(element, conjugate);
+  return port_name(element, port) + "." + initial_letter(element, port, conjugate);
 }
 
 StateNames::StateNames(const Model& model) {

@@ -41,7 +41,7 @@ class StateNames {
 };
 
 /// 'q' of a C, 'p' of an I; or the letter of what the law gives.
-char initial_letter(const Element& element, bool conjugate);
+char initial_letter(const Element& element, std::uint32_t port, bool conjugate);
 /// "mass.p", "packet.wall.e".
 std::string initial_name(const Element& element, std::uint32_t port, bool conjugate);
 

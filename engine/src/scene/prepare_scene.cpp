@@ -145,30 +145,29 @@ struct SceneParts {
 void begin_store(const SceneParts& parts, ElementId element, const std::vector<StartValue>& values,
                  std::vector<RunInputs::Initial>& initial, std::vector<Diagnostic>& problems) {
   const auto& [model, scene, given, numbers] = parts;
-  const auto add = [&, &given = given, &numbers = numbers](std::size_t i, double stored) {
+  const auto add = [&, &given = given](std::size_t i, double stored, double rounding) {
     const GivenValue& value = given.initial[{element, values[i].port, {}}];
-    const double rounding =
-        values[i].conjugate ? 0.0 : rounding_of(given.pool, value.value, numbers.values, numbers.errors);
     initial.push_back({element, values[i].port, stored, value.place, {}, rounding});
   };
   if (std::none_of(values.begin(), values.end(), [](const StartValue& v) { return v.conjugate; })) {
-    for (std::size_t i = 0; i < values.size(); ++i) add(i, values[i].value);
+    for (std::size_t i = 0; i < values.size(); ++i) add(i, values[i].value, values[i].rounding);
     return;
   }
   const double start = scene.start.valid() ? evaluate(given.pool, scene.start, numbers.values) : 0.0;
-  const StoredAtStart found = stored_at_start(model, given.pool, element, values, start, numbers.values);
-  for (std::size_t i = 0; found.fault.empty() && i < values.size(); ++i) add(i, found.stored[i]);
+  const StoredAtStart found =
+      stored_at_start(model, given.pool, element, values, start, numbers.values, numbers.errors);
+  for (std::size_t i = 0; found.fault.empty() && i < values.size(); ++i) add(i, found.stored[i], found.rounding[i]);
   if (found.fault.empty()) return;
   const Element& owner = model.elements[element.index()];
   const StartValue& at = values[found.at];
   const std::string name = port_name(owner, at.port) + ".";
-  problems.push_back(
-      diagnostic_of("BG183",
-                    "the initial value " + name + initial_letter(owner, true) + " = " + number_text(at.value, 6) +
-                        " does not determine what " + in_quotes(owner.name) + " holds: " + found.fault,
-                    given.initial[{element, at.port, {}}].place,
-                    "an initial effort or flow determines what is stored if the law of the store can be inverted",
-                    "give " + name + initial_letter(owner, false) + " instead"));
+  problems.push_back(diagnostic_of(
+      "BG183",
+      "the initial value " + name + initial_letter(owner, at.port, true) + " = " + number_text(at.value, 6) +
+          " does not determine what " + in_quotes(owner.name) + " holds: " + found.fault,
+      given.initial[{element, at.port, {}}].place,
+      "an initial effort or flow determines what is stored if the law of the store can be inverted",
+      "give " + name + initial_letter(owner, at.port, false) + " instead"));
 }
 
 /// By increasing element and port, then signal.
@@ -191,7 +190,9 @@ std::vector<RunInputs::Initial> initial_numbers(const SceneParts& parts, std::ve
       if (value) initial.push_back({{}, 0, *value, start.place, key.signal, 0.0});
       continue;
     }
-    if (value) values.push_back({key.port, *value, start.conjugate});
+    if (value)
+      values.push_back({key.port, *value, start.conjugate,
+                        rounding_of(given.pool, start.value, parts.numbers.values, parts.numbers.errors)});
     if (const auto next = std::next(at); next != given.initial.end() && next->first.element == key.element) continue;
     begin_store(parts, key.element, values, initial, problems);
     values.clear();

@@ -20,7 +20,7 @@ std::vector<std::string> state_names(const Model& model) {
     if (signal.is_state()) names.push_back(signal.name);
   for (const Element& element : model.elements)
     for (std::size_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
-      names.push_back(port_name(element, port) + "." + letter(stored_variable(element.kind)));
+      names.push_back(port_name(element, port) + "." + letter(stored_variable(element, port)));
   return names;
 }
 
@@ -34,7 +34,7 @@ std::string help_for_element(const Model& model, const Element& element) {
   for (const SymbolId id : symbols_in(model.pool, values))
     if (model.symbols[id.index()].kind == ModelSymbol::Kind::parameter) names.push_back(symbol_name(model, id));
   for (std::size_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
-    names.push_back(port_name(element, port) + "." + letter(stored_variable(element.kind)));
+    names.push_back(port_name(element, port) + "." + letter(stored_variable(element, port)));
   if (names.empty()) return "give its value a name among \"parameters\", and set that";
   return "these can be set: " + list_of(names, " or ", 6);
 }

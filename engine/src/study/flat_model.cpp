@@ -120,12 +120,12 @@ class FlatWriter {
         replacement_[variable(Variable::flow)] = pool_.neg(pool_.symbol(variable(Variable::flow)));
       }
       if (!is_store(element.kind)) continue;
-      const bool stays = stores_displacement(element.kind) && !no_effort;
-      const SymbolId stored = variable(stored_variable(element.kind));
+      const bool stays = stores_displacement(element, 0) && !no_effort;
+      const SymbolId stored = variable(stored_variable(element, 0));
       if (stays)
         replacement_[stored] = initial_of(element);
       else
-        undefined_[stored] = element.name + "." + letter(stored_variable(element.kind));
+        undefined_[stored] = element.name + "." + letter(stored_variable(element, 0));
     }
   }
 
@@ -237,7 +237,9 @@ class FlatWriter {
     const std::string user = "\"" + element.name + "\"";
     Json json{{"kind", kind_text(element.kind, element.modulated)}};
     const bool field = is_field(element.kind);
-    if (field) json["ports"] = element.ports;
+    if (field && element.stored.empty()) json["ports"] = element.ports;
+    for (std::size_t port = 0; port < element.stored.size(); ++port)
+      json["ports"][element.ports[port]] = std::string(1, letter(element.stored[port]));
     if (element.coefficient.valid()) json[coefficient_words(element)] = value(element.coefficient, user);
     if (element.energy.valid()) json["energy"] = value(element.energy, user);
     Json laws = Json::array();
@@ -248,7 +250,8 @@ class FlatWriter {
       json["law"] = laws.front();
     for (const InitialValue& initial : element.initial) {
       const std::string key = std::string(field ? element.ports[initial.port] + "." : "") +
-                              letter(stores_displacement(element.kind) ? Variable::displacement : Variable::momentum);
+                              letter(initial.conjugate ? conjugate_variable(element, initial.port)
+                                                       : stored_variable(element, initial.port));
       json["initial"][key] = value(initial.value, user);
     }
     if (element.priority != 0.0) json["priority"] = element.priority;

@@ -159,9 +159,8 @@ class UnitBuilder {
     for (std::uint32_t i = 0; i < model_.elements.size() && !scene_->initial.empty(); ++i) {
       const Element& store = model_.elements[i];
       if (!is_store(store.kind)) continue;
-      const Variable stored = stores_displacement(store.kind) ? Variable::displacement : Variable::momentum;
       for (std::size_t port = 0; port < port_count(store); ++port)
-        for (const Variable variable : {stored, conjugate(stored)}) {
+        for (const Variable variable : {stored_variable(store, port), conjugate_variable(store, port)}) {
           const std::string name = port_name(store, port) + "." + letter(variable);
           const auto found = scene_->initial.find(name);
           if (found != scene_->initial.end())
@@ -186,7 +185,6 @@ class UnitBuilder {
             depth);
     }
     const bool store = is_store(e.kind);
-    const Variable stored = store && stores_displacement(e.kind) ? Variable::displacement : Variable::momentum;
     if (store && !e.energy.valid())
       for (std::uint32_t port = 1; port < port_count(e); ++port)
         add({UnitEquation::Kind::one_energy,
@@ -194,39 +192,34 @@ class UnitBuilder {
              Op::add,
              {},
              {},
-             port_energy(id, 0, stored),
+             port_energy(id, 0),
              {},
              e.place},
-            port_energy(id, port, stored));
+            port_energy(id, port));
     for (std::uint32_t i = 0; i < e.initial.size(); ++i) {
       const std::size_t port = e.initial[i].port;
-      const Variable variable = e.initial[i].conjugate ? conjugate(stored) : stored;
+      const Variable variable = e.initial[i].conjugate ? conjugate_variable(e, port) : stored_variable(e, port);
       value({UnitSite::Kind::initial, index, i}, port_name(e, port) + "." + letter(variable),
             port_form(id, port, variable), e.initial[i].value, e.initial[i].place, 1);
     }
   }
 
-  /// The effort of what stores displacement, the flow of what stores momentum.
-  static Variable conjugate(Variable stored) {
-    return stored == Variable::displacement ? Variable::effort : Variable::flow;
-  }
-
   /// e q or f p at a port of a store.
-  UnitForm port_energy(ElementId id, std::size_t port, Variable stored) const {
-    return port_form(id, port, stored) * port_form(id, port, conjugate(stored));
+  UnitForm port_energy(ElementId id, std::size_t port) const {
+    const Element& store = model_.elements[id.index()];
+    return port_form(id, port, stored_variable(store, port)) * port_form(id, port, conjugate_variable(store, port));
   }
 
   void energy(ElementId id, const Element& e) {
     const UnitSite site{UnitSite::Kind::energy, id.value};
     const Part part = expression(site, e.energy, e.coefficient_place);
-    const Variable stored = stores_displacement(e.kind) ? Variable::displacement : Variable::momentum;
     for (std::uint32_t port = 0; port < port_count(e) && !part.adapts; ++port)
       add({UnitEquation::Kind::energy,
            {UnitSite::Kind::energy, id.value, port},
            Op::add,
            {},
            e.energy,
-           port_energy(id, port, stored),
+           port_energy(id, port),
            {},
            e.coefficient_place},
           part.form);

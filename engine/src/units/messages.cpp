@@ -166,7 +166,7 @@ class UnitWords {
   [[nodiscard]] const Element& element(const UnitEquation& e) const { return model_.elements[e.site.index]; }
   [[nodiscard]] std::string at_port(const UnitEquation& e) const {
     const Element& field = element(e);
-    return std::string(stores_displacement(field.kind) ? "effort times displacement" : "flow times momentum") +
+    return std::string(stores_displacement(field, e.site.port) ? "effort times displacement" : "flow times momentum") +
            " at port " + field.ports[e.site.port] + " of " + in_quotes(field.name);
   }
   [[nodiscard]] std::string argument(const UnitEquation& e) const {

@@ -63,11 +63,11 @@ EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, bool 
       rules_{gauss_rule<1>(), gauss_rule<2>(), gauss_rule<3>(), gauss_rule<4>(),
              gauss_rule<5>(), gauss_rule<6>(), gauss_rule<7>()},
       y_(evaluator.states() + evaluator.tears()),
-      power_(program.energy_roles.size()),
-      stretch_(program.energy_roles.size()),
+      power_(program.powers.results.size()),
+      stretch_(program.powers.results.size()),
       activity_(program.energy_roles.size()),
-      samples_(program.energy_roles.size() * kMostPoints),
-      total_(program.energy_roles.size()),
+      samples_(program.powers.results.size() * kMostPoints),
+      total_(program.powers.results.size()),
       energy_before_(program.energy_roles.size()),
       energy_after_(program.energy_roles.size()) {
   if (!wanted) why_not_ = "switched off";
@@ -111,6 +111,7 @@ void EnergyAuditor::add_point(std::size_t point, double t, double weight) {
   for (std::size_t i = 0; i < power_.size(); ++i) {
     stretch_[i] += weight * power_[i];
     samples_[i * kMostPoints + point] = power_[i];
+    if (i >= program_.energy_roles.size()) continue;
     if (program_.energy_roles[i] == EnergyPart::Role::source) {
       gross_source_ += weight * std::abs(power_[i]);
     } else if (program_.energy_roles[i] == EnergyPart::Role::dissipator) {
@@ -166,11 +167,16 @@ void EnergyAuditor::add_activities(const Rule& rule, double length) {
 
 void EnergyAuditor::finish_stretch() {
   double gained = 0.0, lost = 0.0;
-  for (std::size_t i = 0; i < stretch_.size(); ++i) {
-    total_[i].add(stretch_[i]);
-    if (program_.energy_roles[i] != EnergyPart::Role::store) continue;
+  const auto count = [&](std::size_t i) {
     const double change = total_[i].value();
     (change > 0.0 ? gained : lost) += std::abs(change);
+  };
+  for (std::size_t i = 0; i < stretch_.size(); ++i) total_[i].add(stretch_[i]);
+  for (std::size_t part = 0; part < program_.energy_roles.size(); ++part) {
+    if (program_.energy_roles[part] != EnergyPart::Role::store) continue;
+    const std::uint32_t first = program_.first_port_power[part], last = program_.first_port_power[part + 1];
+    if (first == last) count(part);
+    for (std::uint32_t port = first; port < last; ++port) count(port);
   }
   swing_ = std::max({swing_, gained, lost});
 }
@@ -203,7 +209,7 @@ bool EnergyAuditor::look_at_stores(double t, const double* x, const char* when) 
 /// The balance from the start to where look_at_stores() last looked.
 EnergyAuditor::Terms EnergyAuditor::terms() const {
   Terms terms;
-  for (std::size_t i = 0; i < total_.size(); ++i) {
+  for (std::size_t i = 0; i < program_.energy_roles.size(); ++i) {
     const double taken = total_[i].value();
     if (program_.energy_roles[i] == EnergyPart::Role::source) {
       terms.supplied.add(taken);

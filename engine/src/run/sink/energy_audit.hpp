@@ -79,7 +79,7 @@ class EnergyAuditor {
     archive("swing", swing_);
     archive("least power", least_power_);
     archive("least part", least_part_);
-    archive.check(!least_part_ || *least_part_ < total_.size());
+    archive.check(!least_part_ || *least_part_ < program_.energy_roles.size());
     archive("energy before", energy_before_);
     archive("displaced before", displaced_before_);
     archive("audited", audited_);
@@ -140,7 +140,7 @@ class EnergyAuditor {
   Branch branch_;  ///< at y_
   std::vector<Rule> rules_;
   std::vector<double> y_, power_, stretch_, activity_, samples_;  ///< samples: powers by part and point
-  std::vector<CompensatedSum> total_;                             ///< by energy part
+  std::vector<CompensatedSum> total_;                             ///< by energy part, then by port of fields
   double gross_source_ = 0.0, gross_dissipation_ = 0.0, swing_ = 0.0;
   void take_least(std::size_t part, double t);
   double least_power_ = 0.0;
