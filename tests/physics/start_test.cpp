@@ -94,6 +94,33 @@ TEST_CASE("The car axis finds its independent masses by itself") {
   CHECK(last(run, "yr") == Approx(0.3739110272652214).epsilon(1e-5));
 }
 
+TEST_CASE("What is given at the start holds, in any order of the file, and other stores follow") {
+  // Three inertias on gears of 2 and 3, one of which starts with a momentum: 1 + 4 + 36 against a damping of 36.
+  const std::vector<std::string> inertias{R"("one": {"kind": "I", "inertance": 1})",
+                                          R"("two": {"kind": "I", "inertance": 1})",
+                                          R"("three": {"kind": "I", "inertance": 1})"};
+  const std::string rest = R"("a": {"kind": "1"}, "b": {"kind": "1"}, "c": {"kind": "1"},
+      "ab": {"kind": "TF", "modulus": 2}, "bc": {"kind": "TF", "modulus": 3}, "r": {"kind": "R", "resistance": 1}},)";
+  std::vector<std::size_t> order{0, 1, 2};
+  do {
+    for (const bool by_scene : {false, true}) {
+      std::string text = R"({"bgsim": 1, "name": "gears", "elements": {)";
+      for (const std::size_t i : order) {
+        std::string inertia = inertias[i];
+        if (i == 0 && !by_scene) inertia.insert(inertia.size() - 1, R"(, "initial": {"p": 1})");
+        text += inertia + ", ";
+      }
+      text += rest + bonds_text("a>ab ab>b b>bc bc>c a>one b>two c>three c>r") +
+              R"(, "outputs": {"f": "one.f"}, "scenes": {"run": {"stop": 1)" +
+              (by_scene ? R"(, "initial": {"one.f": 1}}}})" : "}}}");
+      INFO(text);
+      const RunResult run = run_text(text, with_relative(1e-9));
+      REQUIRE(run.stop == StopReason::completed);
+      CHECK(last(run, "f") == Approx(std::exp(-36.0 / 41.0)).epsilon(1e-7));
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
 TEST_CASE("What roundings leave of a difference contradicts nothing at the start") {
   const auto two = [](const std::string& one, const std::string& other) {
     return R"({"bgsim": 1, "name": "two", "parameters": {"a": 0.1, "b": 0.2, "c": 0.3, "v": "0.1 + 0.2 - 0.3",

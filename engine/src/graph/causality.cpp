@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "graph/causal_explanation.hpp"
+#include "graph/given_starts.hpp"
 #include "graph/graph_faults.hpp"
 #include "graph/rank_causality.hpp"
 #include "graph/solved_laws.hpp"
@@ -315,15 +316,16 @@ class Scap {
   }
 
   void add_stores(std::vector<Choice>& list) const {
-    std::vector<ElementId> stores;
-    for (std::size_t i = 0; i < graph_.kinds.size(); ++i)
-      if (is_store(graph_.kinds[i])) stores.push_back(ElementId(i));
-    std::stable_sort(stores.begin(), stores.end(), [&](ElementId a, ElementId b) {
-      return model_.elements[a.index()].priority > model_.elements[b.index()].priority;
+    const GivenStarts given(model_);
+    const auto is_given = [&](PortId port) { return given(graph_[port].element, graph_[port].number); };
+    std::vector<PortId> stores;
+    for (std::size_t i = 0; i < graph_.ports.size(); ++i)
+      if (is_store(kind(PortId(i)))) stores.push_back(PortId(i));
+    std::stable_sort(stores.begin(), stores.end(), [&](PortId a, PortId b) {
+      const double first = element(a).priority, second = element(b).priority;
+      return first != second ? first > second : is_given(a) && !is_given(b);
     });
-    for (const ElementId store : stores)
-      for (std::size_t number = 0; number < graph_.port_count(store); ++number)
-        add_store(list, graph_.port(store, number));
+    for (const PortId store : stores) add_store(list, store);
   }
 
   void add_nonlinear_resistors(std::vector<Choice>& list) const {

@@ -38,9 +38,11 @@ std::vector<PortId> RankCausality::by_right(const JunctionPart& part) const {
     return model_.elements[graph_[port].element.index()].laws.empty() ? 4 : 3;
   };
   const auto priority = [&](PortId port) { return model_.elements[graph_[port].element.index()].priority; };
+  const auto given = [&](PortId port) { return given_(graph_[port].element, graph_[port].number); };
   std::vector<PortId> order = part.outer;
   std::stable_sort(order.begin(), order.end(), [&](PortId a, PortId b) {
-    return rank(a) != rank(b) ? rank(a) < rank(b) : rank(a) == 2 && priority(a) > priority(b);
+    if (rank(a) != rank(b) || rank(a) != 2) return rank(a) < rank(b);
+    return priority(a) != priority(b) ? priority(a) > priority(b) : given(a) && !given(b);
   });
   return order;
 }

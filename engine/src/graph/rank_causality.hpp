@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "graph/given_starts.hpp"
 #include "graph/junction_rank.hpp"
 #include "graph/modulus_residues.hpp"
 #include "graph/solved_laws.hpp"
@@ -22,7 +23,13 @@ struct RankedPart {
 class RankCausality {
  public:
   RankCausality(const Model& model, const BondGraph& graph, const SolvedLaws& laws)
-      : model_(model), graph_(graph), laws_(laws), residues_(model), parts_(ring_parts(graph)), state_(parts_.size()) {}
+      : model_(model),
+        graph_(graph),
+        laws_(laws),
+        given_(model),
+        residues_(model),
+        parts_(ring_parts(graph)),
+        state_(parts_.size()) {}
 
   [[nodiscard]] std::span<const RankedPart> ranked() const { return ranked_; }
   [[nodiscard]] bool any() const { return !parts_.empty(); }
@@ -63,6 +70,7 @@ class RankCausality {
   const Model& model_;
   const BondGraph& graph_;
   const SolvedLaws& laws_;
+  GivenStarts given_;
   ModulusResidues residues_;
   std::vector<JunctionPart> parts_;
   std::vector<State> state_;
