@@ -9,6 +9,7 @@
 
 #include "bgsim/simulate.hpp"
 #include "run/clock.hpp"
+#include "run/failures.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/sink/energy_audit.hpp"
 #include "run/sink/magnitudes.hpp"
