@@ -43,6 +43,7 @@ std::vector<Stage> time_stages(std::size_t elements) {
   for (const auto& [name, seconds] : scene.seconds()) stages.push_back({name, seconds});
   SimulateOptions options;
   options.energy_audit = false;
+  options.error_estimate = false;
   RunResult result;
   timed("simulate", [&] { result = scene.simulate(options); });
   if (result.stop != StopReason::completed) {

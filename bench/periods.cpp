@@ -50,6 +50,7 @@ int main(int argc, char** argv) {
   inputs.output_times = {inputs.stop};
   SimulateOptions how;
   how.energy_audit = false;
+  how.error_estimate = false;
 
   std::printf("| method | setting | steps in a period | change of energy | phase, rad | processor time, s |\n");
   std::printf("|---|---|---|---|---|---|\n");

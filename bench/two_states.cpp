@@ -76,6 +76,7 @@ struct Candidate {
   void run() {
     SimulateOptions how;
     how.energy_audit = audit;
+    how.error_estimate = audit;
     const double begin = bench::cpu_seconds();
     const RunResult result = scene.simulate(how);
     seconds = std::min(seconds, bench::cpu_seconds() - begin);

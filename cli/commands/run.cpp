@@ -35,7 +35,7 @@ struct RunOptions {
   std::optional<double> accuracy;
   RunLimits limits;
   bool quiet = false;
-  bool no_audit = false;
+  bool no_audit = false, no_error_estimate = false;
   bool keep_all = false;
   bool units = false;
   bool all_scenes = false;
@@ -90,6 +90,7 @@ RunOptions parse_run(const Arguments& arguments) {
                "also write the columns' units, to NAME.SCENE.units.json or FILE with that ending");
   app.add_flag("--all-scenes", options.all_scenes, "run every scene, each to its own NAME.SCENE.csv");
   app.add_flag("--no-audit", options.no_audit, "leave out the energy audit");
+  app.add_flag("--no-error-estimate", options.no_error_estimate, "leave out the estimate of the outputs' errors");
   app.add_flag("--keep-all", options.keep_all, "also integrate what no recorded output depends on");
   app.add_flag("--quiet", options.quiet, "print warnings and errors only");
   parse_arguments(app, arguments);
@@ -224,6 +225,7 @@ RunResult simulate_into(TraceFile& trace, const Simulation& compiled, const RunI
   trace.begin(compiled.program().output_names);
   SimulateOptions how;
   how.energy_audit = !options.no_audit;
+  how.error_estimate = !options.no_error_estimate;
   options.limits.apply(how);
   how.progress = [&trace, ask = watch.progress()](double t) { return !trace.failed() && ask(t); };
   how.rows = [&trace](double t, std::span<const double> values) { trace.take(t, values); };

@@ -76,6 +76,7 @@ Exit verify_scene(const Study& study, const std::string& file, const ReadOptions
   RunWatch watch(adapted.start, adapted.stop, false);
   SimulateOptions how;
   how.energy_audit = false;
+  how.error_estimate = false;
   limits.apply(how);
   how.progress = watch.progress();
   const RunResult result = scene.simulate(how);

@@ -182,9 +182,10 @@ TEST_CASE("absolute tolerances are used as given, and reported when nothing rise
   const RunResult result = run_text(kOscillator, overrides);
   REQUIRE(result.report.absolute.size() == 2);
   CHECK(result.report.absolute[0].second == 10.0);
-  REQUIRE(result.report.notes.size() == 2);
+  REQUIRE(result.report.notes.size() == 3);
   CHECK(result.report.notes[0].find("\"c.q\"") != std::string::npos);
   CHECK(result.report.notes[1].find("the energy balance is off") != std::string::npos);
+  CHECK(result.report.notes[2].find("estimated to be wrong") != std::string::npos);
   CHECK(run_text(kOscillator).report.notes.empty());
 }
 

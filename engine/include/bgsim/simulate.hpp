@@ -47,6 +47,13 @@ struct EnergyAudit {
   EnergyCourse course;           ///< empty unless asked for (SimulateOptions::energy_course)
 };
 
+/// What the outputs of a run are estimated to be wrong by, by output: the largest over the recorded times.
+struct OutputErrors {
+  bool done = false;  ///< false if switched off or not possible; `why_not` says why
+  std::string why_not;
+  std::vector<double> estimate, range, magnitude;  ///< error; largest less least value; largest magnitude
+};
+
 /// What a run took. Machine-readable form: report_json.
 struct RunReport {
   std::string model, scene;
@@ -62,6 +69,7 @@ struct RunReport {
   std::uint64_t time_events = 0, state_events = 0;
   std::vector<std::pair<std::string, double>> stage_seconds;  ///< wall time by stage, in order
   EnergyAudit energy;
+  OutputErrors errors;
   std::string energy_unit;         ///< what efforts times flows times t are in, if that is one unit and known
   LeftOut left_out;                ///< what slice() took away before the run
   std::vector<std::string> notes;  ///< loops' starts and solutions, states never above their tolerance, ...
@@ -95,6 +103,7 @@ using RowSink = std::function<void(double time, std::span<const double> values)>
 
 struct SimulateOptions {
   bool energy_audit = true;
+  bool error_estimate = true;
   std::size_t energy_course = 0;  ///< also the audit's terms at about that many of the output times; 0: at none
   std::uint64_t max_steps = 0;    ///< 0: no limit
   double time_limit = 0.0;        ///< seconds of wall time; 0: no limit

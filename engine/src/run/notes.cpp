@@ -63,6 +63,28 @@ std::optional<std::string> open_balance_note(const EnergyAudit& energy, double r
          "tolerance shows which";
 }
 
+std::optional<std::string> output_errors_note(const OutputErrors& errors, const std::vector<std::string>& names,
+                                              double relative) {
+  constexpr double kLarge = 1e-4;
+  constexpr std::size_t kMost = 5;
+  if (!errors.done) return std::nullopt;
+  std::vector<std::pair<double, std::size_t>> wrong;  // part of the range, output
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const double error = errors.estimate[k], range = errors.range[k];
+    // What stands still but for the tolerance has no range to compare with.
+    if (error > kLarge * range && error > relative * errors.magnitude[k]) wrong.emplace_back(error / range, k);
+  }
+  if (wrong.empty()) return std::nullopt;
+  std::stable_sort(wrong.begin(), wrong.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string text;
+  for (std::size_t k = 0; k < wrong.size() && k < kMost; ++k)
+    text += (k == 0 ? "\"" : ", \"") + names[wrong[k].second] + "\" by " +
+            (wrong[k].first < 1.0 ? number_text(100.0 * wrong[k].first, 2) + " %" : "all of it");
+  if (wrong.size() > kMost) text += " and " + std::to_string(wrong.size() - kMost) + " more";
+  return "outputs are estimated to be wrong by more than 0.01 % of their range: " + text +
+         "; a smaller relative tolerance, or --accuracy, gives more digits";
+}
+
 std::optional<std::string> negative_start_note(const Program& program, const std::vector<double>& x) {
   for (const Relation& relation : program.relations) {
     if (relation.kind != Relation::Kind::denominator) continue;

@@ -21,6 +21,10 @@ std::optional<std::string> fast_sources_note(double frequency, double span, std:
 /// The energy balance is off by more than the tolerance explains.
 std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative);
 
+/// Outputs whose estimated error is not small compared with their range.
+std::optional<std::string> output_errors_note(const OutputErrors& errors, const std::vector<std::string>& names,
+                                              double relative);
+
 /// A relation of time alone whose changes could not all be found.
 /// @param since  from when on.
 std::string undecided_note(const Relation& relation, double since);

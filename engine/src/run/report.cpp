@@ -186,6 +186,10 @@ std::string report_json(const RunResult& result) {
   } else {
     json["energy"] = {{"why_not", r.energy.why_not}};
   }
+  json["errors"] = nlohmann::ordered_json::object();
+  if (!r.errors.done) json["errors"]["why_not"] = r.errors.why_not;
+  for (std::size_t i = 0; i < r.errors.estimate.size(); ++i)
+    json["errors"][result.trace.names[i]] = {{"estimate", r.errors.estimate[i]}, {"range", r.errors.range[i]}};
   json["units"] = Json::object();
   for (std::size_t i = 0; i < result.trace.names.size(); ++i)
     if (!result.trace.units[i].empty()) json["units"][result.trace.names[i]] = result.trace.units[i];

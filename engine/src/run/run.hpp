@@ -12,6 +12,7 @@
 #include "run/failures.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/sink/energy_audit.hpp"
+#include "run/sink/global_error.hpp"
 #include "run/sink/magnitudes.hpp"
 #include "run/sink/recorder.hpp"
 #include "run/tolerances.hpp"
@@ -48,7 +49,8 @@ class Run {
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),
         mode_order_(program, evaluator_, inputs, implicit_),
         pace_(program, evaluator_, inputs, options),
-        recorder_(program, evaluator_, events_, clock_, inputs, options, result_),
+        errors_(program, evaluator_, inputs, implicit_, options.error_estimate),
+        recorder_(program, evaluator_, events_, errors_, clock_, inputs, options, result_),
         audit_(program, evaluator_, options.energy_audit),
         magnitudes_(program.state_names.size()) {}
 
@@ -108,6 +110,7 @@ class Run {
   ModeOrder mode_order_;
   PaceJudge pace_;
   // Sinks
+  GlobalError errors_;
   Recorder recorder_;
   EnergyAuditor audit_;
   Magnitudes magnitudes_;

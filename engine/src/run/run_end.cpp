@@ -101,6 +101,8 @@ void Run::report() {
       report.energy.why_not = "the run was ended within a step";
     if (result_.stop == StopReason::completed) note(open_balance_note(report.energy, inputs_.relative));
   }
+  report.errors = errors_.finish(result_.stop == StopReason::completed);
+  note(output_errors_note(report.errors, program_.output_names, inputs_.relative));
   report.stage_seconds = {
       {"integration", integration_seconds_}, {"outputs", recorder_.seconds()}, {"audit", audit_.seconds()}};
 }

@@ -117,6 +117,7 @@ bool Run::take_step() {
   if (!holds(ends, t, false)) return true;
   events_.pass();
   tolerances_.accept(t, {end, tolerances_.size()});
+  errors_.add(t_, x_, t, *integrator_);
   if (!emit(recorder_.before(t, *integrator_))) return false;
   audit_to(t);
   go_to(t);
@@ -175,6 +176,7 @@ bool Run::take_time_event() {
 bool Run::take_state_event() {
   const double t = events_.event_time();
   // The moment is known to within its roundings: an output time as near as that shows what comes after.
+  errors_.add(t_, x_, t, *integrator_);
   constexpr double kLocated = 100.0 * std::numeric_limits<double>::epsilon();
   if (!emit(recorder_.before(t - kLocated * std::abs(t), *integrator_))) return false;
   audit_to(t);
@@ -182,7 +184,9 @@ bool Run::take_state_event() {
   go_to(t);
   jumped_at_ = t;
   continuity_.before(t_, x_.data(), branch_);
+  errors_.before_event(t_, x_, branch_);
   if (!events_.cross(x_.data(), branch_)) return fail(*events_.failure());
+  errors_.after_event(t_, x_, branch_, events_.crossed_guard());
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   tolerances_.forget_noise();  // of rates beyond the event, evaluated on the side before it
   between_ = false;

@@ -90,6 +90,7 @@ class Reducer {
                operations(program)};
     SimulateOptions how;
     how.energy_audit = false;
+    how.error_estimate = false;
     how.max_steps = max_steps;
     how.progress = options_.progress;
     return scene.simulate(how);

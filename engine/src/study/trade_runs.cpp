@@ -55,6 +55,7 @@ TimedRun TradeRuns::simulate_within(const RunInputs& inputs, bool audit, double 
   const double begin = thread_seconds();
   SimulateOptions how;
   how.energy_audit = audit;
+  how.error_estimate = false;
   how.progress = [&](double) {
     run.cut = thread_seconds() - begin > limit_seconds;
     ended_ = ended_ || (options_.goes_on && !options_.goes_on());

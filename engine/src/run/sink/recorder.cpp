@@ -4,10 +4,11 @@
 
 namespace bgsim {
 
-Recorder::Recorder(const Program& program, Evaluator& evaluator, EventWatch& events, RunClock& clock,
-                   const RunInputs& inputs, const SimulateOptions& options, RunResult& result)
+Recorder::Recorder(const Program& program, Evaluator& evaluator, EventWatch& events, GlobalError& errors,
+                   RunClock& clock, const RunInputs& inputs, const SimulateOptions& options, RunResult& result)
     : evaluator_(evaluator),
       events_(events),
+      errors_(errors),
       clock_(clock),
       inputs_(inputs),
       options_(options),
@@ -58,6 +59,7 @@ std::size_t Recorder::first_after(double t) const {
 
 Recorder::Outcome Recorder::record(double t, const double* y) {
   if (!events_.prepare(t, y, branch_) || !evaluator_.outputs(t, y, branch_, row_.data())) return Outcome::fault;
+  errors_.judge(t, y, branch_, row_);
   if (options_.rows) {
     options_.rows(t, row_);
   } else {

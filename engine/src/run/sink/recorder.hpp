@@ -7,6 +7,7 @@
 #include "bgsim/simulate.hpp"
 #include "run/clock.hpp"
 #include "run/integrate/integrator.hpp"
+#include "run/sink/global_error.hpp"
 #include "run/watch/events.hpp"
 
 namespace bgsim {
@@ -15,8 +16,8 @@ namespace bgsim {
 /// With a branch of its own, so that the number of rows changes nothing in the run.
 class Recorder {
  public:
-  Recorder(const Program& program, Evaluator& evaluator, EventWatch& events, RunClock& clock, const RunInputs& inputs,
-           const SimulateOptions& options, RunResult& result);
+  Recorder(const Program& program, Evaluator& evaluator, EventWatch& events, GlobalError& errors, RunClock& clock,
+           const RunInputs& inputs, const SimulateOptions& options, RunResult& result);
 
   enum class Outcome { recorded, fault, ended };
   /// All rows before @p t, within the integrator's last step.
@@ -43,6 +44,7 @@ class Recorder {
 
   Evaluator& evaluator_;
   EventWatch& events_;
+  GlobalError& errors_;
   RunClock& clock_;
   const RunInputs& inputs_;
   const SimulateOptions& options_;

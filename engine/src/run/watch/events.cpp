@@ -405,6 +405,9 @@ std::optional<std::size_t> EventWatch::singularity_ahead(double t, const double*
 
 bool EventWatch::cross(const double* y, Branch& branch) {
   if (!guards(event_time_, y, branch, end_)) return fail_with_fault();
+  crossed_guard_.reset();
+  for (std::size_t i = 0; i < end_.size() && !crossed_guard_; ++i)
+    if (crossed(i, end_[i], branch)) crossed_guard_ = i;
   change(end_, branch);
   hold_what_rests(event_time_, y, branch);
   ++count_;

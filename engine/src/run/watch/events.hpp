@@ -39,6 +39,9 @@ class EventWatch {
   /// Changes the modes whose guards have crossed at the event (states @p y at event_time()). False: failure().
   bool cross(const double* y, Branch& branch);
 
+  /// The first of the guards that crossed in the last event.
+  [[nodiscard]] std::optional<std::size_t> crossed_guard() const { return crossed_guard_; }
+
   /// Takes a guard across that the states' own tolerances cannot tell from zero, where the equations on its present
   /// side have come to an end (a square root at an empty tank). It comes back when it has clearly moved away. False if
   /// there is no such guard.
@@ -115,10 +118,11 @@ class EventWatch {
   Stiction stiction_;
   std::vector<std::size_t> relation_;  ///< by guard
   Denominators denominators_;
-  std::vector<bool> border_;             ///< by guard: of a floor or table cell
-  std::vector<int> side_;                ///< by guard: side of its mode; 0 undecided
-  std::vector<double> hold_;             ///< by guard: not seen as crossed up to this size; see take_across
-  std::vector<bool> idle_;               ///< by guard: beyond the last border, nothing left to change
+  std::vector<bool> border_;  ///< by guard: of a floor or table cell
+  std::vector<int> side_;     ///< by guard: side of its mode; 0 undecided
+  std::vector<double> hold_;  ///< by guard: not seen as crossed up to this size; see take_across
+  std::vector<bool> idle_;    ///< by guard: beyond the last border, nothing left to change
+  std::optional<std::size_t> crossed_guard_;
   std::vector<bool> just_crossed_;       ///< by guard
   std::vector<bool> changed_;            ///< by guard: within the event that is being settled
   std::vector<double> largest_;          ///< by guard: its largest magnitude so far

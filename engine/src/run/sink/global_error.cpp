@@ -1,0 +1,204 @@
+#include "run/sink/global_error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "bgsim/text.hpp"
+
+namespace bgsim {
+
+namespace {
+
+/// The propagation over a step is that of the L-stable SDIRK method of order two with this diagonal: a stiff error is
+/// forgotten, one that oscillates keeps its size.
+constexpr double kDiagonal = 1.0 - 1.0 / std::numbers::sqrt2;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Gauss-Legendre on [0, 1].
+struct GaussRule {
+  std::size_t points;
+  std::array<double, 3> at, weight;
+};
+
+const GaussRule& gauss_rule(int points) {
+  constexpr double kOff2 = 0.28867513459481287, kOff3 = 0.3872983346207417;  // sqrt(3)/6, sqrt(15)/10
+  static constexpr std::array<GaussRule, 3> kRules = {
+      {{1, {0.5, 0.0, 0.0}, {1.0, 0.0, 0.0}},
+       {2, {0.5 - kOff2, 0.5 + kOff2, 0.0}, {0.5, 0.5, 0.0}},
+       {3, {0.5 - kOff3, 0.5, 0.5 + kOff3}, {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0}}}};
+  return kRules[static_cast<std::size_t>(std::clamp(points, 1, 3)) - 1];
+}
+
+}  // namespace
+
+GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool implicit,
+                         bool wanted)
+    : program_(program), evaluator_(evaluator), measuring_(false) {
+  const std::size_t states = program.state_names.size(), outputs = program.output_names.size();
+  if (!wanted)
+    why_not_ = "switched off";
+  else if (implicit)
+    why_not_ = "the system is integrated in implicit form";
+  else if (states > kDenseStates)
+    why_not_ = "more than " + std::to_string(kDenseStates) + " states";
+  else
+    measuring_ = states > 0 && outputs > 0;
+  if (!measuring_) return;
+  from_ = to_ = inputs.start;
+  error_.assign(states, 0.0);
+  begin_error_.assign(states, 0.0);
+  largest_.assign(outputs, 0.0);
+  least_value_.assign(outputs, kInfinity);
+  most_value_.assign(outputs, -kInfinity);
+  all_.resize(states);
+  std::iota(all_.begin(), all_.end(), 0U);
+  y_.resize(states + program.tear_names.size());
+  rates_.resize(states);
+  rates_before_.resize(states);
+  entries_.resize(program.jacobian_pattern.row.size());
+  row_.resize(outputs);
+  const auto n = static_cast<Eigen::Index>(states);
+  jacobian_.setZero(n, n);
+  matrix_.setZero(n, n);
+  lu_ = Eigen::PartialPivLU<Eigen::MatrixXd>(n);
+  right_.setZero(n);
+  moment_.setZero(n);
+  defect_.setZero(n);
+  before_.setZero(n);
+}
+
+void GlobalError::give_up(const std::string& why) {
+  measuring_ = false;
+  why_not_ = why;
+}
+
+bool GlobalError::see_jacobian(double t) {
+  if (!evaluator_.jacobian(t, y_.data(), branch_, entries_.data())) {
+    give_up("the slopes of the rates could not be evaluated at t = " + number_text(t, 6));
+    return false;
+  }
+  const Sparsity& pattern = program_.jacobian_pattern;
+  for (std::size_t column = 0; column < error_.size(); ++column)
+    for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
+         k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
+      jacobian_(static_cast<Eigen::Index>(pattern.row[k]), static_cast<Eigen::Index>(column)) = entries_[k];
+  return true;
+}
+
+void GlobalError::add(double from, const std::vector<double>& x, double to, Integrator& integrator) {
+  if (!measuring_ || !(to > from)) return;
+  const Stopwatch watch(seconds_);
+  const std::size_t states = error_.size();
+  const auto interpolate = [&integrator](double t, double* y) { integrator.interpolate(t, y); };
+  polynomial_.take(integrator.previous(), integrator.time(), integrator.order(), all_, integrator.size(), interpolate);
+  branch_ = integrator.branch();
+  std::swap(begin_error_, error_);
+  from_ = from;
+  to_ = to;
+  const double length = to - from;
+  for (std::size_t i = 0; i < states; ++i)
+    before_[static_cast<Eigen::Index>(i)] = begin_error_[i] + (polynomial_.at(i, from).first - x[i]);
+
+  // Integrals of r and of (to - t) r by Gauss' rule.
+  const GaussRule& rule = gauss_rule(integrator.order() / 2 + 1);
+  defect_.setZero();
+  moment_.setZero();
+  for (std::size_t k = 0; k < rule.points; ++k) {
+    const double t = from + rule.at[k] * length;
+    for (std::size_t i = 0; i < states; ++i) {
+      const auto [value, slope] = polynomial_.at(i, t);
+      y_[i] = value;
+      right_[static_cast<Eigen::Index>(i)] = slope;
+    }
+    if (!evaluator_.rates(t, y_.data(), branch_, rates_.data()))
+      return give_up("the rates could not be evaluated at t = " + number_text(t, 6));
+    if (k == rule.points / 2 && !see_jacobian(t)) return;
+    for (std::size_t i = 0; i < states; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const double r = length * rule.weight[k] * (right_[row] - rates_[i]);
+      defect_[row] += r;
+      moment_[row] += length * (1.0 - rule.at[k]) * r;
+    }
+  }
+  // (1 + (1 - 2 g) hJ) e + defect + J (moment - 2 g h defect), through (1 - g hJ) twice: right to second order in hJ.
+  moment_ -= 2.0 * kDiagonal * length * defect_;
+  moment_ += (1.0 - 2.0 * kDiagonal) * length * before_;
+  right_ = before_ + defect_;
+  right_.noalias() += jacobian_ * moment_;
+  matrix_ = -kDiagonal * length * jacobian_;
+  matrix_.diagonal().array() += 1.0;
+  lu_.compute(matrix_);
+  before_ = lu_.solve(right_);
+  right_ = lu_.solve(before_);
+  if (!right_.allFinite()) return give_up("it grew beyond all numbers");
+  for (std::size_t i = 0; i < states; ++i) error_[i] = right_[static_cast<Eigen::Index>(i)];
+}
+
+void GlobalError::before_event(double t, const std::vector<double>& x, const Branch& branch) {
+  if (!measuring_) return;
+  branch_before_ = branch;
+  event_ = t;
+  if (!evaluator_.rates(t, x.data(), branch_before_, rates_before_.data()))
+    std::fill(rates_before_.begin(), rates_before_.end(), 0.0);
+}
+
+void GlobalError::after_event(double t, const std::vector<double>& x, const Branch& branch,
+                              std::optional<std::size_t> guard) {
+  if (!measuring_ || !guard) return;
+  const Stopwatch watch(seconds_);
+  branch_ = branch;
+  if (!evaluator_.rates(t, x.data(), branch_, rates_.data())) return;
+  guards_.resize(evaluator_.guard_count());
+  guards_off_.resize(guards_.size());
+  // The guard at the event, where the exact states are, and a moment before: by so much the event comes early or late.
+  const double moment = std::max(1e-3 * (to_ - from_), 64.0 * std::numeric_limits<double>::epsilon() * std::abs(t));
+  for (std::size_t i = 0; i < x.size(); ++i) y_[i] = x[i];
+  if (!evaluator_.guards(t, y_.data(), branch_before_, guards_.data())) return;
+  const double here = guards_[*guard];
+  for (std::size_t i = 0; i < x.size(); ++i) y_[i] = x[i] - error_[i];
+  if (!evaluator_.guards(t, y_.data(), branch_before_, guards_off_.data())) return;
+  const double exact = guards_off_[*guard];
+  for (std::size_t i = 0; i < x.size(); ++i) y_[i] = x[i] - moment * rates_before_[i];
+  if (!evaluator_.guards(t - moment, y_.data(), branch_before_, guards_off_.data())) return;
+  const double speed = (here - guards_off_[*guard]) / moment;
+  const double late = (here - exact) / speed;
+  if (!std::isfinite(late)) return;
+  for (std::size_t i = 0; i < x.size(); ++i) error_[i] += late * (rates_[i] - rates_before_[i]);
+}
+
+void GlobalError::judge(double t, const double* y, const Branch& branch, const std::vector<double>& row) {
+  if (!measuring_) return;
+  const Stopwatch watch(seconds_);
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    least_value_[k] = std::min(least_value_[k], row[k]);
+    most_value_[k] = std::max(most_value_[k], row[k]);
+  }
+  const double part = to_ > from_ ? std::clamp((t - from_) / (to_ - from_), 0.0, 1.0) : 1.0;
+  for (std::size_t i = 0; i < error_.size(); ++i)
+    y_[i] = y[i] - (begin_error_[i] + part * (error_[i] - begin_error_[i]));
+  branch_ = branch;
+  if (!evaluator_.outputs(t, y_.data(), branch_, row_.data())) return;
+  for (std::size_t k = 0; k < row.size(); ++k)
+    if (const double size = std::abs(row[k] - row_[k]); std::isfinite(size)) largest_[k] = std::max(largest_[k], size);
+}
+
+OutputErrors GlobalError::finish(bool completed) {
+  OutputErrors errors;
+  if (measuring_ && !completed) give_up("the run did not come to its end");
+  errors.why_not = why_not_;
+  if (!measuring_) return errors;
+  errors.done = true;
+  errors.estimate = largest_;
+  for (std::size_t k = 0; k < largest_.size(); ++k) {
+    errors.range.push_back(std::max(0.0, most_value_[k] - least_value_[k]));
+    errors.magnitude.push_back(std::max(std::abs(most_value_[k]), std::abs(least_value_[k])));
+  }
+  return errors;
+}
+
+}  // namespace bgsim

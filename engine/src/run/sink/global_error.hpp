@@ -1,0 +1,87 @@
+/// How far a run has strayed from the exact solution: an estimate, carried along.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/stopwatch.hpp"
+#include "bgsim/evaluator.hpp"
+#include "bgsim/simulate.hpp"
+#include "run/integrate/integrator.hpp"
+#include "run/integrate/step_polynomial.hpp"
+
+namespace bgsim {
+
+/// Errors of steps add up, shrink, or grow, as the equations have it. With p the dense output, r = p' - f(p) what it
+/// leaves of the equations, and J = df/dx, the error e = p - x follows
+///
+///     e' = J e + r,    e = 0 at the start
+///
+/// to first order; where the dense outputs of two steps do not meet, e jumps with p. This is integrated along with the
+/// run, whatever the method. At an event the error of its time is added (saltation). What an output is wrong by is its
+/// change from x to x - e. An estimate, no bound. (Global error by defects: P. Zadunaisky, Numer. Math. 27, 1976; R. D.
+/// Skeel, Math. Comp. 38, 1982; both from memory.)
+///
+/// @note Costs, for each step, one to three rates, a Jacobian and a factorization of n x n.
+class GlobalError {
+ public:
+  /// Of systems in explicit form of up to kDenseStates states; why_not() tells where there is none.
+  GlobalError(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool implicit, bool wanted);
+
+  [[nodiscard]] bool measuring() const { return measuring_; }
+
+  /// Over the integrator's last step, from (@p from, @p x) to @p to.
+  void add(double from, const std::vector<double>& x, double to, Integrator& integrator);
+  /// Before the modes change at an event (t, x), then after.
+  void before_event(double t, const std::vector<double>& x, const Branch& branch);
+  /// @param guard  that crossed; none: the event came at a known time.
+  void after_event(double t, const std::vector<double>& x, const Branch& branch, std::optional<std::size_t> guard);
+  /// What the outputs @p row at a recorded point are wrong by; @p t within the last add().
+  void judge(double t, const double* y, const Branch& branch, const std::vector<double>& row);
+
+  OutputErrors finish(bool completed);
+  [[nodiscard]] double seconds() const { return seconds_; }
+
+  template <class Archive>
+  void carry(Archive& archive) {
+    archive("measuring", measuring_);
+    archive("why not", why_not_);
+    archive("error", error_);
+    archive("begin", begin_error_);
+    archive("from", from_);
+    archive("to", to_);
+    archive("largest", largest_);
+    archive("least", least_value_);
+    archive("most", most_value_);
+  }
+
+ private:
+  void give_up(const std::string& why);
+  bool see_jacobian(double t);
+
+  const Program& program_;
+  Evaluator& evaluator_;
+  bool measuring_;
+  std::string why_not_;
+  std::vector<double> error_, begin_error_;  ///< by state: at to_ and from_
+  double from_ = 0.0, to_ = 0.0;
+  std::vector<double> largest_;                   ///< by output: of the error
+  std::vector<double> least_value_, most_value_;  ///< by output
+  double seconds_ = 0.0;
+
+  // Scratch
+  StepPolynomial polynomial_;
+  std::vector<std::uint32_t> all_;
+  Branch branch_;
+  std::vector<double> y_, rates_, entries_, rates_before_, guards_, guards_off_, row_;
+  Branch branch_before_;
+  double event_ = 0.0;
+  Eigen::MatrixXd jacobian_, matrix_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
+  Eigen::VectorXd right_, moment_, defect_, before_;
+};
+
+}  // namespace bgsim

@@ -1,0 +1,111 @@
+// The estimated error of outputs against their true one.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/run.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+struct StateEquation {
+  std::string name, start, rate;
+};
+
+/// States that are fed by their rates, each an output.
+std::string model(const std::vector<StateEquation>& states, double stop) {
+  std::string elements, bonds, outputs;
+  for (const StateEquation& state : states) {
+    const std::string& x = state.name;
+    elements += "\"s" + x + R"(": { "kind": "MSf", "flow": ")" + state.rate + "\" }, \"n" + x +
+                R"(": { "kind": "0" }, ")" + x + R"(": { "kind": "C", "capacitance": 1, "initial": { "q": )" +
+                state.start + " } },";
+    bonds += R"({ "from": "s)" + x + R"(", "to": "n)" + x + R"(" }, { "from": "n)" + x + R"(", "to": ")" + x + "\" },";
+    outputs += "\"o" + x + "\": \"" + x + ".q\",";
+  }
+  elements.pop_back();
+  bonds.pop_back();
+  outputs.pop_back();
+  return R"({ "bgsim": 1, "name": "fed states", "elements": { )" + elements + " }, \"bonds\": [" + bonds +
+         "], \"outputs\": { " + outputs + R"( }, "scenes": { "main": { "stop": )" + std::to_string(stop) +
+         ", \"samples\": 101 } } }";
+}
+
+struct System {
+  std::string name;
+  double stop;
+  std::vector<StateEquation> states;
+};
+
+const std::vector<System> kSystems = {
+    {"predator and prey", 30, {{"x", "3", "x.q*(1 - y.q)"}, {"y", "2", "y.q*(x.q - 1)"}}},
+    {"oscillator", 60, {{"x", "1", "y.q"}, {"y", "0", "-x.q"}}},
+    {"damped and driven", 60, {{"x", "0", "y.q"}, {"y", "0", "sin(1.1*t) - x.q - 0.1*y.q"}}},
+    {"van der Pol", 20, {{"x", "2", "y.q"}, {"y", "0", "5*(1 - x.q^2)*y.q - x.q"}}},
+    {"Duffing", 30, {{"x", "1", "y.q"}, {"y", "0", "0.3*cos(1.2*t) + x.q - x.q^3 - 0.2*y.q"}}},
+    {"Brusselator", 20, {{"x", "1.2", "1 + x.q^2*y.q - 4*x.q"}, {"y", "3.1", "3*x.q - x.q^2*y.q"}}},
+    {"pendulum", 20, {{"x", "2.5", "y.q"}, {"y", "0", "-sin(x.q)"}}},
+    {"stiff beside slow", 20, {{"x", "0", "-1e5*(x.q - sin(t))"}, {"y", "1", "x.q*y.q"}}},
+    {"growth", 10, {{"x", "1e-3", "x.q"}, {"y", "0", "x.q"}}},
+    {"threshold", 30, {{"x", "0.31", "x.q*(x.q - 0.3)*(1 - x.q)"}}},
+    {"a switch of a state", 20, {{"x", "0", "y.q"}, {"y", "1", "-x.q*if(x.q > 0, 1, 25)"}}},
+    {"a gate of a phase", 20, {{"x", "0", "1 + 0.5*sin(x.q)"}, {"y", "0", "if(sin(5*x.q) > 0.3, 1, -0.5*y.q)"}}}};
+
+/// Largest errors of the outputs, relative to their ranges: true by a run at a tolerance a hundred thousand times
+/// smaller.
+struct Errors {
+  double exact, estimate;
+};
+
+Errors errors_of(const System& system, Method method) {
+  const std::string text = model(system.states, system.stop);
+  const RunResult reference = run_text(text, with_method(Method::erk8, 1e-12));
+  const RunResult exact =
+      system.name == "stiff beside slow" ? run_text(text, with_method(Method::dirk5, 1e-11)) : reference;
+  const RunResult result = run_text(text, with_method(method, 1e-6));
+  REQUIRE(exact.stop == StopReason::completed);
+  REQUIRE(result.stop == StopReason::completed);
+  REQUIRE(result.report.errors.done);
+  Errors worst{0.0, 0.0};
+  for (std::size_t k = 0; k < result.trace.columns.size(); ++k) {
+    const std::vector<double>& column = exact.trace.columns[k];
+    const auto [least, most] = std::minmax_element(column.begin(), column.end());
+    worst.exact = std::max(worst.exact, largest_difference(result.trace.columns[k], column) / (*most - *least));
+    worst.estimate = std::max(worst.estimate, result.report.errors.estimate[k] / result.report.errors.range[k]);
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("the error of outputs is estimated to within a factor of five, by every method") {
+  for (const System& system : kSystems)
+    for (const Method method : {Method::bdf, Method::adams, Method::erk4, Method::erk5, Method::dirk4}) {
+      const Errors errors = errors_of(system, method);
+      INFO(system.name << ", " << facts_of(method).name << ": " << errors.exact << ", estimated " << errors.estimate);
+      // A millionth of a range is what the references are good for, events included, with room.
+      if (errors.exact < 1e-6) {
+        CHECK(errors.estimate < 5e-6);
+        continue;
+      }
+      CHECK(errors.estimate > errors.exact / 5.0);
+      CHECK(errors.estimate < errors.exact * 5.0);
+    }
+}
+
+TEST_CASE("outputs that are wrong by more than a ten thousandth of their range are noted") {
+  const auto noted = [](const RunResult& result) {
+    return std::any_of(result.report.notes.begin(), result.report.notes.end(),
+                       [](const std::string& note) { return note.find("estimated to be wrong") != std::string::npos; });
+  };
+  const std::string text = model(kSystems[0].states, kSystems[0].stop);
+  CHECK(noted(run_text(text, with_method(Method::bdf, 1e-5))));
+  CHECK_FALSE(noted(run_text(text, with_method(Method::bdf, 1e-10))));
+  SimulateOptions options;
+  options.error_estimate = false;
+  const RunResult without = run_text(text, with_method(Method::bdf, 1e-5), options);
+  CHECK_FALSE(noted(without));
+  CHECK(without.report.errors.why_not == "switched off");
+}
