@@ -16,7 +16,7 @@ using namespace bgsim;
 const std::string kTrap = "tests/data/models/pothole_linear.json";
 
 std::shared_ptr<const Model> read(const std::string& path) {
-  return std::make_shared<const Model>(read_model(std::string(BGSIM_SOURCE_DIR) + "/" + path));
+  return std::make_shared<const Model>(read_model(test::in_project(path)));
 }
 
 Reduction reduce_to(const std::string& path, const std::string& scene, double error,
@@ -51,7 +51,7 @@ void check_by_itself(const Reduction& reduction, const std::string& scene) {
 // The tyre's flow jumps with the road: its published activity, 636.48442, is a quadrature across the jumps. The total
 // variation of its stored energy, which is the same quantity, is 636.41675 on a grid of 2e-5 s.
 TEST_CASE("activities of the quarter car over a pothole are the published ones") {
-  const Simulation drive = Study(std::string(BGSIM_SOURCE_DIR) + "/" + kTrap).scene("drive", {}, {.keep_all = true});
+  const Simulation drive = Study(test::in_project(kTrap)).scene("drive", {}, {.keep_all = true});
   const std::vector<ElementActivity> table = activities(drive.program(), drive.simulate());
   const std::vector<std::pair<std::string, double>> expected{{"wheel_mass", 656.22926},
                                                              {"tyre", 636.41675},

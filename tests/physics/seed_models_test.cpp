@@ -225,7 +225,7 @@ TEST_CASE("with the paper's gas constant and C2(x) the packet runs away instead 
 
 TEST_CASE("every scene of every shipped model has a reference, so that its energy balance is checked with it") {
   for (const std::string& path : test::runnable_models_in("models")) {
-    const Model model = read_model(std::string(BGSIM_SOURCE_DIR) + "/" + path);
+    const Model model = read_model(test::in_project(path));
     for (const Scene& scene : model.scenes) {
       INFO(path << " " << scene.name);
       CHECK(scene.reference.has_value());

@@ -13,9 +13,9 @@
 
 namespace bgsim::test {
 
-namespace {
-
 std::string in_project(const std::string& path) { return std::string(BGSIM_SOURCE_DIR) + "/" + path; }
+
+namespace {
 
 /// "NAME=VALUE" overrides in a scene.
 RunInputs inputs_with(const Study& study, const std::string& scene, const std::vector<std::string>& set) {

@@ -32,6 +32,10 @@ CompiledModel compile_file(const std::string& path, const SceneOverrides& overri
                            const std::string& scene = {});
 RunResult run_text(const std::string& text, const SceneOverrides& overrides = {}, const SimulateOptions& options = {});
 
+/// The whole path of a file.
+/// @param path  relative to the project.
+std::string in_project(const std::string& path);
+
 /// A model file whose equations are ordered already; fails the test with the message if it is refused.
 /// @param path  relative to the project.
 Study study_of(const std::string& path);
