@@ -116,7 +116,7 @@ std::string parameters_section(const ReportContent& content) {
     for (const ReportedScene& scene : content.scenes) values.push_back(short_number(scene.inputs.parameters[i], 10));
     std::string value = by_scene(content, values);
     if (!model.pool.is_constant(parameter.value))
-      value += " <small>= <code>" + xml_text(to_text(model.pool, parameter.value, name)) + "</code></small>";
+      value += " <small>= <code>" + xml_text(readable_text(model.pool, parameter.value, name)) + "</code></small>";
     const std::size_t dot = parameter.name.find('.');
     auto& place = dot == std::string::npos ? rows : folded[parameter.name.substr(0, dot)];
     place.push_back({xml_text_element("code", parameter.name), value, xml_text(parameter.unit),

@@ -80,6 +80,7 @@ TEST_CASE("an expression that shares much is refused as text, not written for ev
   for (int i = 0; i < 200; ++i) e = w.pool.make(Op::hypot, w.pool.make(Op::sin, e), e);
   CHECK_THROWS_AS(w.text(e), std::length_error);
   CHECK_THROWS_AS(w.latex(e), std::length_error);
+  CHECK(bgsim::readable_text(w.pool, e, [](bgsim::SymbolId) { return std::string("x"); }) == "(too long to print)");
 }
 
 TEST_CASE("LaTeX has fractions, roots, cases, indices and Greek letters") {

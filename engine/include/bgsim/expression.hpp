@@ -218,6 +218,8 @@ using SymbolName = std::function<std::string(SymbolId)>;
 /// @throws std::length_error if the text would hold more than 100,000 operators and operands: expressions that share
 ///         much must be written in parts, by whoever can name the parts. The same holds for to_latex.
 std::string to_text(const ExprPool& pool, ExprId root, const SymbolName& name);
+/// The same for people to read: "(too long to print)" instead of an exception.
+std::string readable_text(const ExprPool& pool, ExprId root, const SymbolName& name);
 /// The expression as LaTeX (fractions, roots, cases). Names like "packet.wall.q" become q_{\mathrm{packet.wall}}.
 std::string to_latex(const ExprPool& pool, ExprId root, const SymbolName& name);
 /// The expression as presentation MathML (Core), one piece for each term of its outermost sum, each with its sign, so

@@ -8,6 +8,7 @@
 #include "bgsim/describe.hpp"
 #include "bgsim/text.hpp"
 #include "bgsim/xml.hpp"
+#include "expression/write/layout.hpp"
 #include "expression/write/tidy.hpp"
 
 namespace bgsim {
@@ -252,7 +253,7 @@ class ReadableEquations {
     try {
       return {std::move(left), written((*display_)(right), name())};
     } catch (const std::length_error&) {
-      const std::string words = "(too long to print)";
+      const std::string words = kTooLong;
       switch (notation_) {
         case Notation::text:
           return {std::move(left), {words}};
@@ -372,10 +373,10 @@ std::string show_equations(const Model& model, const EquationSystem& system) {
   std::string result;
   const auto line = [&result](const std::string& raw) { result += visible_line(raw) + "\n"; };
   for (const State& state : system.states)
-    line("state " + state.name + "' = " + to_text(system.pool, state.rate, name));
+    line("state " + state.name + "' = " + readable_text(system.pool, state.rate, name));
   for (const DependentStore& store : system.dependent) result += "dependent " + store.name + "\n";
   for (const Equation& equation : system.equations) {
-    const std::string text = to_text(system.pool, equation.expression, name);
+    const std::string text = readable_text(system.pool, equation.expression, name);
     const std::string owner =
         equation.element.valid() ? "  (" + model.elements[equation.element.index()].name + ")" : "";
     line((equation.implicit ? "0 = " + text + "  for " + name(equation.unknown)
@@ -383,7 +384,7 @@ std::string show_equations(const Model& model, const EquationSystem& system) {
          owner);
   }
   for (const OutputEquation& output : system.outputs)
-    line("output " + output.name + " = " + to_text(system.pool, output.value, name));
+    line("output " + output.name + " = " + readable_text(system.pool, output.value, name));
   return result;
 }
 
@@ -395,12 +396,12 @@ std::string show_order(const Model& model, const EquationSystem& system, const B
     result += "loop of " + count_text(block.members.size(), "unknown") + ":";
     for (const SymbolId member : block.members) result += " " + name(member);
     result += "\n";
-    for (const ExprId residual : block.residuals) line("  0 = " + to_text(order.pool, residual, name));
+    for (const ExprId residual : block.residuals) line("  0 = " + readable_text(order.pool, residual, name));
   }
   for (std::size_t i = 0; i < order.rates.size(); ++i)
-    line("rate of " + system.states[i].name + " = " + to_text(order.pool, order.rates[i], name));
+    line("rate of " + system.states[i].name + " = " + readable_text(order.pool, order.rates[i], name));
   for (std::size_t i = 0; i < order.outputs.size(); ++i)
-    line("output " + system.outputs[i].name + " = " + to_text(order.pool, order.outputs[i], name));
+    line("output " + system.outputs[i].name + " = " + readable_text(order.pool, order.outputs[i], name));
   return result;
 }
 

@@ -15,7 +15,7 @@ struct Writer {
   const Model& model;
 
   std::string operator()(ExprId id) const {
-    return to_text(model.pool, id, [this](SymbolId symbol) { return symbol_name(model, symbol); });
+    return readable_text(model.pool, id, [this](SymbolId symbol) { return symbol_name(model, symbol); });
   }
 };
 

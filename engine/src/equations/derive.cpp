@@ -536,7 +536,7 @@ class Derivation {
   /// at is refused; the run looks at the others where it comes by.
   void look_at_borders(ExprId expression, Place place, SymbolId derivative) {
     const auto name = [this](SymbolId s) { return system_.symbols[s.index()].name; };
-    Diagnostic fault = jump_fault(to_text(system_.pool, expression, name), place, wish_);
+    Diagnostic fault = jump_fault(readable_text(system_.pool, expression, name), place, wish_);
     if (certainly_jumps(model_, system_, expression)) return problems_.push_back(std::move(fault));
     system_.equations[system_.symbols[derivative.index()].index].whole = expression;
     system_.continuous.push_back({derivative, expression, std::move(fault)});

@@ -132,7 +132,7 @@ std::string partial_text(const Model& model, const ExprPool& pool, const Reduced
                          ExprId partial) {
   const auto name = [&](SymbolId symbol) { return symbol_name(model, symbol); };
   return (law.gives_stored ? "-d " : "d ") + name(law.left) + " / d " + name(argument) + " = " +
-         to_text(pool, partial, name);
+         readable_text(pool, partial, name);
 }
 
 }  // namespace

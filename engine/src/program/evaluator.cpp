@@ -121,14 +121,10 @@ bool Evaluator::Impl::take(const Routine& routine, double* values, const char* w
 
 std::string Evaluator::Impl::text(ExprId expression) const {
   constexpr std::size_t kLongest = 160;
-  try {
-    std::string result =
-        to_text(program.pool, expression, [this](SymbolId symbol) { return program.symbol_names[symbol.index()]; });
-    if (result.size() > kLongest) result = result.substr(0, kLongest) + " ...";
-    return result;
-  } catch (const std::length_error&) {
-    return "(an expression too long to print)";
-  }
+  std::string result =
+      readable_text(program.pool, expression, [this](SymbolId symbol) { return program.symbol_names[symbol.index()]; });
+  if (result.size() > kLongest) result = result.substr(0, kLongest) + " ...";
+  return result;
 }
 
 std::uint32_t Evaluator::Impl::slot_of(ExprId expression) const {

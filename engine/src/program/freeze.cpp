@@ -156,11 +156,7 @@ ExprId Freezer::freeze(ExprId expression, Relation relation) {
   relation.time_only = variation(expression) == Variation::time_only;
   if (relation.kind != Relation::Kind::denominator) relation.where = order_.origins[expression.index()];
   const auto name = [this](SymbolId symbol) { return program_.symbol_names[symbol.index()]; };
-  try {
-    relation.text = to_text(program_.pool, plain_[expression.index()], name);
-  } catch (const std::length_error&) {
-    relation.text = "a condition too long to print";
-  }
+  relation.text = readable_text(program_.pool, plain_[expression.index()], name);
   const SymbolId mode(program_.symbol_names.size());
   program_.symbol_names.push_back("mode of " + relation.text);
   modes_.push_back(mode);

@@ -38,12 +38,7 @@ std::optional<double> ParameterValues::of(ExprId expression) const {
 
 std::string with_operands(const Model& model, const ExprPool& pool, ExprId expression,
                           std::span<const double> symbol_values) {
-  std::string text;
-  try {
-    text = to_text(pool, expression, [&](SymbolId s) { return symbol_name(model, s); });
-  } catch (const std::length_error&) {
-    text = "an expression too long to be shown";
-  }
+  std::string text = readable_text(pool, expression, [&](SymbolId s) { return symbol_name(model, s); });
   constexpr std::size_t kMostShown = 6;
   std::size_t shown = 0;
   for (const SymbolId id : symbols_in(pool, std::array{expression})) {

@@ -154,12 +154,8 @@ class UnitWords {
     return output && e.left_form.terms.empty() ? model_.outputs[e.site.index].unit : kNone;  // else a part of it
   }
   [[nodiscard]] std::string text(ExprId expression) const {
-    std::string result;
-    try {
-      result = to_text(model_.pool, expression, [this](SymbolId symbol) { return symbol_name(model_, symbol); });
-    } catch (const std::length_error&) {
-      return "an expression too long to be shown";
-    }
+    std::string result =
+        readable_text(model_.pool, expression, [this](SymbolId symbol) { return symbol_name(model_, symbol); });
     if (result.size() > kLongestText) result = result.substr(0, kLongestText - 4) + " ...";
     return result;
   }

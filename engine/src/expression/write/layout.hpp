@@ -42,6 +42,9 @@ bool bare_after_minus(const ExprPool& pool, ExprId operand);
 /// True if c*(a*b) may be written c*a*b: products gather their constant factor outside, unless a is a quotient.
 bool bare_after_factor(const ExprPool& pool, ExprId product);
 
+/// What stands for an expression that shares too much to be written out.
+inline constexpr const char* kTooLong = "(too long to print)";
+
 /// Counts the nodes of the expression written out as a tree.
 /// @throws std::length_error if there are more than 100,000: a graph that shares much has no text of bearable length.
 void check_written_size(const ExprPool& pool, ExprId root);

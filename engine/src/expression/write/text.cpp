@@ -199,4 +199,12 @@ std::string to_text(const ExprPool& pool, ExprId root, const SymbolName& name) {
   return TextWriter(pool, name).write(root);
 }
 
+std::string readable_text(const ExprPool& pool, ExprId root, const SymbolName& name) {
+  try {
+    return to_text(pool, root, name);
+  } catch (const std::length_error&) {
+    return kTooLong;
+  }
+}
+
 }  // namespace bgsim

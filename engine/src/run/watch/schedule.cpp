@@ -11,7 +11,7 @@ std::optional<Diagnostic> Schedule::plan() {
   if (!sources_.too_narrow) return std::nullopt;
   const NarrowPulse& pulse = *sources_.too_narrow;
   return narrow_pulse_failure(
-      to_text(program_.pool, pulse.source, [&](SymbolId id) { return program_.symbol_names[id.index()]; }),
+      readable_text(program_.pool, pulse.source, [&](SymbolId id) { return program_.symbol_names[id.index()]; }),
       pulse.when.begin, pulse.when.end - pulse.when.begin, pulse.wide_enough, only_element_of_time(*program_.model));
 }
 
