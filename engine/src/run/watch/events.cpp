@@ -354,7 +354,8 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
       return crossed(i, at_probe_[i], probe_) ? value : std::max(value, std::numeric_limits<double>::min());
     };
     const double at_from = std::max(distance(from), std::numeric_limits<double>::min());
-    const double at_to = distance(event_time_);
+    // The end crosses, as seen above: where a loop is solved, a second look may differ by its tolerance.
+    const double at_to = std::min(distance(event_time_), -std::numeric_limits<double>::min());
     if (fault) return fail_with_fault();
     std::uintmax_t evaluations = kMostEvaluations;
     const auto bracket = toms748_solve(distance, from, event_time_, at_from, at_to, neighbours, evaluations);
