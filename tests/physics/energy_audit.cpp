@@ -170,3 +170,37 @@ TEST_CASE("the course of a model without stores is exact, and its points are spr
     CHECK(course.dissipated[i] == Approx(course.supplied[i]).margin(1e-14));
   }
 }
+
+TEST_CASE("energies beyond the range of double precision are no audit, and no share of it") {
+  // Two stores that discharge into two others.
+  const auto discharge = [](const std::string& charge) {
+    const std::string store = R"json({ "kind": "C", "capacitance": 1, "initial": { "q": )json" + charge + " } }";
+    const std::string r = R"json({ "kind": "R", "resistance": 1 })json",
+                      empty = R"json({ "kind": "C", "capacitance": 1 })json";
+    return Study::from_text(
+        R"json({ "bgsim": 1, "name": "discharge", "elements": { "m": { "kind": "1" }, "n": { "kind": "1" }, "a": )json" +
+        store + ", \"r\": " + r + ", \"b\": " + empty + ", \"c\": " + store + ", \"s\": " + r + ", \"d\": " + empty +
+        R"json( },
+      "bonds": [ { "from": "a", "to": "m" }, { "from": "m", "to": "r" }, { "from": "m", "to": "b" },
+        { "from": "c", "to": "n" }, { "from": "n", "to": "s" }, { "from": "n", "to": "d" } ],
+      "outputs": { "u": "a.e", "v": "c.e" }, "scenes": { "main": { "stop": 9, "samples": 3 } } })json");
+  };
+  // Each loses 3/4 of 1.62e308: what both lose is not finite.
+  for (const char* charge : {"1.8e154", "1e200"}) {
+    const Study beyond = discharge(charge);
+    const RunResult result = run(beyond);
+    CHECK_FALSE(result.report.energy.done);
+    CHECK_FALSE(result.report.energy.why_not.empty());
+    CHECK(last(result, "u") > 0.4e154);
+    ReduceOptions options;
+    options.error = 0.3;
+    CHECK_NOTHROW(reduce(beyond, options));
+  }
+  // All activities fit, and their sum does not.
+  const Simulation scene = discharge("1.2e154").scene();
+  const RunResult large = scene.simulate();
+  REQUIRE(large.report.energy.done);
+  double shares = 0.0;
+  for (const ElementActivity& row : activities(scene.program(), large)) shares += row.share;
+  CHECK(shares == Approx(1.0).epsilon(1e-12));  // roundings
+}

@@ -171,3 +171,12 @@ TEST_CASE("a reference's band is what is accepted at each of its times") {
     CHECK(!hold_against(model_without_files(), trace_of(x), parse_csv("t,x\n0,0\n1,10\n2,10\n"), reference).ok());
   }
 }
+
+TEST_CASE("the root mean square of errors is finite where their squares are not") {
+  const Trace zero{.names = {"x"}, .units = {""}, .times = {0.0, 1.0, 2.0, 3.0}, .columns = {{0.0, 0.0, 1.0, 0.0}}};
+  Trace unstable = zero;
+  unstable.columns[0] = {3e200, 0.0, 1.0, 4e200};
+  const OutputError error = output_errors(zero, unstable).front();
+  CHECK(error.error == 4e200);
+  CHECK(error.rms == Approx(2.5e200).epsilon(1e-14));  // sqrt((9 + 16)/4)
+}

@@ -20,9 +20,9 @@ RunInputs record_bonds(EquationSystem& system, const RunInputs& inputs) {
 
 JunctionMeasure::JunctionMeasure(const BondGraph& graph, const Trace& trace, std::size_t outputs) : graph_(graph) {
   const auto rms = [&](std::size_t column) {
-    double sum = 0.0;
-    for (const double value : trace.columns[column]) sum += value * value;
-    return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, trace.times.size())));
+    double root = 0.0;  // squares may be beyond the range of double precision
+    for (const double value : trace.columns[column]) root = std::hypot(root, value);
+    return root / std::sqrt(static_cast<double>(std::max<std::size_t>(1, trace.times.size())));
   };
   for (std::size_t b = 0; b < graph.bonds.size(); ++b) {
     efforts_.push_back(rms(outputs + 2 * b));

@@ -109,7 +109,7 @@ Judgement judge(const Trace& trace, const ReferenceTrace& reference) {
   for (std::size_t c = 0; c < columns; ++c) {
     if (!reference.outputs[c].judged()) continue;
     ErrorOfOutput& error = judgement.errors[c];
-    double squares = 0.0;
+    double root = 0.0;
     for (std::size_t row = 0; row < rows; ++row) {
       const double difference =
           std::abs(trace.columns[c][row] - reference.trace.columns[c][row]) / reference.outputs[c].range;
@@ -118,9 +118,10 @@ Judgement judge(const Trace& trace, const ReferenceTrace& reference) {
         continue;
       }
       error.max = std::max(error.max, difference);
-      squares += difference * difference;
+      // An unstable method gives errors whose squares are beyond the range of double precision.
+      root = std::hypot(root, difference);
     }
-    error.rms = std::sqrt(squares / static_cast<double>(std::max<std::size_t>(outputs_rows, 1)));
+    error.rms = root / std::sqrt(static_cast<double>(std::max<std::size_t>(outputs_rows, 1)));
     judgement.max_error = std::max(judgement.max_error, error.max);
     judgement.rms_error = std::max(judgement.rms_error, error.rms);
   }

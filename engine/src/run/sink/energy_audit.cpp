@@ -16,7 +16,7 @@ constexpr std::size_t kFine =
 double magnitude_of_line(double a, double b) {
   const double mean = (std::abs(a) + std::abs(b)) / 2;
   const bool crosses = (a < 0.0) != (b < 0.0);
-  return crosses && mean > 0.0 ? (a * a + b * b) / (4 * mean) : mean;
+  return crosses && mean > 0.0 ? (a * (a / mean) + b * (b / mean)) / 4 : mean;
 }
 
 }  // namespace
@@ -262,9 +262,16 @@ EnergyAudit EnergyAuditor::finish(double t, const double* x, const Branch& branc
   audit.dissipated = end.dissipated.value();
   audit.exchanged = end.exchanged.value();
   audit.residual = end.residual.value();
+  const double largest = std::max({gross_source_, gross_dissipation_, swing_, std::abs(audit.stored)});
+  const bool finite = std::isfinite(largest) && std::isfinite(audit.residual) &&
+                      std::all_of(activity_.begin(), activity_.end(), [](double a) { return std::isfinite(a); });
+  if (!finite) {
+    EnergyAudit none;
+    none.why_not = "energies are beyond the range of double precision";
+    return none;
+  }
   if (!course_.times.empty() && course_.times.back() < t) append(t, end);
   audit.course = std::move(course_);
-  const double largest = std::max({gross_source_, gross_dissipation_, swing_, std::abs(audit.stored)});
   audit.relative = largest > 0.0 ? std::abs(audit.residual) / largest : 0.0;
   if (least_part_) {
     audit.least_dissipation = least_power_;
