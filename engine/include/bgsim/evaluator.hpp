@@ -59,6 +59,10 @@ class Evaluator {
   bool rates(double t, const double* x, Branch& branch, double* dxdt);
   /// Values by Program::jacobian_pattern.
   bool jacobian(double t, const double* x, Branch& branch, double* values);
+  /// The same, and by state a bound of what rounding makes of the rate at this point, time, states and parameters being
+  /// exact (running error analysis); none where the loops have too many tears for it. Some three evaluations more, and
+  /// the square of the tears times the largest loop.
+  bool jacobian(double t, const double* x, Branch& branch, double* values, std::vector<double>& rounding);
   bool outputs(double t, const double* x, Branch& branch, double* values);
 
   // Implicit form: y holds states, then tears; yp their derivatives. Of the branch, the modes alone matter.

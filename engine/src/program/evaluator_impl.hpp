@@ -101,6 +101,11 @@ struct Evaluator::Impl {
   void carry_errors_through(std::size_t block);
   /// Carries errors through a routine from where they are now; infinite ones if a loop has no solution.
   void carry_errors_of(const Routine& routine, Branch& branch, double* bounds);
+  /// Bounds of the rates' and the tears' errors at the point that the plan's routine has just run at (loops solved and
+  /// factorized).
+  void bound_rates(std::vector<double>& bounds);
+  bool pass_errors_through_loops(std::span<const double> of_residuals);
+  Eigen::MatrixXd tears_by_residuals;  ///< d tears / d residuals, times the residuals' errors
 
   void fail_at(std::uint32_t slot, const std::string& target);
   void fail_loop(std::size_t block, LoopOutcome outcome);

@@ -131,6 +131,12 @@ bool Evaluator::jacobian(double t, const double* x, Branch& branch, double* valu
   return true;
 }
 
+bool Evaluator::jacobian(double t, const double* x, Branch& branch, double* values, std::vector<double>& rounding) {
+  if (!jacobian(t, x, branch, values)) return false;
+  impl_->bound_rates(rounding);
+  return true;
+}
+
 bool Evaluator::residual(double t, const double* y, const Branch& branch, const double* yp, double* r) {
   Impl& impl = *impl_;
   ++impl.counts.rates;

@@ -137,6 +137,65 @@ void Evaluator::Impl::carry_errors_of(const Routine& routine, Branch& branch, do
   for (std::size_t i = 0; i < routine.results.size(); ++i) bounds[i] = solved ? errors[routine.results[i]] : kInfinite;
 }
 
+/// d tears / d residuals over all loops, each column times the residual's error: F_z dz + F_earlier dz_earlier =
+/// -error. The errors of tears that move together cancel in what depends on their difference: the potential of a node
+/// that hangs on blocking diodes is anything, the currents into it are not.
+bool Evaluator::Impl::pass_errors_through_loops(std::span<const double> of_residuals) {
+  const JacobianPlan& plan = program.plan;
+  const auto count = static_cast<Eigen::Index>(of_residuals.size());
+  tears_by_residuals.setZero(count, count);
+  for (std::size_t b = 0; b < plan.blocks.size(); ++b) {
+    LoopScratch& scratch = loops[b];
+    const auto first = static_cast<Eigen::Index>(program.blocks[b].first_tear);
+    const auto size = static_cast<Eigen::Index>(program.blocks[b].size);
+    auto own = tears_by_residuals.middleRows(first, size);
+    for (Eigen::Index r = 0; r < size; ++r) own(r, first + r) = of_residuals[static_cast<std::size_t>(first + r)];
+    for (const auto& e : plan.blocks[b].by_earlier_tears)
+      own.row(e.row) += slots[e.slot] * tears_by_residuals.row(e.column);
+    for (Eigen::Index c = 0; c < first + size; ++c) {
+      scratch.residual = own.col(c).cwiseQuotient(scratch.row_scale);
+      scratch.step = scratch.factors.solve(scratch.residual);
+      own.col(c) = -scratch.step.cwiseQuotient(scratch.column_scale);
+    }
+  }
+  return tears_by_residuals.allFinite();
+}
+
+void Evaluator::Impl::bound_rates(std::vector<double>& bounds) {
+  constexpr std::size_t kMostTears = 256;
+  const std::size_t tears = program.tear_names.size();
+  bounds.clear();
+  if (tears > kMostTears) return;
+  errors.assign(slots.size(), 0.0);
+  std::vector<double> of_residuals(tears, 0.0);
+  for (std::size_t i = 0; i < program.rates.code.size(); ++i) {
+    run(program.rates.code[i]);
+    carry_errors(program.rates.code[i]);
+    if (i == program.rates.solves.size()) continue;
+    const std::uint32_t block = program.rates.solves[i];
+    const ProgramBlock& b = program.blocks[block];
+    load_residual(block);
+    for (const auto& code : b.residual.code) carry_errors(code);
+    // What the iteration left of the residuals is as good as rounding: it depends on where the iteration began.
+    for (std::size_t r = 0; r < b.size; ++r) {
+      const std::uint32_t result = b.residual.results[r];
+      of_residuals[b.first_tear + r] = errors[result] + std::abs(slots[result]);
+    }
+  }
+  const JacobianPlan& plan = program.plan;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(program.states.size()));
+  if (tears > 0) {
+    if (!pass_errors_through_loops(of_residuals)) return;
+    Eigen::MatrixXd by_residuals = Eigen::MatrixXd::Zero(sum.size(), tears_by_residuals.cols());
+    for (const auto& e : plan.rates_by_tears)
+      by_residuals.row(e.row) += slots[e.slot] * tears_by_residuals.row(e.column);
+    sum = by_residuals.cwiseAbs().rowwise().sum();
+  }
+  bounds.resize(program.states.size());
+  for (std::size_t i = 0; i < bounds.size(); ++i)
+    bounds[i] = errors[program.rates.results[i]] + sum[static_cast<Eigen::Index>(i)];
+}
+
 void Evaluator::power_rounding(double t, const double* x, Branch& branch, double* bounds) {
   impl_->begin_errors();
   impl_->set_point(t, x, branch);

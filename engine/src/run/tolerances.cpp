@@ -324,32 +324,91 @@ void Tolerances::weights(double t, double step, const double* y, double* weight)
   }
 }
 
-void Tolerances::see_jacobian(const Sparsity& pattern, const double* entries) {
-  const auto each = [&](auto&& visit) {
-    for (std::size_t column = 0; column < size_; ++column)
-      for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
-           k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
-        visit(static_cast<std::size_t>(pattern.row[k]), column, std::abs(entries[k]));
-  };
-  // Noise that is remembered is remembered as what it made of the unknown: where the rate was noisy because it was
-  // steep (a diode that conducts, or an iterate far off), it is worth nothing where it is flat.
-  each([&](std::size_t row, std::size_t column, double size) {
-    if (row != column) return;
-    if (size < damping_[row]) {
-      const double flatter = (1.0 + step_ * size) / (1.0 + step_ * damping_[row]);
-      noise_[row] *= flatter;
-      time_noise_[row] *= flatter;
-    }
-    damping_[row] = size;
+namespace {
+
+template <class Visit>
+void each_entry(const Sparsity& pattern, const double* entries, Visit&& visit) {
+  for (std::size_t column = 0; column < pattern.size; ++column)
+    for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
+         k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
+      visit(static_cast<std::size_t>(pattern.row[k]), column, std::abs(entries[k]));
+}
+
+/// A tolerance has to be so many times the rounding in what an iteration ends on, since that is stopped at a
+/// thirtieth of the tolerance.
+constexpr double kRoundings = 20.0;
+
+}  // namespace
+
+void Tolerances::see(const Point& at, const Evaluate& evaluate) {
+  each_entry(at.pattern, at.entries, [&](std::size_t row, std::size_t column, double size) {
+    if (row == column) damping_[row] = size;
   });
-  // Always from the noise itself, over a few links: what went round a loop and came back larger (where stiff parts
-  // face each other) would grow from Jacobian to Jacobian, and in the end the run would be free to go anywhere.
+  if (at.rounding.empty())
+    shake(at, evaluate);
+  else
+    bound_noise(at);
+  see_time(at, evaluate);
+  pass_on(at);
+}
+
+/// By bounds: of the rates' own rounding, and of what the rounding of each state makes of them. A state that forgets
+/// within the step takes what its rounding did back.
+void Tolerances::bound_noise(const Point& at) {
+  for (std::size_t i = 0; i < states_; ++i) noise_[i] = kRoundings * at.rounding[i];
+  each_entry(at.pattern, at.entries, [&](std::size_t row, std::size_t column, double size) {
+    noise_[row] += kRoundings * kEps / 2.0 * size * std::abs(at.y[column]) / (1.0 + step_ * damping_[column]);
+  });
+}
+
+/// By samples, where loops are too large for bounds: what a few roundings of the unknowns do to a rate.
+void Tolerances::shake(const Point& at, const Evaluate& evaluate) {
+  constexpr int kSamples = 3;
+  shaken_.resize(size_);
+  rates_.resize(size_);
+  shaken_rates_.resize(size_);
+  if (!evaluate(at.t, at.y, rates_.data())) return;
+  for (std::size_t i = 0; i < states_; ++i) noise_[i] /= 2.0;  // a sample may meet no rounding by chance
+  for (int sample = 1; sample <= kSamples; ++sample) {
+    const double shake = sample * kEps;
+    for (std::size_t i = 0; i < size_; ++i) shaken_[i] = at.y[i] * (i % 2 == 0 ? 1.0 + shake : 1.0 - shake);
+    if (evaluate(at.t, shaken_.data(), shaken_rates_.data()))
+      for (std::size_t i = 0; i < states_; ++i)
+        noise_[i] = std::max(noise_[i], kRoundings / sample * std::abs(shaken_rates_[i] - rates_[i]));
+  }
+}
+
+/// What a few roundings of the time do to a rate.
+void Tolerances::see_time(const Point& at, const Evaluate& evaluate) {
+  constexpr int kSamples = 3;
+  rates_.resize(size_);
+  shaken_rates_.resize(size_);
+  std::fill(time_noise_.begin(), time_noise_.end(), 0.0);
+  if (!evaluate(at.t, at.y, rates_.data())) return;
+  for (int sample = 1; sample <= kSamples; ++sample)
+    if (evaluate(at.t * (1.0 + sample * kEps), at.y, shaken_rates_.data()))
+      for (std::size_t i = 0; i < states_; ++i)
+        time_noise_[i] = std::max(time_noise_[i], kRoundings / sample * std::abs(shaken_rates_[i] - rates_[i]));
+  // A change that grows with the shake is no rounding but the slope of a source, a pulse's flank perhaps.
+  constexpr double kFarther = 64.0, kGrows = 8.0;
+  for (std::size_t i = 0; i < states_; ++i) shift_[i] = std::numeric_limits<double>::infinity();
+  for (const double side : {-1.0, 1.0}) {
+    if (!evaluate(at.t * (1.0 + side * kFarther * kEps), at.y, shaken_rates_.data())) continue;
+    for (std::size_t i = 0; i < states_; ++i)
+      if (kRoundings * std::abs(shaken_rates_[i] - rates_[i]) > kGrows * time_noise_[i])
+        shift_[i] = kRoundings * kEps * std::abs(at.t * (at.slopes != nullptr ? at.slopes[i] : rates_[i]));
+  }
+}
+
+/// Always from the noise itself, over a few links: what went round a loop and came back larger (where stiff parts face
+/// each other) would grow from Jacobian to Jacobian, and in the end the run would be free to go anywhere.
+void Tolerances::pass_on(const Point& at) {
   constexpr double kPassedOn = 0.1;
   constexpr int kLinks = 2;
   std::fill(doubt_.begin(), doubt_.end(), 0.0);
   for (int link = 0; link < kLinks; ++link) {
     std::fill(next_doubt_.begin(), next_doubt_.end(), 0.0);
-    each([&](std::size_t row, std::size_t column, double size) {
+    each_entry(at.pattern, at.entries, [&](std::size_t row, std::size_t column, double size) {
       if (row != column && row < states_) next_doubt_[row] += kPassedOn * size * unknowable(column);
     });
     std::swap(doubt_, next_doubt_);
@@ -360,38 +419,6 @@ void Tolerances::forget_noise() {
   std::fill(noise_.begin(), noise_.end(), 0.0);
   std::fill(time_noise_.begin(), time_noise_.end(), 0.0);
   std::fill(doubt_.begin(), doubt_.end(), 0.0);
-}
-
-void Tolerances::see_noise(const std::function<bool(double t, const double* y, double* rates)>& evaluate, double t,
-                           const double* y, const double* slopes) {
-  // What a few roundings of time and states do to a rate; the factor covers roundings that these do not provoke.
-  constexpr double kRoundings = 20.0;
-  constexpr int kSamples = 3;
-  shaken_.resize(size_);
-  rates_.resize(size_);
-  shaken_rates_.resize(size_);
-  if (!evaluate(t, y, rates_.data())) return;
-  for (std::size_t i = 0; i < states_; ++i) noise_[i] /= 2.0;  // a sample may meet no rounding by chance
-  std::fill(time_noise_.begin(), time_noise_.end(), 0.0);
-  for (int sample = 1; sample <= kSamples; ++sample) {
-    const double shake = sample * kEps;
-    for (std::size_t i = 0; i < size_; ++i) shaken_[i] = y[i] * (i % 2 == 0 ? 1.0 + shake : 1.0 - shake);
-    if (evaluate(t, shaken_.data(), shaken_rates_.data()))
-      for (std::size_t i = 0; i < states_; ++i)
-        noise_[i] = std::max(noise_[i], kRoundings / sample * std::abs(shaken_rates_[i] - rates_[i]));
-    if (evaluate(t * (1.0 + shake), y, shaken_rates_.data()))
-      for (std::size_t i = 0; i < states_; ++i)
-        time_noise_[i] = std::max(time_noise_[i], kRoundings / sample * std::abs(shaken_rates_[i] - rates_[i]));
-  }
-  // A change that grows with the shake is no rounding but the slope of a source, a pulse's flank perhaps.
-  constexpr double kFarther = 64.0, kGrows = 8.0;
-  for (std::size_t i = 0; i < states_; ++i) shift_[i] = std::numeric_limits<double>::infinity();
-  for (const double side : {-1.0, 1.0}) {
-    if (!evaluate(t * (1.0 + side * kFarther * kEps), y, shaken_rates_.data())) continue;
-    for (std::size_t i = 0; i < states_; ++i)
-      if (kRoundings * std::abs(shaken_rates_[i] - rates_[i]) > kGrows * time_noise_[i])
-        shift_[i] = kRoundings * kEps * std::abs(t * (slopes != nullptr ? slopes[i] : rates_[i]));
-  }
 }
 
 }  // namespace bgsim

@@ -40,14 +40,20 @@ class Tolerances {
   void accept(double t, std::span<const double> y);
   /// Weights for the error test of a step from @p y, made with steps of about @p step.
   void weights(double t, double step, const double* y, double* weight);
-  /// How fast each unknown forgets, by the Jacobian's diagonal; and by the rest, what rounding in others makes of its
-  /// rate: a store fed by rounding need not be followed as if it were signal.
-  void see_jacobian(const Sparsity& pattern, const double* entries);
-  /// Rounding in the rates themselves, measured by shaking time and unknowns by their last bits: a rate that is the
-  /// difference of large terms is no better known than these, and no step size makes it so.
-  /// @param slopes  rates of the unknowns where what is evaluated are residuals.
-  void see_noise(const std::function<bool(double t, const double* y, double* rates)>& evaluate, double t,
-                 const double* y, const double* slopes = nullptr);
+  /// Where a new Jacobian is taken.
+  struct Point {
+    double t;
+    const double* y;          ///< unknowns
+    const Sparsity& pattern;  ///< of the Jacobian: of the rates by the states, or of residuals by all unknowns
+    const double* entries;
+    const std::vector<double>& rounding;  ///< of the rates there; empty: it is measured by shaking the unknowns
+    const double* slopes = nullptr;       ///< rates of the unknowns where what is evaluated are residuals
+  };
+  /// How fast each unknown forgets, by the Jacobian's diagonal; what rounding makes of the rates: a rate that is the
+  /// difference of large terms is no better known than these, and no step size makes it so; and what rounding in others
+  /// makes of them: a store fed by rounding need not be followed as if it were signal.
+  /// @param evaluate  rates or residuals.
+  void see(const Point& at, const std::function<bool(double t, const double* y, double* rates)>& evaluate);
 
   /// Of a snapshot. Given tolerances and edges follow from the scene.
   template <class Archive>
@@ -86,6 +92,11 @@ class Tolerances {
   [[nodiscard]] double resolved(std::size_t unknown, double size) const;
   [[nodiscard]] double absolute(std::size_t unknown, double size) const;
   [[nodiscard]] double unknowable(std::size_t unknown) const;
+  using Evaluate = std::function<bool(double t, const double* y, double* rates)>;
+  void bound_noise(const Point& at);
+  void shake(const Point& at, const Evaluate& evaluate);
+  void see_time(const Point& at, const Evaluate& evaluate);
+  void pass_on(const Point& at);
 
   const Program& program_;
   bool implicit_;

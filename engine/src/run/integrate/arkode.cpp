@@ -134,10 +134,8 @@ class ArkodeIntegrator final : public OdeBy<Arkode> {
   void look(double t) {
     steps_since_look_ = 0;
     const double* x = values(y_);
-    if (special_rates_ || !evaluator_.jacobian(t, x, branch_, entries_.data())) return;
-    tolerances_.see_jacobian(program_.jacobian_pattern, entries_.data());
-    tolerances_.see_noise([this](double at, const double* y, double* f) { return evaluator_.rates(at, y, branch_, f); },
-                          t, x);
+    if (special_rates_ || !evaluator_.jacobian(t, x, branch_, entries_.data(), rounding_)) return;
+    see({t, x, program_.jacobian_pattern, entries_.data(), rounding_});
   }
 
   MethodFacts facts_;

@@ -113,17 +113,34 @@ class IdaIntegrator final : public SundialsIntegrator<Ida, SundialsObjects> {
     const double t = s * me.unit_;
     double* entries = dense ? me.entries_.data() : sparse_values(matrix, pattern);
     if (!me.evaluator_.residual_jacobian(t, cj / me.unit_, values(y), me.branch_, entries)) return me.recoverable(t);
-    me.tolerances_.see_jacobian(pattern, entries);
-    const double* rate = values(me.rate_);
-    me.tolerances_.see_noise(
-        [&](double at, const double* x, double* r) { return me.evaluator_.residual(at, x, me.branch_, rate, r); }, t,
-        values(y), rate);
+    me.see(t, values(y), entries);
     if (dense) scatter(matrix, pattern, entries);
     return 0;
   }
 
+  /// With loops eliminated where that can be done, so that errors of tears that cancel do.
+  void see(double t, const double* y, const double* entries) {
+    const double* rate = values(rate_);
+    const auto residual = [&](double at, const double* x, double* r) {
+      return evaluator_.residual(at, x, branch_, rate, r);
+    };
+    if (program_.plan.explicit_form) {
+      Branch branch = branch_;
+      std::copy(y + states_, y + size_, branch.tears.begin());
+      branch.given = false;
+      explicit_entries_.resize(program_.jacobian_pattern.row.size());
+      if (evaluator_.jacobian(t, y, branch, explicit_entries_.data(), rounding_) && !rounding_.empty()) {
+        tolerances_.see({t, y, program_.jacobian_pattern, explicit_entries_.data(), rounding_, rate}, residual);
+        return;
+      }
+    }
+    rounding_.clear();
+    tolerances_.see({t, y, program_.implicit_pattern, entries, rounding_, rate}, residual);
+  }
+
   std::size_t states_;
   VectorHandle rate_;
+  std::vector<double> explicit_entries_;
   int max_order_;
 };
 

@@ -26,15 +26,13 @@ int OdeIntegrator::scaled_jacobian(double s, N_Vector y, N_Vector rates, SUNMatr
   const double t = s * unit_;
   if (special_rates_ && dense) return difference_jacobian(t, values(y), values(rates), matrix) ? 0 : recoverable(t);
   double* entries = dense ? entries_.data() : sparse_values(matrix, pattern);
-  if (!evaluator_.jacobian(t, values(y), branch_, entries)) {
+  if (!evaluator_.jacobian(t, values(y), branch_, entries, rounding_)) {
     // A slope without bound at a point that the solution only passes (sqrt at 0): take it a little further on.
     const double step = std::max(this->step(), 1e-9 * (limit_ - time_));
     N_VLinearSum(1.0, y, step / unit_, rates, moved);
-    if (!evaluator_.jacobian(t, values(moved), branch_, entries)) return recoverable(t);
+    if (!evaluator_.jacobian(t, values(moved), branch_, entries, rounding_)) return recoverable(t);
   }
-  tolerances_.see_jacobian(pattern, entries);
-  tolerances_.see_noise([this](double at, const double* x, double* f) { return evaluator_.rates(at, x, branch_, f); },
-                        t, values(y));
+  see({t, values(y), pattern, entries, rounding_});
   if (unit_ != 1.0)
     for (std::size_t i = 0; i < pattern.row.size(); ++i) entries[i] *= unit_;
   if (dense) scatter(matrix, pattern, entries);

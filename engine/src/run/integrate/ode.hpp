@@ -22,6 +22,11 @@ class OdeIntegrator : public SundialsObjects {
   /// @param rates  at (s, y); @param moved  scratch.
   int scaled_jacobian(double s, N_Vector y, N_Vector rates, SUNMatrix matrix, N_Vector moved);
 
+  /// A new Jacobian.
+  void see(const Tolerances::Point& at) {
+    tolerances_.see(at, [this](double t, const double* x, double* f) { return evaluator_.rates(t, x, branch_, f); });
+  }
+
   /// An explicit step to the limit, over a stretch of a few roundings of the time. False if the rates cannot be
   /// evaluated.
   bool step_by_hand();

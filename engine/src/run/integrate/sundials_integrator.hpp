@@ -39,6 +39,7 @@ class SundialsObjects : public Integrator {
   ContextHandle context_;
   VectorHandle y_, scratch_;
   std::vector<double> entries_;
+  std::vector<double> rounding_;  ///< of the rates, where the Jacobian was taken
   LinearAlgebra algebra_;
   bool initialized_ = false;
   bool faulted_ = false;  ///< a point within the step could not be evaluated
