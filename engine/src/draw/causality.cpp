@@ -1,5 +1,6 @@
 // What a drawing shows of the causality of a model, whole or faulty.
 #include "bgsim/drawing.hpp"
+#include "equations/solvable_causality.hpp"
 #include "graph/causal_explanation.hpp"
 #include "model/element_kinds.hpp"
 
@@ -61,6 +62,10 @@ DrawnCausality drawn_causality(const Model& model) {
   try {
     const BondGraph graph = build_bond_graph(model);
     CausalAttempt attempt = attempt_causality(model, graph);
+    if (attempt.problems.empty()) {
+      const CausalGraph causal = solvable_causality(model, graph);
+      attempt.strokes.assign(causal.strokes.begin(), causal.strokes.end());
+    }
     add_strokes(drawn, model, graph, attempt);
     drawn.faulty = std::move(attempt.conflicts);
     drawn.problems = std::move(attempt.problems);

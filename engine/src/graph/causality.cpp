@@ -7,6 +7,7 @@
 #include "graph/causal_explanation.hpp"
 #include "graph/given_starts.hpp"
 #include "graph/graph_faults.hpp"
+#include "graph/law_numbers.hpp"
 #include "graph/rank_causality.hpp"
 #include "graph/solved_laws.hpp"
 #include "graph/start_moduli.hpp"
@@ -522,8 +523,9 @@ Preference preference_of(const Model& model, const BondGraph& graph, const Solve
 
 }  // namespace
 
-CausalGraph assign_causality(const Model& model, const BondGraph& graph) {
-  SolvedLaws laws(model, graph);
+namespace {
+
+CausalGraph assigned(const Model& model, const BondGraph& graph, SolvedLaws laws) {
   const Preference preference = preference_of(model, graph, laws);
   CausalGraph causal =
       with_ranks(model, graph, laws, preference, [&](Scap& scap, bool succeeded, std::span<const RankedPart> ranked) {
@@ -534,8 +536,7 @@ CausalGraph assign_causality(const Model& model, const BondGraph& graph) {
   return causal;
 }
 
-CausalAttempt attempt_causality(const Model& model, const BondGraph& graph) {
-  const SolvedLaws laws(model, graph);
+CausalAttempt attempted(const Model& model, const BondGraph& graph, const SolvedLaws& laws) {
   const Preference usual;
   try {
     return with_ranks(
@@ -547,6 +548,35 @@ CausalAttempt attempt_causality(const Model& model, const BondGraph& graph) {
     attempt.problems = std::move(error.diagnostics);
     return attempt;
   }
+}
+
+}  // namespace
+
+CausalGraph assign_causality(const Model& model, const BondGraph& graph) {
+  try {
+    return assigned(model, graph, SolvedLaws(model, graph));
+  } catch (const ModelError&) {
+    SolvedLaws laws(model, graph, numbers_at_start(model));
+    if (!laws.any_by_pieces()) throw;
+    return assigned(model, graph, std::move(laws));
+  }
+}
+
+std::optional<CausalGraph> assign_causality_by_pieces(const Model& model, const BondGraph& graph) {
+  SolvedLaws laws(model, graph, numbers_at_start(model));
+  if (!laws.any_by_pieces()) return std::nullopt;
+  try {
+    return assigned(model, graph, std::move(laws));
+  } catch (const ModelError&) {
+    return std::nullopt;
+  }
+}
+
+CausalAttempt attempt_causality(const Model& model, const BondGraph& graph) {
+  CausalAttempt attempt = attempted(model, graph, SolvedLaws(model, graph));
+  if (attempt.problems.empty()) return attempt;
+  const SolvedLaws laws(model, graph, numbers_at_start(model));
+  return laws.any_by_pieces() ? attempted(model, graph, laws) : attempt;
 }
 
 std::vector<BondId> reason_chain(const BondGraph& graph, const CausalGraph& causal, BondId bond) {

@@ -1,5 +1,7 @@
 #include "graph/solved_laws.hpp"
 
+#include <utility>
+
 #include "base/codes.hpp"
 #include "graph/causal_explanation.hpp"
 #include "model/constitutive.hpp"
@@ -7,8 +9,13 @@
 
 namespace bgsim {
 
-SolvedLaws::SolvedLaws(const Model& model, const BondGraph& graph)
-    : model_(model), graph_(graph), pool_(model.pool), laws_(graph.ports.size()), solved_(graph.ports.size()) {
+SolvedLaws::SolvedLaws(const Model& model, const BondGraph& graph, NumberOf number_of)
+    : model_(model),
+      graph_(graph),
+      number_(std::move(number_of)),
+      pool_(model.pool),
+      laws_(graph.ports.size()),
+      solved_(graph.ports.size()) {
   for (std::size_t i = 0; i < model.elements.size(); ++i) {
     const std::vector<Law> laws = port_laws(model, pool_, ElementId(i));
     for (std::size_t number = 0; number < model.elements[i].ports.size(); ++number) {
@@ -20,13 +27,23 @@ SolvedLaws::SolvedLaws(const Model& model, const BondGraph& graph)
   }
 }
 
+SolvedLaw SolvedLaws::solved(const Element& element, const Law& law, Gives gives) {
+  const SolvedLaw smooth = solve_law(pool_, element, law, gives);
+  if (!number_ || smooth.use != LawUse::impossible) return smooth;
+  const SolvedLaw result = solve_law(pool_, element, law, gives, number_);
+  by_pieces_ = by_pieces_ || result.use != LawUse::impossible;
+  return result;
+}
+
 /// A law that is given by a coefficient is solved when the strokes are known: its use needs no solution.
 SolvedLaw SolvedLaws::solve(ElementId id, std::size_t number, const std::vector<Law>& laws, Gives gives) {
   const Element& at = model_.elements[id.index()];
-  if (at.energy.valid() || !at.laws.empty()) return solve_law(pool_, at, laws[number], gives);
-  SolvedLaw solved;
-  solved.use = law_use(model_, pool_, id, number, gives);
-  return solved;
+  if (at.energy.valid() || !at.laws.empty()) return solved(at, laws[number], gives);
+  SolvedLaw coefficient;
+  coefficient.use = law_use(model_, pool_, id, number, gives);
+  // A resistance that depends on the flow that it is to give.
+  if (coefficient.use == LawUse::impossible && number < laws.size()) return solved(at, laws[number], gives);
+  return coefficient;
 }
 
 PortLaw SolvedLaws::used(std::span<const Stroke> strokes, PortId port) {
@@ -35,7 +52,7 @@ PortLaw SolvedLaws::used(std::span<const Stroke> strokes, PortId port) {
   const Element& element = model_.elements[graph_[port].element.index()];
   const auto solution = [&](Gives gives) {
     const SolvedLaw& known = solved_[port.index()][static_cast<std::size_t>(gives)];
-    return element.coefficient.valid() ? solve_law(pool_, element, law, gives) : known;
+    return element.coefficient.valid() ? solved(element, law, gives) : known;
   };
   PortLaw used{law, solution(stroke_at(graph_, strokes, port) ? Gives::flow : Gives::effort), {}};
   if (is_store(element.kind))

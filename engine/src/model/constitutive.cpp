@@ -152,6 +152,17 @@ SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Give
   return solved(found.smooth ? LawUse::implicit : LawUse::impossible, {});
 }
 
+SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Gives gives, const NumberOf& number) {
+  const SolvedLaw smooth = solve_law(pool, element, law, gives);
+  if (smooth.use != LawUse::impossible || !law_relates(element, law.port, law.variable)) return smooth;
+  const SymbolId x = port_variable(element, law.port, smooth.wanted);
+  if (!occurrence(pool, law.right, x).occurs) return smooth;
+  const ExprId y = pool.symbol(port_variable(element, law.port, law.variable));
+  const PieceInverse pieces = invert_in_pieces(pool, law.right, x, y, number);
+  if (!pieces.monotone) return smooth;
+  return {smooth.wanted, pieces.solution.valid() ? LawUse::inverted : LawUse::implicit, pieces.solution};
+}
+
 LawUse law_use(const Model& model, ExprPool& pool, ElementId id, std::size_t port, Gives gives) {
   const Element& element = model.elements[id.index()];
   if (const auto imposed = imposed_variable(element.kind))

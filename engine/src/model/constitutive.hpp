@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bgsim/constitutive.hpp"
+#include "expression/pieces.hpp"
 
 namespace bgsim {
 
@@ -15,6 +16,9 @@ LawUse law_use(const Model& model, ExprPool& pool, ElementId id, std::size_t por
 
 /// Solves one law, as port_laws() gives it. New expressions go to @p pool.
 SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Gives gives);
+/// The same. A law with kinks that is continuous and strictly monotone with the numbers of @p number is solved too:
+/// part by part where each part has a closed form, else as an implicit equation.
+SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Gives gives, const NumberOf& number);
 
 /// The laws of a field or one-port in terms of ModelSymbols, one per port, port i's at position i: written laws as they
 /// stand, linear keys written out (e = R f, e = q/C, f = p/I; sources e = ... or f = ...), energies differentiated

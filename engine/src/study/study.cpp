@@ -6,6 +6,8 @@
 
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
+#include "equations/solvable_causality.hpp"
+#include "graph/law_numbers.hpp"
 
 namespace bgsim {
 
@@ -84,7 +86,7 @@ const BondGraph& Study::graph() const {
 
 const CausalGraph& Study::causality() const {
   const BondGraph& before = graph();
-  return stages_->stage(stages_->causality, "causality", [&] { return assign_causality(model(), before); });
+  return stages_->stage(stages_->causality, "causality", [&] { return solvable_causality(model(), before); });
 }
 
 const EquationSystem& Study::equations() const {
@@ -130,8 +132,9 @@ Simulation::Simulation(Study study, RunInputs inputs, const SceneOptions& option
   });
 }
 
-/// Initial values of what is left out: the run does not see them.
+/// Laws that hold for some parameters only; initial values of what is left out: the run does not see them.
 void Simulation::check(const RunInputs& inputs) const {
+  check_laws(study_.model(), study_.graph(), study_.causality(), inputs.parameters);
   if (compiled_->cut) check_start(study_.shared_model(), study_.equations(), study_.order(), *compiled_->cut, inputs);
 }
 

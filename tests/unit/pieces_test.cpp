@@ -1,0 +1,75 @@
+// Laws with kinks: which are one to one, and what their inverses are.
+#include "expression/pieces.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/approx.hpp"
+#include "support/expression_world.hpp"
+
+using namespace bgsim;
+using bgsim::test::World;
+
+namespace {
+
+/// y = 1.25 and z = 3.5; all else varies but what is looked at.
+NumberOf numbers(const World& w) {
+  const SymbolId y = w.id("y"), z = w.id("z");
+  return [y, z](SymbolId s) { return s == y ? 1.25 : s == z ? 3.5 : std::nan(""); };
+}
+
+}  // namespace
+
+TEST_CASE("laws with kinks that are continuous and strictly monotone are inverted part by part") {
+  World w;
+  for (const char* text :
+       {"if(x > 0, x/y, x/z)", "if(x < 0, 2*x, 1e7*x)", "if(-x < 2, y*x, -((-x - 2)/z + y*2))",
+        "if(x >= y, 3*x - 3*y, x - y)", "max(x, 0)/y + min(x, 0)/z", "min(x, 2*x) - z", "abs(x) + 2*x", "-y*x*abs(x)",
+        "x*abs(x)^0.75/y", "x*sqrt(abs(x))", "if(x > 0, y*sqrt(x), -y*sqrt(-x))", "if(x > 0, exp(x/y) - 1, x/y)",
+        "if(abs(x) < 1, x, 2*x - sign(x))", "(if(x > 0, x, x/1000) + y)*z", "sinh(if(x > 0.5, x, 0.25 + x/2))",
+        "if(x > 1, 4*x - 2, if(x > -1, 2*x, x - 1))"}) {
+    CAPTURE(text);
+    const PieceInverse inverse = invert_in_pieces(w.pool, w.parse(text), w.id("x"), w.symbol("R_b"), numbers(w));
+    CHECK(inverse.monotone);
+    REQUIRE(inverse.solution.valid());
+    for (const double x : {-3.1, -1.3, -0.4, 0.2, 0.9, 1.7}) {
+      std::vector<double> v{0.0, x, 1.25, 3.5, 0.0, 0.0, 0.0};
+      v[6] = w.value(w.parse(text), v);
+      CAPTURE(x, w.text(inverse.solution));
+      CHECK(w.value(inverse.solution, v) == Approx(x).epsilon(1e-12));  // a few roundings, and a root
+    }
+  }
+}
+
+TEST_CASE("a law with kinks that is one to one may have no closed form, or contain what varies") {
+  World w;
+  for (const char* text :
+       {"if(x > 0, x + x^3, x)", "x + x*abs(x)", "z*(x - y)*abs(x - y)", "if(x > 0, x + sin(x)/2, x)"}) {
+    CAPTURE(text);
+    const PieceInverse inverse = invert_in_pieces(w.pool, w.parse(text), w.id("x"), w.symbol("R_b"), numbers(w));
+    CHECK(inverse.monotone);
+    CHECK_FALSE(inverse.solution.valid());
+  }
+  const auto nothing = [](SymbolId) { return std::nan(""); };
+  for (const char* text : {"if(x > 0, x/y, x/z)", "y*max(x, 0) + z*min(x, 0)"}) {
+    CAPTURE(text);
+    const PieceInverse inverse = invert_in_pieces(w.pool, w.parse(text), w.id("x"), w.symbol("R_b"), nothing);
+    CHECK(inverse.monotone);
+    CHECK_FALSE(inverse.solution.valid());
+  }
+  // What varies outside of the kinks is no hindrance.
+  CHECK(invert_in_pieces(w.pool, w.parse("y*if(x > 0, x, x/9)"), w.id("x"), w.symbol("R_b"), nothing).solution.valid());
+}
+
+TEST_CASE("laws that jump, turn back, or are level somewhere are not one to one") {
+  World w;
+  for (const char* text :
+       {"abs(x)", "max(x, 0)", "min(x, y)", "if(x > 0, x, -x)", "if(x > 0, x + 1, x)", "sign(x) + x",
+        "if(x > 1, x, 2*x)", "x - 2*abs(x)", "floor(x) + x", "if(x > 0, x, 0)", "if(x > 0, sin(x), x)", "x*abs(x) - x",
+        "if(x > 0, x/y, -x/z)", "sqrt(max(x, -1))", "if(x > 1, sqrt(x), sqrt(x))*abs(x)"}) {
+    CAPTURE(text);
+    const PieceInverse inverse = invert_in_pieces(w.pool, w.parse(text), w.id("x"), w.symbol("R_b"), numbers(w));
+    CHECK_FALSE(inverse.monotone);
+    CHECK_FALSE(inverse.solution.valid());
+  }
+}
