@@ -82,7 +82,7 @@ Errors errors_of(const System& system, Method method) {
 
 TEST_CASE("the error of outputs is estimated to within a factor of five, by every method") {
   for (const System& system : kSystems)
-    for (const Method method : {Method::bdf, Method::adams, Method::erk4, Method::erk5, Method::dirk4}) {
+    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::erk5, Method::dirk4}) {
       const Errors errors = errors_of(system, method);
       INFO(system.name << ", " << facts_of(method).name << ": " << errors.exact << ", estimated " << errors.estimate);
       // A millionth of a range is what the references are good for, events included, with room.

@@ -47,9 +47,8 @@ struct ExactScene {
   bool one_unit = false;  ///< outputs are compared: an error in one is judged by the largest range of all
 };
 
-/// What falls and grows again falls to exp(-2 kDeepest) of its largest value. Beyond, runs at default settings can be
-/// wrong without a word (docs/design/state.md).
-constexpr double kDeepest = 5.0;
+/// What falls and grows again falls to exp(-2 kDeepest) of its largest value.
+constexpr double kDeepest = 15.0;
 
 /// q' = rate, by a modulated source on a store of capacitance 1.
 void add_store(ExactScene& scene, const std::string& name, const std::string& rate, double start) {

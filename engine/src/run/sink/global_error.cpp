@@ -36,14 +36,13 @@ const GaussRule& gauss_rule(int points) {
 
 }  // namespace
 
-GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool implicit,
-                         bool wanted)
+GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool wanted)
     : program_(program), evaluator_(evaluator), measuring_(false) {
   const std::size_t states = program.state_names.size(), outputs = program.output_names.size();
   if (!wanted)
     why_not_ = "switched off";
-  else if (implicit)
-    why_not_ = "the system is integrated in implicit form";
+  else if (!program.plan.explicit_form)
+    why_not_ = "the system has no explicit form";
   else if (states > kDenseStates)
     why_not_ = "more than " + std::to_string(kDenseStates) + " states";
   else
@@ -97,6 +96,7 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   const auto interpolate = [&integrator](double t, double* y) { integrator.interpolate(t, y); };
   polynomial_.take(integrator.previous(), integrator.time(), integrator.order(), all_, integrator.size(), interpolate);
   branch_ = integrator.branch();
+  branch_.given = false;
   std::swap(begin_error_, error_);
   from_ = from;
   to_ = to;
@@ -182,6 +182,7 @@ void GlobalError::judge(double t, const double* y, const Branch& branch, const s
   for (std::size_t i = 0; i < error_.size(); ++i)
     y_[i] = y[i] - (begin_error_[i] + part * (error_[i] - begin_error_[i]));
   branch_ = branch;
+  branch_.given = false;
   if (!evaluator_.outputs(t, y_.data(), branch_, row_.data())) return;
   for (std::size_t k = 0; k < row.size(); ++k)
     if (const double size = std::abs(row[k] - row_[k]); std::isfinite(size)) largest_[k] = std::max(largest_[k], size);

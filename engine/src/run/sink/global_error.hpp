@@ -28,8 +28,8 @@ namespace bgsim {
 /// @note Costs, for each step, one to three rates, a Jacobian and a factorization of n x n.
 class GlobalError {
  public:
-  /// Of systems in explicit form of up to kDenseStates states; why_not() tells where there is none.
-  GlobalError(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool implicit, bool wanted);
+  /// Of systems that have an explicit form, and up to kDenseStates states, whatever integrates them; why_not() tells where there is none.
+  GlobalError(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool wanted);
 
   [[nodiscard]] bool measuring() const { return measuring_; }
 
