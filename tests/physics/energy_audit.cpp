@@ -123,6 +123,18 @@ TEST_CASE("jumps and conditions do not spoil the balance") {
   CHECK(result.report.energy.relative < 1e-6);
 }
 
+TEST_CASE("the shortest scene that there is comes to its end") {
+  std::string text = kRlc;
+  const std::string scene = "\"stop\": 20, \"samples\": 11";
+  REQUIRE(text.find(scene) != std::string::npos);
+  text.replace(text.find(scene), scene.size(), "\"stop\": 5e-324, \"interval\": 1");
+  for (const Method method : {Method::bdf, Method::adams, Method::dirk4}) {
+    const RunResult result = run_text(text, with_method(method));
+    CHECK(result.stop == StopReason::completed);
+    CHECK(result.report.energy.done);
+  }
+}
+
 TEST_CASE("the audit can be switched off") {
   SimulateOptions options;
   options.energy_audit = false;

@@ -63,7 +63,7 @@ TEST_CASE("A mixed field is an oscillator by itself, by its energy and by its la
     }
 }
 
-TEST_CASE("Laws that come from no energy are told by the cross derivative between q and p") {
+TEST_CASE("Laws that come from no energy are recognised by the cross derivative between q and p") {
   const auto warned = [](const std::string& law) {
     const CompiledModel compiled = compile_text(oscillator(law));
     for (const Diagnostic& warning : compiled.study.causality().warnings)

@@ -103,7 +103,8 @@ class EnergyAuditor {
   void add_smooth(double from, double to, int order, Solution&& solution) {
     if (!measuring_ || !(to > from)) return;
     // Where the solution is a straight line a step may be most of the run, but powers need not be polynomials of it.
-    const double pieces = std::max(1.0, std::ceil((to - from) / longest_));
+    // (Of the shortest scene that there is, 5e-324 s, a sixty-fourth is 0.)
+    const double pieces = longest_ > 0.0 ? std::max(1.0, std::ceil((to - from) / longest_)) : 1.0;
     const Rule& rule = pieces > 1.0 ? rules_.back() : rules_[rule_for(order)];
     const double length = (to - from) / pieces;
     start_stretch();

@@ -28,7 +28,8 @@ namespace bgsim {
 /// @note Costs, for each step, one to three rates, a Jacobian and a factorization of n x n.
 class GlobalError {
  public:
-  /// Of systems that have an explicit form, and up to kDenseStates states, whatever integrates them; why_not() tells where there is none.
+  /// Of systems that have an explicit form and up to kDenseStates states, whatever integrates them; finish() says why
+  /// there is none.
   GlobalError(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool wanted);
 
   [[nodiscard]] bool measuring() const { return measuring_; }
