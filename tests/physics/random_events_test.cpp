@@ -264,7 +264,7 @@ TEST_CASE("random conditions on smooth states hold as long as they should, by ev
   // Windows that open for less than a piece of the quadrature, 5e-5 of the run, are within a thousandth of it.
   Random random(2611);
   int in_doubt = 0;
-  for (int round = 0; round < rounds(60); ++round) in_doubt += check(random.switched(), true, 1e-8, 30.0, 1e-3);
+  for (int round = 0; round < rounds(30); ++round) in_doubt += check(random.switched(), true, 1e-8, 30.0, 1e-3);
   CHECK(in_doubt == 0);
 }
 
