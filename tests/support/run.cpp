@@ -59,7 +59,9 @@ Study study_of(const std::string& path) {
 }
 
 RunResult run(const Study& study, const RunInputs& inputs) {
-  RunResult result = compile_study(study, inputs).run();
+  SimulateOptions options;
+  options.error_estimate = false;  // has tests of its own, and is slow under the sanitizers
+  RunResult result = compile_study(study, inputs).run(options);
   if (result.failure) FAIL(render(*result.failure, *study.model().sources));
   REQUIRE(result.stop == StopReason::completed);
   return result;
