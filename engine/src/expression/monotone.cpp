@@ -240,7 +240,7 @@ bool Cutter::hidden_kink(ExprId root) const {
   return false;
 }
 
-/// Puts what becomes of a part where its decision is taken on @p open: the upper half first, so that the lower one is
+/// Puts both results of a part, cut at its decision, on @p open: the upper half first, so that the lower one is
 /// taken up before it.
 bool Cutter::divide(const Part& part, ExprId decision, std::vector<Part>& open) {
   const ExprNode node = pool_[decision];
