@@ -102,6 +102,8 @@ void Run::report() {
     if (result_.stop == StopReason::completed) note(open_balance_note(report.energy, inputs_.relative));
   }
   report.errors = errors_.finish(result_.stop == StopReason::completed);
+  if (errors_.lost() && result_.stop == StopReason::completed)
+    note("what the outputs are wrong by could not be estimated: " + *errors_.lost());
   note(output_errors_note(report.errors, program_.output_names, inputs_.relative));
   report.stage_seconds = {
       {"integration", integration_seconds_}, {"outputs", recorder_.seconds()}, {"audit", audit_.seconds()}};

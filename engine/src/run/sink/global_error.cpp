@@ -74,6 +74,7 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Run
 void GlobalError::give_up(const std::string& why) {
   measuring_ = false;
   why_not_ = why;
+  lost_ = why;
 }
 
 bool GlobalError::see_jacobian(double t) {
@@ -142,7 +143,6 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
 void GlobalError::before_event(double t, const std::vector<double>& x, const Branch& branch) {
   if (!measuring_) return;
   branch_before_ = branch;
-  event_ = t;
   if (!evaluator_.rates(t, x.data(), branch_before_, rates_before_.data()))
     std::fill(rates_before_.begin(), rates_before_.end(), 0.0);
 }

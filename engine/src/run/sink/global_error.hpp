@@ -43,6 +43,9 @@ class GlobalError {
   /// What the outputs @p row at a recorded point are wrong by; @p t within the last add().
   void judge(double t, const double* y, const Branch& branch, const std::vector<double>& row);
 
+  /// Why an estimate that was begun has no result.
+  [[nodiscard]] const std::optional<std::string>& lost() const { return lost_; }
+
   OutputErrors finish(bool completed);
   [[nodiscard]] double seconds() const { return seconds_; }
 
@@ -67,6 +70,7 @@ class GlobalError {
   Evaluator& evaluator_;
   bool measuring_;
   std::string why_not_;
+  std::optional<std::string> lost_;
   std::vector<double> error_, begin_error_;  ///< by state: at to_ and from_
   double from_ = 0.0, to_ = 0.0;
   std::vector<double> largest_;                   ///< by output: of the error
@@ -79,7 +83,6 @@ class GlobalError {
   Branch branch_;
   std::vector<double> y_, rates_, entries_, rates_before_, guards_, guards_off_, row_;
   Branch branch_before_;
-  double event_ = 0.0;
   Eigen::MatrixXd jacobian_, matrix_;
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
   Eigen::VectorXd right_, moment_, defect_, before_;
