@@ -57,7 +57,7 @@ void prepare(const Workplace& here) {
   const std::string stop = "\"stop\":";
   held.insert(held.find(stop), "\"reference\": \"held.csv\", ");
   here.write("held.json", held);
-  here.write("held.csv", "t,x\r\n0,0\r\n6000000,1\r\n");
+  here.write("held.csv", "t,x\r\n0,0\r\n600000,1\r\n");
 }
 
 /// Interrupts after @p seconds, once: without --foreground the signal goes to the process and to its group, and a

@@ -106,13 +106,14 @@ TEST_CASE("a reader that goes away before there is a second row ends the run, to
 TEST_CASE("a full disk ends a run at once, with the reason and the name of what there is") {
   const Workplace here;
   here.write("out.csv", "old");
+  here.write("many.json", rows_of(1000000));
   // A limit of file size is a disk that is full for one file.
-  const Outcome run = here.bgsim("--version", "; ulimit -f 16; '" BGSIM_COMMAND "' ring.json -o out.csv 2>.err");
+  const Outcome run = here.bgsim("--version", "; ulimit -f 16; '" BGSIM_COMMAND "' many.json -o out.csv 2>.err");
   CHECK(run.code == 2);
   CHECK_THAT(run.err, Contains("cannot write \"out.csv\": File too large") &&
                           Contains("what was written before is in \"out.csv.partial\""));
   CHECK(here.read("out.csv") == "old");
-  CHECK(here.read("out.csv.partial").starts_with("t,x\r\n0,0\r\n"));
+  CHECK(here.read("out.csv.partial").starts_with("t,f,e\r\n0,0,0\r\n"));
 }
 
 TEST_CASE("the memory of a run does not grow with its rows") {
@@ -201,7 +202,7 @@ TEST_CASE("report and verify end their runs at the same limits, and say so") {
   CHECK(report.code == 3);
   CHECK_THAT(report.err, Contains("BG607: the limit of 100 steps"));
   CHECK(here.has("out.html"));  // with the trace up to there
-  here.write("r.csv", "t,x\r\n0,0\r\n6283185,0\r\n");
+  here.write("r.csv", "t,x\r\n0,0\r\n628318,0\r\n");
   std::string text = here.read("ring.json");
   here.write("held.json", text.replace(text.find("\"relative\""), 0, "\"reference\": \"r.csv\", "));
   const Outcome verify = here.bgsim("verify held.json --time-limit 0.3");
