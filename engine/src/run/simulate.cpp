@@ -85,7 +85,7 @@ bool Run::start_here(double limit) {
   else
     integrator_->use_rates({});
   tolerances_.accept(t_, x_);
-  if (!integrator_->restart(t_, x_.data(), branch_, defects_.limit(t_, limit)))
+  if (!integrator_->restart(t_, x_.data(), branch_, events_.limit(t_, defects_.limit(t_, limit))))
     return eliminate_loops() ? start_here(limit) : fail(fault_failure(integrator_->last_fault()));
   tolerances_.accept(t_, {integrator_->end(), tolerances_.size()});
   loops_.begin(integrator_->branch());
@@ -104,6 +104,9 @@ bool Run::take_step() {
   switch (events_.search(*integrator_, ends)) {
     case EventWatch::Search::failed:
       return eliminate_loops() || fail(*events_.failure());
+    case EventWatch::Search::nearer:
+      fresh_ = true;
+      return true;
     case EventWatch::Search::found:
       return !holds(ends, events_.event_time(), true) || take_state_event();
     case EventWatch::Search::none:
@@ -128,7 +131,7 @@ bool Run::take_step() {
     next_estimate_ *= 8;
     tolerances_.estimate(evaluator_, t_, x_.data(), branch_, {});
   }
-  fresh_ = defects_.is_limit(t_);
+  fresh_ = defects_.is_limit(t_) || events_.is_limit(t_);
   if (loops_stall()) give_loops();
   if (mode_order_.look(t_, x_.data(), branch_, steps_)) {
     integrator_->limit_order(mode_order_.spent()->order);
