@@ -17,7 +17,7 @@ using namespace bgsim::test;
 namespace {
 
 constexpr double kStop = 10.0;
-constexpr std::array kMethods = {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4};
+constexpr std::array kMethods = {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau};
 
 /// The states that feed conditions: a clock, an oscillator, and a decay, all known.
 struct States {

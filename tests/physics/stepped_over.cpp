@@ -53,7 +53,7 @@ double integral(const std::function<double(double, double)>& flow) {
 void check(const std::vector<Member>& members, double relative, double allowed) {
   for (const Member& member : members) {
     const double exact = integral(member.same);
-    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5}) {
+    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::radau}) {
       INFO(member.flow << ", " << facts_of(method).name);
       const RunResult result = run_text(fed(member.flow), with_method(method, relative));
       REQUIRE(result.stop == StopReason::completed);
@@ -134,7 +134,7 @@ TEST_CASE("a denominator of little weight that passes zero ends the run by every
        {"1 + 1e-6/(c.q - 0.5)", "1e-7/(s.q - 0.3)", "1 + 1e-9/(c.q - 2)^2", "1e-6/sin(c.q + 1)", "1e-6/log(c.q + 0.5)",
         "1 + 1e-6/tanh(c.q - 3)", "1e-7/(c.q*s.q - 0.2)", "2 + 1e-8/(c.q + 0.5 - 0.2*t^2)", "1e-6/(c.q^3 - 2)",
         "1e-6/(0.5 - r.f)", "1e-6*c.q/(3 - c.q - s.q)"})
-    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5}) {
+    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::radau}) {
       INFO(flow << ", " << facts_of(method).name);
       const RunResult result = run_text(fed(flow), with_method(method));
       REQUIRE(result.failure);
@@ -144,7 +144,7 @@ TEST_CASE("a denominator of little weight that passes zero ends the run by every
 
 TEST_CASE("a quotient of two zeros that stays finite ends no run") {
   for (const std::string flow : {"sin(c.q - 3)/(c.q - 3)", "(exp(s.q) - 1)/s.q", "(c.q^2 - 4)/(c.q - 2)"})
-    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5}) {
+    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::radau}) {
       INFO(flow << ", " << facts_of(method).name);
       CHECK(run_text(fed(flow), with_method(method)).stop == StopReason::completed);
     }

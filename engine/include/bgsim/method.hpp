@@ -24,6 +24,7 @@ enum class Method : std::uint8_t {
   dirk3,
   dirk4,
   dirk5,
+  radau,
   euler,
   implicit_euler,
   rk4,
@@ -34,6 +35,7 @@ enum class MethodFamily : std::uint8_t {
   multistep,              ///< variable order: CVODE, IDA
   explicit_runge_kutta,   ///< ARKODE, error-controlled steps
   diagonally_implicit,    ///< ARKODE, error-controlled steps
+  collocation,            ///< Radau IIA, error-controlled steps
   fixed_step,             ///< ARKODE with steps of one length
   symplectic_fixed_step,  ///< Störmer-Verlet
 };
@@ -51,7 +53,7 @@ struct MethodFacts {
   /// The step's equations are solved by Newton's iteration with the Jacobian.
   [[nodiscard]] bool implicit() const {
     return family == MethodFamily::multistep || family == MethodFamily::diagonally_implicit ||
-           method == Method::implicit_euler;
+           family == MethodFamily::collocation || method == Method::implicit_euler;
   }
 };
 

@@ -116,13 +116,12 @@ std::unique_ptr<Integrator> make_arkode_integrator(const Program& program, Evalu
 /// Störmer-Verlet with steps of one length; null if the system is not separable (separability.hpp).
 std::unique_ptr<Integrator> make_verlet_integrator(const Program& program, Evaluator& evaluator,
                                                    const RunInputs& inputs);
+/// Radau IIA of order 5, error-controlled steps.
+std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
+                                                  const RunInputs& inputs);
 /// IDA: states and tear variables together.
 std::unique_ptr<Integrator> make_ida_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
                                                 const RunInputs& inputs);
-
-/// IDA: the states alone, x' - f(t, x) = 0, with the loops solved inside f.
-std::unique_ptr<Integrator> make_ida_explicit_integrator(const Program& program, Evaluator& evaluator,
-                                                         Tolerances& tolerances, const RunInputs& inputs);
 
 /// Steps of one length between two times: as long as @p longest at most, and a whole number of them.
 double even_step(double from, double to, double longest);

@@ -1,0 +1,516 @@
+// Radau IIA of order 5 as in RADAU5. E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, IV.8:
+// simplified Newton iteration on the transformed system, error by an embedded formula of order 3 that the real system
+// filters, Gustafsson's predictive step control. The dense output is the collocation polynomial, corrected at one
+// point.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "run/integrate/integrator.hpp"
+#include "run/integrate/packages.hpp"
+#include "run/integrate/radau_formula.hpp"
+#include "run/integrate/radau_systems.hpp"
+
+namespace bgsim {
+
+namespace {
+
+constexpr double kRadauEps = std::numeric_limits<double>::epsilon();
+
+class RadauIntegrator final : public Integrator {
+ public:
+  RadauIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
+      : Integrator(inputs.stop - inputs.start),
+        program_(program),
+        evaluator_(evaluator),
+        tolerances_(tolerances),
+        systems_(make_radau_systems(program.jacobian_pattern)),
+        loops_(!program.blocks.empty()) {
+    size_ = program.state_names.size();
+    order_ = kDegree;
+    for (auto* const vector : {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &increment_, &bend_})
+      vector->assign(size_, 0.0);
+    for (auto* const vectors : {&z_, &w_, &right_, &divided_})
+      for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
+    entries_.resize(program.jacobian_pattern.row.size());
+    if (systems_->dense()) full_.assign(size_ * size_, 0.0);
+    // As RADAU5 does: the error that is held is of order 3, that of the steps' ends of order 5.
+    const double held = 0.1 * std::cbrt(inputs.relative * inputs.relative);
+    looser_ = held / inputs.relative;
+    newton_part_ = std::min(kNewtonPart, std::sqrt(held));
+  }
+
+  bool restart(double t, const double* x, const Branch& branch, double limit) override {
+    std::copy(x, x + size_, y_.begin());
+    begin_ = y_;
+    branch_ = branch;
+    time_ = previous_ = t;
+    limit_ = limit;
+    failure_ = {};
+    by_hand_ = false;
+    first_ = true;
+    rejected_ = false;
+    extrapolates_ = false;
+    stale_ = kNoJacobian;
+    factored_ = 0.0;
+    speed_ = kNoSpeed;
+    converged_ = 1.0;
+    accepted_ = 0;
+    next_ = std::exchange(first_step_, 0.0);
+    steps_since_look_ = kStepsBetweenLooks;
+    if (!rates(t, y_.data(), branch_, rate_.data())) return fault(t);
+    return true;
+  }
+
+  bool advance() override {
+    failure_ = {};
+    if (limit_is_at_hand()) return step_by_hand();
+    previous_ = time_;
+    begin_ = y_;
+    if (loops_) branch_at_begin_ = branch_;
+    if (!(next_ > 0.0)) next_ = first_step();
+    double h = fit(next_);
+    tolerances_.weights(time_, h, y_.data(), weight_.data());
+    for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+      // Time that no longer advances by the step is the run's matter as long as there is a step.
+      if (!(time_ + 0.1 * h > time_)) return fail(words_);
+      if (stale_ == kNoJacobian) {
+        if (!see_jacobian(h)) return fault(time_);
+        tolerances_.weights(time_, h, y_.data(), weight_.data());
+      }
+      if (attempt == 0 && kRadauEps * norm(y_) > 1.0) {
+        failure_.too_accurate = true;
+        return fail(kTooAccurateText);
+      }
+      if (factored_ != h) {
+        factored_ = 0.0;
+        ++counts_.factorizations;
+        if (!systems_->factor(h, systems_->dense() ? full_.data() : entries_.data())) {
+          h = shorten(h, 0.5, kLinearText);
+          continue;
+        }
+        factored_ = h;
+      }
+      const double reduction = iterate(h);
+      if (reduction < 1.0) {
+        h = shorten(h, reduction, faulted_ ? kStateEquationsText : kIterationText);
+        continue;
+      }
+      double error = estimate_error(h);
+      if (error < 1.0) {
+        const double within = correct(h);
+        if (within < 0.0) {
+          h = shorten(h, 0.5, kStateEquationsText);
+          continue;
+        }
+        error = std::max(error, within);
+      }
+      const double quotient = std::clamp(std::pow(error, 0.25) / safety(), kMostGrowth, kMostCut);
+      if (error < 1.0 && accept(h)) {
+        finish(h, error, quotient);
+        return true;
+      }
+      if (error < 1.0) {  // no rates at the end
+        h = shorten(h, 0.5, kStateEquationsText);
+        continue;
+      }
+      ++counts_.error_failures;
+      words_ = kErrorTestText;
+      faulted_ = false;
+      rejected_ = true;
+      h = first_ ? 0.1 * h : h / quotient;
+      if (stale_ != kFresh) stale_ = kNoJacobian;
+    }
+    return fail(words_);
+  }
+
+  void interpolate(double t, double* y) override {
+    if (by_hand_ || t == time_ || !(time_ > previous_)) {
+      std::copy(y_.begin(), y_.end(), y);
+      return;
+    }
+    if (t == previous_) {
+      std::copy(begin_.begin(), begin_.end(), y);
+      return;
+    }
+    const double u = (t - previous_) / (time_ - previous_), bubble = radau::bubble(u);
+    for (std::size_t i = 0; i < size_; ++i) y[i] = collocation(i, u - 1.0) + bubble * bend_[i];
+  }
+
+  [[nodiscard]] const double* end() const override { return y_.data(); }
+  [[nodiscard]] Counts counts() const override { return counts_; }
+  [[nodiscard]] std::string method() const override {
+    return std::string("Radau IIA of order 5, ") + (systems_->dense() ? "dense" : "sparse");
+  }
+  void weighted_errors(double* error) override {
+    for (std::size_t i = 0; i < size_; ++i) error[i] = std::abs(error_[i] * weight_[i]);
+  }
+
+ private:
+  static constexpr int kDegree = 4, kIterations = 7, kMostAttempts = 100, kStepsBetweenLooks = 20;
+  static constexpr double kSafety = 0.9, kMostCut = 5.0, kMostGrowth = 1.0 / 8.0, kNewtonPart = 0.03;
+  /// Newton's iteration converges so fast that the Jacobian serves for another step.
+  static constexpr double kServes = 1e-3;
+  /// A step so little longer is not worth two factorizations.
+  static constexpr double kSame = 1.2;
+  static constexpr double kNoSpeed = 1.0;
+  enum Jacobian { kNoJacobian, kOld, kFresh };
+
+  bool rates(double t, const double* x, Branch& branch, double* out) {
+    ++counts_.rates;
+    return special_rates_ ? special_rates_(t, x, branch, out) : evaluator_.rates(t, x, branch, out);
+  }
+  void note_fault(double t) {
+    faulted_ = true;
+    last_fault_ = evaluator_.fault();
+    last_fault_.time = t;
+  }
+  bool fault(double t) {
+    note_fault(t);
+    return fail(kStateEquationsText);
+  }
+  bool fail(const char* words) {
+    failure_.words = words;
+    failure_.fault = faulted_;
+    return false;
+  }
+  /// @return  the next length to try.
+  double shorten(double h, double factor, const char* why) {
+    ++counts_.convergence_failures;
+    words_ = why;
+    rejected_ = true;
+    if (loops_) branch_ = branch_at_begin_;
+    if (stale_ != kFresh) stale_ = kNoJacobian;
+    return factor * h;
+  }
+
+  [[nodiscard]] double norm(const std::vector<double>& x) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < size_; ++i) sum += (x[i] * weight_[i]) * (x[i] * weight_[i]);
+    return std::sqrt(sum / static_cast<double>(size_));
+  }
+
+  [[nodiscard]] bool limit_is_at_hand() const {
+    const double resolution = 4.0 * kRadauEps * std::max(std::abs(time_), std::abs(limit_));
+    return limit_ - time_ <= resolution;
+  }
+  /// An explicit step over a stretch of a few roundings of the time.
+  bool step_by_hand() {
+    if (!rates(time_, y_.data(), branch_, rate_.data())) return fault(time_);
+    begin_ = y_;
+    for (std::size_t i = 0; i < size_; ++i) y_[i] += (limit_ - time_) * rate_[i];
+    previous_ = time_;
+    time_ = limit_;
+    order_ = 1;
+    by_hand_ = true;
+    ++counts_.steps;
+    return true;
+  }
+
+  /// Up to the limit in one step, or in two of one length, or what is wanted.
+  [[nodiscard]] double fit(double h) const {
+    const double left = limit_ - time_;
+    if (longest_ > 0.0) h = std::min(h, longest_);
+    if (h >= left * (1.0 - 1e-10)) return left;
+    return 2.0 * h > left ? left / 2.0 : h;
+  }
+
+  /// From the rates and how fast they change: the solution over a step is to bend by some tolerances in the fourth
+  /// order, as if all orders had the time scale of the first two.
+  double first_step() {
+    const double left = limit_ - time_;
+    tolerances_.weights(time_, left, y_.data(), weight_.data());
+    const double size = norm(y_) / looser_, speed = norm(rate_) / looser_;
+    double probe = speed > 0.0 && size > 0.0 ? 0.01 * size / speed : 1e-6 * left;
+    probe = std::min(probe, 1e-3 * left);
+    Branch branch = branch_;
+    for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + probe * rate_[i];
+    if (!rates(time_ + probe, at_.data(), branch, error_.data())) return 1e-3 * probe;
+    for (std::size_t i = 0; i < size_; ++i) error_[i] = (error_[i] - rate_[i]) / probe;
+    const double bend = norm(error_) / looser_;
+    std::fill(error_.begin(), error_.end(), 0.0);
+    double h = 0.1 * left;
+    if (bend > 0.0 && std::isfinite(bend)) {
+      const double scale = speed / bend;
+      const double wanted = std::pow(std::max(speed * scale, 1e-100), -0.25) * scale;
+      h = std::min(h, 0.5 * std::max(wanted, speed > 0.0 ? 0.0 : std::sqrt(1.0 / bend)));
+      if (!(h > 0.0)) h = 0.5 * std::sqrt(1.0 / bend);
+    }
+    if (longest_ > 0.0) h = std::min(h, longest_);
+    return h;
+  }
+
+  bool see_jacobian(double h) {
+    ++counts_.jacobians;
+    const Sparsity& pattern = program_.jacobian_pattern;
+    factored_ = 0.0;
+    if (special_rates_ && systems_->dense()) {
+      if (!difference_jacobian()) return false;
+      stale_ = kFresh;
+      return true;
+    }
+    const bool look = !special_rates_ && steps_since_look_ >= kStepsBetweenLooks;
+    const auto evaluate = [&](const double* x) {
+      return look ? evaluator_.jacobian(time_, x, branch_, entries_.data(), rounding_)
+                  : evaluator_.jacobian(time_, x, branch_, entries_.data());
+    };
+    if (!evaluate(y_.data())) {
+      // A slope without bound at a point that the solution only passes (sqrt at 0): take it a little further on.
+      const double move = std::max({time_ - previous_, h, 1e-9 * (limit_ - time_)});
+      for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + move * rate_[i];
+      if (!evaluate(at_.data())) return false;
+    }
+    if (look) {
+      steps_since_look_ = 0;
+      tolerances_.see({time_, y_.data(), pattern, entries_.data(), rounding_},
+                      [this](double t, const double* x, double* f) { return evaluator_.rates(t, x, branch_, f); });
+    }
+    if (systems_->dense()) {
+      std::fill(full_.begin(), full_.end(), 0.0);
+      for (std::size_t column = 0; column < size_; ++column)
+        for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
+             k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
+          full_[column * size_ + static_cast<std::size_t>(pattern.row[k])] = entries_[k];
+    }
+    stale_ = kFresh;
+    return true;
+  }
+
+  /// Of special rates.
+  bool difference_jacobian() {
+    const double root = std::sqrt(kRadauEps);
+    at_ = y_;
+    for (std::size_t j = 0; j < size_; ++j) {
+      const double move = std::max(root * std::abs(y_[j]), tolerances_.absolute(j));
+      double* column = full_.data() + j * size_;
+      std::fill(column, column + size_, 0.0);
+      if (move == 0.0) continue;
+      at_[j] = y_[j] + move;
+      if (!rates(time_, at_.data(), branch_, column)) return false;
+      for (std::size_t i = 0; i < size_; ++i) column[i] = (column[i] - rate_[i]) / move;
+      at_[j] = y_[j];
+    }
+    return true;
+  }
+
+  /// Where Newton's iteration begins: on the polynomial of the step before.
+  void begin_iteration(double h) {
+    if (!extrapolates_) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        std::fill(z_[k].begin(), z_[k].end(), 0.0);
+        std::fill(w_[k].begin(), w_[k].end(), 0.0);
+      }
+      return;
+    }
+    const double ratio = h / last_;
+    for (std::size_t i = 0; i < size_; ++i) {
+      std::array<double, 3> z;
+      for (std::size_t k = 0; k < 3; ++k) z[k] = collocation_from_end(i, radau::kAt[k] * ratio);
+      for (std::size_t k = 0; k < 3; ++k) {
+        z_[k][i] = z[k];
+        w_[k][i] = radau::kBack[k][0] * z[0] + radau::kBack[k][1] * z[1] + radau::kBack[k][2] * z[2];
+      }
+    }
+  }
+
+  /// The stages of a step of length h. 1 if they were found, else by how much the step should be shortened.
+  double iterate(double h) {
+    constexpr double kDiverged = 0.5, kNoRates = 0.25;
+    faulted_ = false;
+    begin_iteration(h);
+    if (loops_) stage_branch_.fill(branch_);
+    const double reached = std::max(newton_part_, 10.0 * kRadauEps * norm(y_) / looser_);
+    converged_ = std::pow(std::max(converged_, kRadauEps), 0.8);
+    speed_ = kServes;
+    double before = 0.0, rate_before = 0.0;
+    for (int iteration = 1; iteration <= kIterations; ++iteration) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + z_[k][i];
+        const double t = time_ + radau::kAt[k] * h;
+        if (rates(t, at_.data(), loops_ ? stage_branch_[k] : branch_, right_[k].data())) continue;
+        note_fault(t);
+        return kNoRates;
+      }
+      ++counts_.iterations;
+      for (std::size_t i = 0; i < size_; ++i) {
+        const double f0 = h * right_[0][i], f1 = h * right_[1][i], f2 = h * right_[2][i];
+        const auto& b = radau::kBack;
+        right_[0][i] = b[0][0] * f0 + b[0][1] * f1 + b[0][2] * f2 - radau::kGamma * w_[0][i];
+        right_[1][i] = b[1][0] * f0 + b[1][1] * f1 + b[1][2] * f2 - radau::kAlpha * w_[1][i] + radau::kBeta * w_[2][i];
+        right_[2][i] = b[2][0] * f0 + b[2][1] * f1 + b[2][2] * f2 - radau::kAlpha * w_[2][i] - radau::kBeta * w_[1][i];
+      }
+      systems_->solve_real(right_[0].data());
+      systems_->solve_complex(right_[1].data(), right_[2].data());
+      double sum = 0.0;
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t i = 0; i < size_; ++i) sum += (right_[k][i] * weight_[i]) * (right_[k][i] * weight_[i]);
+      const double change = std::sqrt(sum / static_cast<double>(3 * size_)) / looser_;
+      if (!std::isfinite(change)) return kDiverged;
+      if (iteration > 1 && iteration < kIterations) {
+        const double rate = change / before;
+        speed_ = iteration == 2 ? rate : std::sqrt(rate * rate_before);
+        rate_before = rate;
+        if (!(speed_ < 0.99)) return kDiverged;
+        converged_ = speed_ / (1.0 - speed_);
+        const int left = kIterations - 1 - iteration;
+        const double at_end = converged_ * change * std::pow(speed_, left) / reached;
+        if (at_end >= 1.0) return 0.8 * std::pow(std::clamp(at_end, 1e-4, 20.0), -1.0 / (4.0 + left));
+      }
+      before = std::max(change, kRadauEps);
+      const auto& t = radau::kTransform;
+      for (std::size_t i = 0; i < size_; ++i) {
+        const double a = w_[0][i] += right_[0][i], b = w_[1][i] += right_[1][i], c = w_[2][i] += right_[2][i];
+        z_[0][i] = t[0][0] * a + t[0][1] * b + t[0][2] * c;
+        z_[1][i] = t[1][0] * a + t[1][1] * b + t[1][2] * c;
+        z_[2][i] = t[2][0] * a + b;
+      }
+      iterations_ = iteration;
+      if (converged_ * change <= reached) return 1.0;
+    }
+    return kDiverged;
+  }
+
+  [[nodiscard]] double safety() const {
+    return std::min(kSafety, kSafety * (1.0 + 2.0 * kIterations) / (iterations_ + 2.0 * kIterations));
+  }
+
+  /// The distance from the embedded formula, filtered by the real system. Where this is large at a first step or after
+  /// a rejection, it is filtered once more: the formula alone is not bounded for stiff components.
+  double estimate_error(double h) {
+    const auto& e = radau::kError;
+    for (std::size_t i = 0; i < size_; ++i) {
+      increment_[i] = e[0] * z_[0][i] + e[1] * z_[1][i] + e[2] * z_[2][i];
+      error_[i] = increment_[i] + h * rate_[i];
+    }
+    systems_->solve_real(error_.data());
+    double error = norm(error_) / looser_;
+    if (error >= 1.0 && (first_ || rejected_)) {
+      for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + error_[i];
+      if (rates(time_, at_.data(), loops_ ? stage_branch_[0] : branch_, right_[0].data())) {
+        for (std::size_t i = 0; i < size_; ++i) error_[i] = increment_[i] + h * right_[0][i];
+        systems_->solve_real(error_.data());
+        error = norm(error_) / looser_;
+      }
+    }
+    if (!std::isfinite(error)) return 1e10;
+    return std::max(error, 1e-10);
+  }
+
+  /// The step's end. False if there are no rates.
+  bool accept(double h) {
+    rate_at_begin_ = rate_;
+    for (std::size_t i = 0; i < size_; ++i) y_[i] = begin_[i] + z_[2][i];
+    const double end = h >= limit_ - time_ ? limit_ : time_ + h;
+    if (loops_) branch_ = stage_branch_[2];
+    if (!rates(end, y_.data(), branch_, rate_.data())) {
+      note_fault(end);
+      y_ = begin_;
+      rate_ = rate_at_begin_;
+      return false;
+    }
+    time_ = end;
+    return true;
+  }
+
+  void finish(double h, double error, double quotient) {
+    order_ = kDegree;
+    by_hand_ = false;
+    ++counts_.steps;
+    ++steps_since_look_;
+    if (++accepted_ > 1) {
+      const double predicted = (accepted_step_ / h) * std::pow(error * error / accepted_error_, 0.25) / kSafety;
+      quotient = std::max(quotient, std::clamp(predicted, kMostGrowth, kMostCut));
+    }
+    accepted_step_ = h;
+    accepted_error_ = std::max(1e-2, error);
+    double next = h / quotient;
+    if (rejected_) next = std::min(next, h);
+    for (std::size_t i = 0; i < size_; ++i) {  // divided differences, in units of the step, from its end
+      const double a = (z_[1][i] - z_[2][i]) / (radau::kAt[1] - 1.0);
+      const double b = (z_[0][i] - z_[1][i]) / (radau::kAt[0] - radau::kAt[1]);
+      const double c = (b - z_[0][i] / radau::kAt[0]) / radau::kAt[1];
+      divided_[0][i] = a;
+      divided_[1][i] = (b - a) / (radau::kAt[0] - 1.0);
+      divided_[2][i] = divided_[1][i] - c;
+    }
+    last_ = h;
+    extrapolates_ = true;
+    first_ = rejected_ = false;
+    stale_ = speed_ <= kServes ? kOld : kNoJacobian;
+    if (stale_ == kOld && next >= h && next <= kSame * h) next = h;
+    next_ = next;
+  }
+
+  /// The change from the last step's end along its collocation polynomial; @p s in units of that step.
+  [[nodiscard]] double collocation_from_end(std::size_t i, double s) const {
+    return s *
+           (divided_[0][i] + (s + 1.0 - radau::kAt[1]) * (divided_[1][i] + (s + 1.0 - radau::kAt[0]) * divided_[2][i]));
+  }
+  [[nodiscard]] double collocation(std::size_t i, double s) const { return y_[i] + collocation_from_end(i, s); }
+
+  /// What the collocation polynomial needs to satisfy the (linearized) equations at one more point. With d = h f - p'
+  /// there, bubble (kGamma - h J) bend = d.
+  /// @return  how large it is: what the polynomial is wrong by within the step, relative to what is allowed. The
+  /// embedded
+  ///          formula alone does not see it where stiffness holds the stages on the solution. Negative: no rates there.
+  double correct(double h) {
+    const double t = time_ + radau::kCorrectedAt * h;
+    for (std::size_t i = 0; i < size_; ++i)
+      at_[i] = y_[i] + radau::kValue[0] * z_[0][i] + radau::kValue[1] * z_[1][i] + radau::kValue[2] * z_[2][i];
+    if (loops_) probe_ = stage_branch_[1];
+    if (!rates(t, at_.data(), loops_ ? probe_ : branch_, increment_.data())) {
+      note_fault(t);
+      return -1.0;
+    }
+    const double bubble = radau::bubble(radau::kCorrectedAt);
+    for (std::size_t i = 0; i < size_; ++i)
+      bend_[i] = (h * increment_[i] -
+                  (radau::kSlope[0] * z_[0][i] + radau::kSlope[1] * z_[1][i] + radau::kSlope[2] * z_[2][i])) /
+                 bubble;
+    systems_->solve_real(bend_.data());
+    const double size = radau::kLargestBubble * norm(bend_) / looser_;
+    return std::isfinite(size) ? size : 1e10;
+  }
+
+  const Program& program_;
+  Evaluator& evaluator_;
+  Tolerances& tolerances_;
+  std::unique_ptr<RadauSystems> systems_;
+  bool loops_;           ///< rates solve loops, each stage from its own last solution
+  double looser_ = 1.0;  ///< than the tolerances: what the error of order 3 may be
+  double newton_part_ = kNewtonPart;
+  double limit_ = 0.0;
+  std::vector<double> y_, begin_, rate_, rate_at_begin_, weight_;
+  std::array<std::vector<double>, 3> z_, w_;    ///< the stages' increments; the same in the basis of eigenvectors
+  std::array<std::vector<double>, 3> divided_;  ///< of the last step
+  Branch branch_at_begin_, probe_;
+  std::array<Branch, 3> stage_branch_;
+  std::vector<double> entries_, full_, rounding_;
+  double next_ = 0.0;      ///< the next step; 0: not known
+  double factored_ = 0.0;  ///< step that systems_ is for; 0: none
+  Jacobian stale_ = kNoJacobian;
+  bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false, extrapolates_ = false;
+  double speed_ = kNoSpeed,
+         converged_ = 1.0;  ///< of Newton's iteration: rate, and the sum of what is left by what was last
+  int iterations_ = 0;
+  std::uint64_t accepted_ = 0;  ///< since the restart
+  double accepted_step_ = 0.0, accepted_error_ = 0.0, last_ = 1.0;
+  int steps_since_look_ = 0;
+  const char* words_ = kErrorTestText;
+  Counts counts_;
+  // Scratch
+  std::vector<double> at_, error_, increment_, bend_;
+  std::array<std::vector<double>, 3> right_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
+                                                  const RunInputs& inputs) {
+  return std::make_unique<RadauIntegrator>(program, evaluator, tolerances, inputs);
+}
+
+}  // namespace bgsim

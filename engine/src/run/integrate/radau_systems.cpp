@@ -1,0 +1,287 @@
+#include "run/integrate/radau_systems.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/SparseLU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <utility>
+#include <vector>
+
+#include "run/integrate/integrator.hpp"
+#include "run/integrate/radau_formula.hpp"
+
+namespace bgsim {
+
+namespace radau {
+namespace {
+
+/// Arithmetic on pairs: std::complex looks for NaN in each product.
+struct Pair {
+  double re = 0.0, im = 0.0;
+  friend Pair operator*(Pair a, Pair b) { return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re}; }
+  friend Pair operator-(Pair a, Pair b) { return {a.re - b.re, a.im - b.im}; }
+};
+double magnitude(double a) { return std::fabs(a); }
+double magnitude(Pair a) { return std::fabs(a.re) + std::fabs(a.im); }
+double inverse(double a) { return 1.0 / a; }
+Pair inverse(Pair a) {
+  // Smith's division: no square overflows.
+  if (std::fabs(a.re) >= std::fabs(a.im)) {
+    const double ratio = a.im / a.re, size = a.re + a.im * ratio;
+    return {1.0 / size, -ratio / size};
+  }
+  const double ratio = a.re / a.im, size = a.re * ratio + a.im;
+  return {ratio / size, -1.0 / size};
+}
+
+/// LU with partial pivoting of a matrix of a size known to the compiler, by rows. Reciprocals of the pivots are kept.
+template <class Number, std::size_t N>
+struct SmallLu {
+  std::array<Number, N * N> a;
+  std::array<std::size_t, N> pivot;
+
+  bool factor() {
+    for (std::size_t k = 0; k < N; ++k) {
+      std::size_t best = k;
+      for (std::size_t i = k + 1; i < N; ++i)
+        if (magnitude(a[i * N + k]) > magnitude(a[best * N + k])) best = i;
+      pivot[k] = best;
+      if (best != k)
+        for (std::size_t j = 0; j < N; ++j) std::swap(a[k * N + j], a[best * N + j]);
+      const double size = magnitude(a[k * N + k]);
+      if (!(size > 0.0) || !std::isfinite(size)) return false;
+      const Number reciprocal = inverse(a[k * N + k]);
+      a[k * N + k] = reciprocal;
+      for (std::size_t i = k + 1; i < N; ++i) {
+        const Number factor = a[i * N + k] * reciprocal;
+        a[i * N + k] = factor;
+        for (std::size_t j = k + 1; j < N; ++j) a[i * N + j] = a[i * N + j] - factor * a[k * N + j];
+      }
+    }
+    return true;
+  }
+
+  void solve(std::array<Number, N>& b) const {
+    for (std::size_t k = 0; k < N; ++k)
+      if (pivot[k] != k) std::swap(b[k], b[pivot[k]]);
+    for (std::size_t k = 0; k < N; ++k)
+      for (std::size_t i = k + 1; i < N; ++i) b[i] = b[i] - a[i * N + k] * b[k];
+    for (std::size_t k = N; k-- > 0;) {
+      for (std::size_t j = k + 1; j < N; ++j) b[k] = b[k] - a[k * N + j] * b[j];
+      b[k] = b[k] * a[k * N + k];
+    }
+  }
+};
+
+template <class Number>
+struct SmallLu<Number, 1> {
+  std::array<Number, 1> a;
+
+  bool factor() {
+    const double size = magnitude(a[0]);
+    a[0] = inverse(a[0]);
+    return size > 0.0 && std::isfinite(size);
+  }
+  void solve(std::array<Number, 1>& b) const { b[0] = b[0] * a[0]; }
+};
+
+template <std::size_t N>
+class SmallSystems final : public RadauSystems {
+ public:
+  [[nodiscard]] bool dense() const override { return true; }
+
+  bool factor(double h, const double* jacobian) override {
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = 0; j < N; ++j) {
+        const double entry = -h * jacobian[j * N + i];
+        real_.a[i * N + j] = entry + (i == j ? kGamma : 0.0);
+        complex_.a[i * N + j] = {entry + (i == j ? kAlpha : 0.0), i == j ? kBeta : 0.0};
+      }
+    return real_.factor() && complex_.factor();
+  }
+
+  void solve_real(double* u) override {
+    std::array<double, N> b;
+    for (std::size_t i = 0; i < N; ++i) b[i] = u[i];
+    real_.solve(b);
+    for (std::size_t i = 0; i < N; ++i) u[i] = b[i];
+  }
+
+  void solve_complex(double* v, double* w) override {
+    std::array<Pair, N> b;
+    for (std::size_t i = 0; i < N; ++i) b[i] = {v[i], w[i]};
+    complex_.solve(b);
+    for (std::size_t i = 0; i < N; ++i) {
+      v[i] = b[i].re;
+      w[i] = b[i].im;
+    }
+  }
+
+ private:
+  SmallLu<double, N> real_;
+  SmallLu<Pair, N> complex_;
+};
+
+class DenseSystems final : public RadauSystems {
+ public:
+  explicit DenseSystems(std::size_t size)
+      : n_(static_cast<Eigen::Index>(size)),
+        real_matrix_(n_, n_),
+        complex_matrix_(n_, n_),
+        real_(n_),
+        complex_(n_),
+        right_(n_),
+        solution_(n_),
+        complex_right_(n_),
+        complex_solution_(n_) {}
+
+  [[nodiscard]] bool dense() const override { return true; }
+
+  bool factor(double h, const double* jacobian) override {
+    real_matrix_ = -h * Eigen::Map<const Eigen::MatrixXd>(jacobian, n_, n_);
+    if (!real_matrix_.allFinite()) return false;
+    complex_matrix_ = real_matrix_.cast<std::complex<double>>();
+    real_matrix_.diagonal().array() += kGamma;
+    complex_matrix_.diagonal().array() += std::complex<double>(kAlpha, kBeta);
+    real_.compute(real_matrix_);
+    complex_.compute(complex_matrix_);
+    return (real_.matrixLU().diagonal().array() != 0.0).all() &&
+           (complex_.matrixLU().diagonal().array() != std::complex<double>(0.0)).all();
+  }
+
+  void solve_real(double* u) override {
+    Eigen::Map<Eigen::VectorXd> right(u, n_);
+    solution_ = real_.solve(right);
+    right = solution_;
+  }
+
+  void solve_complex(double* v, double* w) override {
+    for (Eigen::Index i = 0; i < n_; ++i) complex_right_[i] = std::complex<double>(v[i], w[i]);
+    complex_solution_ = complex_.solve(complex_right_);
+    for (Eigen::Index i = 0; i < n_; ++i) {
+      v[i] = complex_solution_[i].real();
+      w[i] = complex_solution_[i].imag();
+    }
+  }
+
+ private:
+  Eigen::Index n_;
+  Eigen::MatrixXd real_matrix_;
+  Eigen::MatrixXcd complex_matrix_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> real_;
+  Eigen::PartialPivLU<Eigen::MatrixXcd> complex_;
+  Eigen::VectorXd right_, solution_;
+  Eigen::VectorXcd complex_right_, complex_solution_;
+};
+
+class SparseSystems final : public RadauSystems {
+ public:
+  explicit SparseSystems(const Sparsity& pattern) : pattern_(pattern), n_(static_cast<Eigen::Index>(pattern.size)) {
+    std::vector<Eigen::Triplet<double>> places;
+    places.reserve(pattern.row.size() + pattern.size);
+    each([&](std::size_t row, std::size_t column, std::size_t) {
+      places.emplace_back(static_cast<int>(row), static_cast<int>(column), 1.0);
+    });
+    for (int i = 0; i < static_cast<int>(n_); ++i) places.emplace_back(i, i, 1.0);
+    real_matrix_.resize(n_, n_);
+    real_matrix_.setFromTriplets(places.begin(), places.end());
+    complex_matrix_ = real_matrix_.cast<std::complex<double>>();
+    real_.analyzePattern(real_matrix_);
+    complex_.analyzePattern(complex_matrix_);
+    place_.reserve(pattern.row.size());
+    each([&](std::size_t row, std::size_t column, std::size_t) { place_.push_back(find(row, column)); });
+    for (std::size_t i = 0; i < pattern.size; ++i) diagonal_.push_back(find(i, i));
+  }
+
+  [[nodiscard]] bool dense() const override { return false; }
+
+  bool factor(double h, const double* jacobian) override {
+    double* real = real_matrix_.valuePtr();
+    std::complex<double>* complex = complex_matrix_.valuePtr();
+    std::fill(real, real + real_matrix_.nonZeros(), 0.0);
+    for (std::size_t k = 0; k < place_.size(); ++k) {
+      real[place_[k]] = -h * jacobian[k];
+      if (!std::isfinite(real[place_[k]])) return false;
+    }
+    std::copy(real, real + real_matrix_.nonZeros(), complex);
+    for (const Eigen::Index at : diagonal_) {
+      real[at] += kGamma;
+      complex[at] += std::complex<double>(kAlpha, kBeta);
+    }
+    real_.factorize(real_matrix_);
+    complex_.factorize(complex_matrix_);
+    return real_.info() == Eigen::Success && complex_.info() == Eigen::Success;
+  }
+
+  void solve_real(double* u) override {
+    Eigen::Map<Eigen::VectorXd> right(u, n_);
+    solution_ = real_.solve(right);
+    right = solution_;
+  }
+
+  void solve_complex(double* v, double* w) override {
+    complex_right_.resize(n_);
+    for (Eigen::Index i = 0; i < n_; ++i) complex_right_[i] = std::complex<double>(v[i], w[i]);
+    complex_solution_ = complex_.solve(complex_right_);
+    for (Eigen::Index i = 0; i < n_; ++i) {
+      v[i] = complex_solution_[i].real();
+      w[i] = complex_solution_[i].imag();
+    }
+  }
+
+ private:
+  template <class Visit>
+  void each(Visit&& visit) const {
+    for (std::size_t column = 0; column < pattern_.size; ++column)
+      for (auto k = static_cast<std::size_t>(pattern_.column_start[column]);
+           k < static_cast<std::size_t>(pattern_.column_start[column + 1]); ++k)
+        visit(static_cast<std::size_t>(pattern_.row[k]), column, k);
+  }
+  /// Where an entry is among the values.
+  [[nodiscard]] Eigen::Index find(std::size_t row, std::size_t column) const {
+    const auto* begin = real_matrix_.innerIndexPtr() + real_matrix_.outerIndexPtr()[column];
+    const auto* end = real_matrix_.innerIndexPtr() + real_matrix_.outerIndexPtr()[column + 1];
+    return std::lower_bound(begin, end, static_cast<int>(row)) - real_matrix_.innerIndexPtr();
+  }
+
+  const Sparsity& pattern_;
+  Eigen::Index n_;
+  Eigen::SparseMatrix<double> real_matrix_;
+  Eigen::SparseMatrix<std::complex<double>> complex_matrix_;
+  Eigen::SparseLU<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>> real_;
+  Eigen::SparseLU<Eigen::SparseMatrix<std::complex<double>>, Eigen::COLAMDOrdering<int>> complex_;
+  std::vector<Eigen::Index> place_, diagonal_;  ///< among the values: of the pattern's entries, of the diagonal
+  Eigen::VectorXd solution_;
+  Eigen::VectorXcd complex_right_, complex_solution_;
+};
+
+}  // namespace
+}  // namespace radau
+
+std::unique_ptr<RadauSystems> make_radau_systems(const Sparsity& pattern) {
+  switch (pattern.size) {
+    case 1:
+      return std::make_unique<radau::SmallSystems<1>>();
+    case 2:
+      return std::make_unique<radau::SmallSystems<2>>();
+    case 3:
+      return std::make_unique<radau::SmallSystems<3>>();
+    case 4:
+      return std::make_unique<radau::SmallSystems<4>>();
+    case 5:
+      return std::make_unique<radau::SmallSystems<5>>();
+    case 6:
+      return std::make_unique<radau::SmallSystems<6>>();
+    case 7:
+      return std::make_unique<radau::SmallSystems<7>>();
+    case 8:
+      return std::make_unique<radau::SmallSystems<8>>();
+    default:
+      if (pattern.size <= kDenseStates) return std::make_unique<radau::DenseSystems>(pattern.size);
+      return std::make_unique<radau::SparseSystems>(pattern);
+  }
+}
+
+}  // namespace bgsim
