@@ -64,7 +64,7 @@ TEST_CASE("a bridge of diodes with a smoothing capacitor agrees with bisection a
     return diode(node(i) - u) + diode(node(-i) - u) - u / 50.0;
   };
   const double expected = charge_after(0.02, 1e-4, charging) / 1e-3;
-  for (const Method method : {Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau}) {
+  for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
     INFO(facts_of(method).name);
     const RunResult run = run_text(text, with_method(method, 1e-8));
     REQUIRE(run.stop == StopReason::completed);
@@ -90,7 +90,7 @@ TEST_CASE("six diodes on a star of sources whose neutral floats: all methods com
       if (*node == "minus") *node = "0";
   const std::string text = circuit(parts, R"("u": "c.e")", R"("stop": 0.02, "samples": 11)");
   std::vector<double> ends;
-  for (const Method method : {Method::bdf, Method::erk5, Method::dirk4, Method::radau}) {
+  for (const Method method : {Method::bdf, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
     INFO(facts_of(method).name);
     const RunResult run = run_text(text, with_method(method, 1e-8));
     REQUIRE(run.stop == StopReason::completed);

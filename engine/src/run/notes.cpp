@@ -76,13 +76,25 @@ std::optional<std::string> output_errors_note(const OutputErrors& errors, const 
   }
   if (wrong.empty()) return std::nullopt;
   std::stable_sort(wrong.begin(), wrong.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  const auto drowned = static_cast<std::size_t>(
+      std::count_if(wrong.begin(), wrong.end(), [](const auto& output) { return output.first >= 1.0; }));
+  const auto list = [&](std::size_t from, std::size_t to, const auto& words) {
+    std::string text;
+    for (std::size_t k = from; k < to && k < from + kMost; ++k)
+      text += (k == from ? "\"" : ", \"") + names[wrong[k].second] + "\" " + words(wrong[k]);
+    return to > from + kMost ? text + " and " + std::to_string(to - from - kMost) + " more" : text;
+  };
   std::string text;
-  for (std::size_t k = 0; k < wrong.size() && k < kMost; ++k)
-    text += (k == 0 ? "\"" : ", \"") + names[wrong[k].second] + "\" by " +
-            (wrong[k].first < 1.0 ? number_text(100.0 * wrong[k].first, 2) + " %" : "all of it");
-  if (wrong.size() > kMost) text += " and " + std::to_string(wrong.size() - kMost) + " more";
-  return "outputs are estimated to be wrong by more than 0.01 % of their range: " + text +
-         "; a smaller relative tolerance, or --accuracy, gives more digits";
+  if (drowned > 0)
+    text = "outputs vary by no more than they are estimated to be wrong by: " +
+           list(0, drowned,
+                [&](const auto& output) { return "(" + number_text(errors.estimate[output.second], 2) + ")"; });
+  if (drowned < wrong.size())
+    text += (drowned > 0 ? "; " : "") +
+            std::string("outputs are estimated to be wrong by more than 0.01 % of their range: ") +
+            list(drowned, wrong.size(),
+                 [](const auto& output) { return "by " + number_text(100.0 * output.first, 2) + " %"; });
+  return text + "; a smaller relative tolerance, or --accuracy, gives more digits";
 }
 
 std::optional<std::string> negative_start_note(const Program& program, const std::vector<double>& x) {

@@ -69,6 +69,10 @@ class Run {
   bool take_state_event();
   bool go_back();
   bool rescue();
+  bool eliminate_loops();
+  bool loops_stall();
+  void give_loops();
+  bool change_form(bool implicit);
   void go_to(double t);
   void audit_to(double t);
   bool follow_grid();
@@ -124,9 +128,11 @@ class Run {
   double t_ = 0.0;  ///< reached; all events before are taken
   std::vector<double> x_;
   Branch branch_;
-  bool due_ = false;      ///< t_ is a known time, whose event is not taken yet
-  bool between_ = false;  ///< an event is being taken: not a point to go on from
-  std::uint64_t steps_ = 0, time_events_ = 0, next_estimate_ = 20, rescued_at_ = 0, next_snapshot_ = 0;
+  bool due_ = false;                                ///< t_ is a known time, whose event is not taken yet
+  bool between_ = false;                            ///< an event is being taken: not a point to go on from
+  std::optional<double> given_at_, eliminated_at_;  ///< from here on loops are unknowns of the integrator, or not
+  long failures_seen_ = 0;
+  std::uint64_t steps_ = 0, next_look_ = 0, time_events_ = 0, next_estimate_ = 20, rescued_at_ = 0, next_snapshot_ = 0;
   double jumped_at_ = 0.0;   ///< where something last changed at once
   double strayed_at_ = 0.0;  ///< where a step last had to be made again for a loop's sake
   int strayed_ = 0;          ///< how often there
@@ -134,5 +140,9 @@ class Run {
   std::vector<double> y_;  ///< scratch
   double integration_seconds_ = 0.0;
 };
+
+/// Why the method is what it is, after a run has changed the form of its loops.
+std::string given_loops_words(double since);
+std::string eliminated_loops_words(double since);
 
 }  // namespace bgsim

@@ -13,6 +13,11 @@ void Run::carry(Archive& archive) {
   archive("t", t_);
   archive("x", x_);
   archive("branch", branch_);
+  archive("implicit", implicit_);
+  archive("given at", given_at_);
+  archive("eliminated at", eliminated_at_);
+  archive("next look", next_look_);
+  archive("failures seen", failures_seen_);
   archive("due", due_);
   archive("steps", steps_);
   archive("time events", time_events_);
@@ -60,6 +65,7 @@ bool Run::resume() {
   } catch (const SnapshotError& error) {
     refuse(error.what());
   }
+  if (given_at_ || eliminated_at_) change_form(implicit_);
   if (t_ > inputs_.stop) refuse("the snapshot is of t = " + number_text(t_) + ", after the end of the scene");
   return true;
 }

@@ -37,7 +37,8 @@ bool Run::choose_integrator() {
   if (implicit_) {
     if (facts.family != MethodFamily::multistep) return fail(needs_explicit_form_failure(facts.name));
     integrator_ = make_ida_integrator(program_, evaluator_, tolerances_, inputs_);
-    report.method_reason = inputs_.method == Method::ida ? "asked for"
+    report.method_reason = given_at_                       ? given_loops_words(*given_at_)
+                           : inputs_.method == Method::ida ? "asked for"
                            : program_.plan.explicit_form ? "a loop is too large to be solved inside the state equations"
                                                          : "eliminating the loops would fill the Jacobian";
   } else {
@@ -45,6 +46,8 @@ bool Run::choose_integrator() {
       NotSeparable obstacle;
       if (!separate(program_, obstacle)) return fail(not_separable_failure(program_, obstacle));
       integrator_ = make_verlet_integrator(program_, evaluator_, inputs_);
+    } else if (inputs_.method == Method::ida) {
+      integrator_ = make_ida_explicit_integrator(program_, evaluator_, tolerances_, inputs_);
     } else if (facts.family == MethodFamily::collocation) {
       integrator_ = make_radau_integrator(program_, evaluator_, tolerances_, inputs_);
     } else if (facts.family == MethodFamily::multistep) {
@@ -52,9 +55,10 @@ bool Run::choose_integrator() {
     } else {
       integrator_ = make_arkode_integrator(program_, evaluator_, tolerances_, inputs_);
     }
-    report.method_reason = inputs_.method != Method::automatic ? "asked for"
-                           : program_.blocks.empty()           ? "state equations without loops"
-                                                               : "loops are solved inside the state equations";
+    report.method_reason = eliminated_at_                        ? eliminated_loops_words(*eliminated_at_)
+                           : inputs_.method != Method::automatic ? "asked for"
+                           : program_.blocks.empty()             ? "state equations without loops"
+                                                                 : "loops are solved inside the state equations";
   }
   report.step = inputs_.step;
   if (const double longest = schedule_.sources().longest_step; longest > 0.0) integrator_->limit_step(longest);

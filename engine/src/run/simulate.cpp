@@ -66,7 +66,8 @@ bool Run::integrate_to(double limit) {
     if (fresh_ && !start_here(limit)) return false;
     if (!integrator_->advance()) {
       if (integrator_->failure().too_accurate) return fail(accuracy_failure(t_, inputs_.relative));
-      if (!rescue()) return jump_ ? fail(std::move(*jump_)) : fail_as_stuck(integrator_->failure().words);
+      if (!rescue() && !eliminate_loops())
+        return jump_ ? fail(std::move(*jump_)) : fail_as_stuck(integrator_->failure().words);
       continue;
     }
     ++steps_;
@@ -84,8 +85,8 @@ bool Run::start_here(double limit) {
   else
     integrator_->use_rates({});
   tolerances_.accept(t_, x_);
-  if (!integrator_->restart(t_, x_.data(), branch_, defects_.limit(t_, limit)))
-    return fail(fault_failure(integrator_->last_fault()));
+  if (!integrator_->restart(t_, x_.data(), branch_, events_.limit(t_, defects_.limit(t_, limit))))
+    return eliminate_loops() ? start_here(limit) : fail(fault_failure(integrator_->last_fault()));
   tolerances_.accept(t_, {integrator_->end(), tolerances_.size()});
   loops_.begin(integrator_->branch());
   fresh_ = false;
@@ -95,13 +96,17 @@ bool Run::start_here(double limit) {
 /// The integrator's last step: made again, cut at an event, or accepted.
 bool Run::take_step() {
   if (auto jump = implicit_ ? std::nullopt : loops_.check(*integrator_)) return go_back() || fail(std::move(*jump));
-  if (!vitality_.look(integrator_->step(), integrator_->time())) return fail_as_stuck("time no longer advances");
+  if (!vitality_.look(integrator_->step(), integrator_->time()))
+    return eliminate_loops() || fail_as_stuck("time no longer advances");
   const double* end = integrator_->end();
   const double* tears = integrator_->branch().given ? end + x_.size() : integrator_->branch().tears.data();
   const StepEnds ends{t_, integrator_->time(), x_.data(), end, branch_.tears.data(), tears};
   switch (events_.search(*integrator_, ends)) {
     case EventWatch::Search::failed:
-      return fail(*events_.failure());
+      return eliminate_loops() || fail(*events_.failure());
+    case EventWatch::Search::nearer:
+      fresh_ = true;
+      return true;
     case EventWatch::Search::found:
       return !holds(ends, events_.event_time(), true) || take_state_event();
     case EventWatch::Search::none:
@@ -126,7 +131,8 @@ bool Run::take_step() {
     next_estimate_ *= 8;
     tolerances_.estimate(evaluator_, t_, x_.data(), branch_, {});
   }
-  fresh_ = defects_.is_limit(t_);
+  fresh_ = defects_.is_limit(t_) || events_.is_limit(t_);
+  if (loops_stall()) give_loops();
   if (mode_order_.look(t_, x_.data(), branch_, steps_)) {
     integrator_->limit_order(mode_order_.spent()->order);
     fresh_ = true;

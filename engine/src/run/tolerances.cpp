@@ -82,28 +82,32 @@ struct Tolerances::Probe {
   }
 };
 
+namespace {
+std::size_t full_size(const Program& program) { return program.state_names.size() + program.tear_names.size(); }
+}  // namespace
+
 Tolerances::Tolerances(const Program& program, const RunInputs& inputs, bool implicit)
     : program_(program),
       implicit_(implicit),
       states_(program.state_names.size()),
-      size_(states_ + (implicit ? program.tear_names.size() : 0)),
+      size_(implicit ? full_size(program) : states_),
       relative_(inputs.relative),
       start_(inputs.start),
       span_(inputs.stop - inputs.start),
-      given_(size_, -1.0),
-      largest_(size_, 0.0),
-      recent_(size_, 0.0),
-      earlier_(size_, 0.0),
-      floor_(size_, 0.0),
-      noise_(size_, 0.0),
-      time_noise_(size_, 0.0),
-      shift_(size_, 0.0),
-      damping_(size_, 0.0),
-      doubt_(size_, 0.0),
-      next_doubt_(size_, 0.0),
-      stages_(kStages.size(), std::vector<double>(size_, 0.0)),
-      cap_(size_, std::numeric_limits<double>::infinity()),
-      watched_(size_, true) {
+      given_(full_size(program), -1.0),
+      largest_(full_size(program), 0.0),
+      recent_(full_size(program), 0.0),
+      earlier_(full_size(program), 0.0),
+      floor_(full_size(program), 0.0),
+      noise_(full_size(program), 0.0),
+      time_noise_(full_size(program), 0.0),
+      shift_(full_size(program), 0.0),
+      damping_(full_size(program), 0.0),
+      doubt_(full_size(program), 0.0),
+      next_doubt_(full_size(program), 0.0),
+      stages_(kStages.size(), std::vector<double>(full_size(program), 0.0)),
+      cap_(full_size(program), std::numeric_limits<double>::infinity()),
+      watched_(full_size(program), true) {
   for (std::size_t i = 0; i < states_; ++i) {
     if (inputs.absolute) given_[i] = *inputs.absolute;
     const auto own = inputs.absolute_by_state.find(program.state_names[i]);

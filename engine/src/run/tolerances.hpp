@@ -35,6 +35,12 @@ class Tolerances {
   /// States that may shrink and grow again: the error of these is relative to what they are now.
   void know_proportional(Proportional states);
 
+  /// From here on the unknowns are states and tear variables, or states only.
+  void use_tears(bool use) {
+    implicit_ = use;
+    size_ = use ? floor_.size() : states_;
+  }
+
   /// An accepted point: @p y are all unknowns, or the states. Scales are learnt from such points alone, not from the
   /// end of a step that is made again.
   void accept(double t, std::span<const double> y);

@@ -123,6 +123,10 @@ std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evalua
 std::unique_ptr<Integrator> make_ida_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
                                                 const RunInputs& inputs);
 
+/// IDA: the states alone, x' - f(t, x) = 0, with the loops solved inside f.
+std::unique_ptr<Integrator> make_ida_explicit_integrator(const Program& program, Evaluator& evaluator,
+                                                         Tolerances& tolerances, const RunInputs& inputs);
+
 /// Steps of one length between two times: as long as @p longest at most, and a whole number of them.
 double even_step(double from, double to, double longest);
 

@@ -81,7 +81,7 @@ class GlobalError {
   StepPolynomial polynomial_;
   std::vector<std::uint32_t> all_;
   Branch branch_;
-  std::vector<double> y_, rates_, entries_, rates_before_, guards_, guards_off_, row_;
+  std::vector<double> y_, middle_, rates_, entries_, rates_before_, guards_, guards_off_, row_;
   Branch branch_before_;
   Eigen::MatrixXd jacobian_, matrix_;
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;

@@ -34,6 +34,7 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
       evaluator_(evaluator),
       span_(inputs.stop - inputs.start),
       may_hold_(hold),
+      fixed_steps_(facts_of(inputs.method).fixed_step()),
       stiction_(program, evaluator, tolerances, span_),
       relation_(relations_of_guards(program)),
       denominators_(program, relation_),
@@ -366,8 +367,12 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
   return true;
 }
 
-/// Of the denominators that have come to zero: a singularity, or a quotient that stays finite and is left alone.
+/// Of the denominators that have come to zero: a singularity, or a quotient that stays finite and is left alone. A zero
+/// far ahead is where a step leads that saw nothing of it: the repulsion that grows towards it may still turn the
+/// motion back (two molecules that collide). The step is made again over nine tenths of the way, until what is left is
+/// nothing beside the run.
 EventWatch::Search EventWatch::judge_denominators(Integrator& integrator) {
+  constexpr double kNear = 1e-10, kOfTheWay = 0.9;
   const std::size_t states = program_.state_names.size();
   const auto rates = [this](double t, const double* x, double* result) {
     return prepare(t, x, probe_) && evaluator_.rates(t, x, probe_, result);
@@ -377,6 +382,11 @@ EventWatch::Search EventWatch::judge_denominators(Integrator& integrator) {
     if (!crossed(i, end_[i], probe_)) continue;
     const bool structural = program_.relations[relation_[i]].structural;
     if (structural || grows_without_bound(approach(integrator), states, rates)) {
+      const double from = integrator.previous(), left = event_time_ - from;
+      if (!fixed_steps_ && left > kNear * std::max(std::abs(event_time_), span_)) {
+        cut_ = from + kOfTheWay * left;
+        return Search::nearer;
+      }
       failure_ = singularity_failure(program_, relation_[i], event_time_);
       return Search::failed;
     }

@@ -28,11 +28,16 @@ class EventWatch {
   /// Makes the modes agree with the guards at a point where something has jumped. False: failure().
   bool settle(double t, const double* x, Branch& branch);
 
-  enum class Search { none, found, failed };
+  /// nearer: a denominator comes to zero, too far ahead to be believed; the step is to be made again, up to limit().
+  enum class Search { none, found, failed, nearer };
   /// Looks for the first crossing in the integrator's last step; event_time() is the first moment beyond it. Changes
   /// nothing that a step made again would not find again.
   /// @param ends  of that step.
   Search search(Integrator& integrator, const StepEnds& ends);
+  /// The end of the next stretch, which is @p end at most.
+  [[nodiscard]] double limit(double t, double end) const { return cut_ && *cut_ > t ? std::min(*cut_, end) : end; }
+  /// Whether the integrator has to restart at @p t because a stretch ends here.
+  [[nodiscard]] bool is_limit(double t) const { return cut_ && *cut_ == t; }
   /// The step in which nothing was found is accepted.
   void pass();
   [[nodiscard]] double event_time() const { return event_time_; }
@@ -57,6 +62,9 @@ class EventWatch {
     return !stiction_.any() || stiction_.balance(t, x, branch);
   }
 
+  /// From here on signs may be held, or not.
+  void let_hold(bool may) { may_hold_ = may; }
+
   template <class Archive>
   void carry(Archive& archive) {
     archive("side", side_);
@@ -72,6 +80,7 @@ class EventWatch {
     archive("undecided", undecided_);
     for (const std::size_t relation : undecided_) archive.check(relation < program_.relations.size());
     archive("undecided at", undecided_at_);
+    archive("cut", cut_);
     functions_.clear();
   }
 
@@ -114,7 +123,7 @@ class EventWatch {
   const Program& program_;
   Evaluator& evaluator_;
   double span_;
-  bool may_hold_;
+  bool may_hold_, fixed_steps_;
   Stiction stiction_;
   std::vector<std::size_t> relation_;  ///< by guard
   Denominators denominators_;
@@ -133,6 +142,7 @@ class EventWatch {
   std::vector<double> y_;
   Branch probe_;  ///< within the step that is searched
   double event_time_ = 0.0;
+  std::optional<double> cut_;  ///< no step passes this time: a denominator may come to zero behind it
   std::uint64_t count_ = 0;
   std::deque<double> times_;           ///< of the latest events
   std::deque<std::size_t> relations_;  ///< that changed in them

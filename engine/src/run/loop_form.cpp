@@ -1,0 +1,65 @@
+// Whether the loops' variables are unknowns of the integrator (IDA), or found inside the rates. Each form runs what the
+// other cannot, so a run may change from one to the other where it is.
+//
+// As unknowns, they are found by IDA's iteration, which has none of the safeguards of a loop's own solver, and between
+// the ends of a step they are what a polynomial says: a diode's exponential, or a kink, is too much for both (bridge,
+// three_phase_rectifier, charge_pump_if in tests/physics/loop_form_test.cpp). Inside the rates, a loop whose solution
+// moves faster than the states do, or is hardly determined by them, makes rates that no iteration over states
+// converges with: currents of coils that meet in diodes, of index 2 while these block (ring modulator without its
+// stray capacities, there).
+#include "bgsim/text.hpp"
+#include "run/run.hpp"
+
+namespace bgsim {
+
+/// What failed with the loops' variables as unknowns is tried again with them found inside the rates, before it is an
+/// error. False if that is not possible, or was so already.
+bool Run::eliminate_loops() {
+  if (!implicit_ || !program_.plan.explicit_form || program_.blocks.empty() || clock_.end() != RunClock::End::none)
+    return false;
+  eliminated_at_ = t_;
+  given_at_.reset();
+  return change_form(false);
+}
+
+/// Whether the integrator's iteration fails in more than every fourth step, with loops inside the rates: where it does,
+/// the other form has little to lose. Once in a run.
+bool Run::loops_stall() {
+  constexpr std::uint64_t kSteps = 256;
+  constexpr long kMost = 64;
+  if (implicit_ || inputs_.method != Method::automatic || program_.blocks.empty() || given_at_ || eliminated_at_ ||
+      events_.holding() || steps_ < next_look_)
+    return false;
+  const long failures = counts().convergence_failures;
+  const bool stall = next_look_ > 0 && failures > failures_seen_ + kMost;
+  next_look_ = steps_ + kSteps;
+  failures_seen_ = failures;
+  return stall;
+}
+
+void Run::give_loops() {
+  given_at_ = t_;
+  change_form(true);
+  tolerances_.estimate(evaluator_, t_, x_.data(), branch_, schedule_.samples(t_));
+}
+
+bool Run::change_form(bool implicit) {
+  counts_before_ = counts();
+  implicit_ = implicit;
+  tolerances_.use_tears(implicit);
+  events_.let_hold(!implicit);
+  fresh_ = true;
+  return choose_integrator();
+}
+
+std::string given_loops_words(double since) {
+  return "loops are unknowns of the integrator from t = " + number_text(since) +
+         " on: solved inside the state equations, they kept its iteration from converging";
+}
+
+std::string eliminated_loops_words(double since) {
+  return "loops are solved inside the state equations from t = " + number_text(since) +
+         " on: as unknowns of the integrator they were not found";
+}
+
+}  // namespace bgsim
