@@ -31,6 +31,7 @@ std::vector<Family> families(const Program& program) {
   if (!program.plan.explicit_form || program.system_class == SystemClass::implicit_dae) return {{setting(Method::ida)}};
   std::vector<Family> all{
       {setting(Method::bdf)},
+      {setting(Method::radau)},
       {setting(Method::dirk4), setting(Method::dirk5), setting(Method::dirk3)},
       {setting(Method::erk5), setting(Method::erk4), setting(Method::erk6), setting(Method::erk3),
        setting(Method::erk8), setting(Method::rk4)},

@@ -124,7 +124,8 @@ Best best_pair(const std::vector<Candidate>& candidates, const Zeros& zeros) {
 
 std::vector<Candidate> candidates_at(double relative) {
   std::vector<Candidate> candidates;
-  for (const Method method : {Method::dirk5, Method::erk8, Method::bdf, Method::adams, Method::ida, Method::erk5})
+  for (const Method method :
+       {Method::radau, Method::dirk5, Method::erk8, Method::bdf, Method::adams, Method::ida, Method::erk5})
     candidates.push_back({{method, 0, relative, 0.0}, {}, false, false, {}});
   return candidates;
 }

@@ -37,10 +37,12 @@ class RadauIntegrator final : public Integrator {
       for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
     entries_.resize(program.jacobian_pattern.row.size());
     if (systems_->dense()) full_.assign(size_ * size_, 0.0);
-    // As RADAU5 does: the error that is held is of order 3, that of the steps' ends of order 5.
-    const double held = 0.1 * std::cbrt(inputs.relative * inputs.relative);
+    // As RADAU5 does: the error that is held is of order 3, that of the steps' ends of order 5. But what is recorded
+    // between them is not, and nobody expects more than ten tolerances there.
+    const double held = std::min(0.1 * std::cbrt(inputs.relative * inputs.relative), 10.0 * inputs.relative);
     looser_ = held / inputs.relative;
-    newton_part_ = std::min(kNewtonPart, std::sqrt(held));
+    // Not below what Tolerances leave for rounding in the rates, which is a part of the tolerances themselves.
+    newton_part_ = std::min(kNewtonPart, std::max(std::sqrt(held), kNewtonPart / looser_));
   }
 
   bool restart(double t, const double* x, const Branch& branch, double limit) override {
