@@ -4,11 +4,18 @@
 #include <cstdio>
 #include <iostream>
 
+#include "bgsim/text.hpp"
 #include "progress.hpp"
 
 namespace bgsim::cli {
 
 RunInputs with_accuracy(const Simulation& scene, double accuracy, bool quiet) {
+  if (scene.program().state_names.empty()) {
+    if (!quiet)
+      std::cerr << "accuracy " << number_text(accuracy)
+                << ": there are no states to integrate; what the laws give is exact\n";
+    return scene.inputs();
+  }
   TradePick pick;
   {
     SettingWatch watch(quiet);

@@ -61,3 +61,15 @@ TEST_CASE("a run with an accuracy finds the setting, tells it, and runs with it"
   CHECK(both.code == 2);
   CHECK_THAT(both.err, Contains("--accuracy"));
 }
+
+TEST_CASE("a run with an accuracy of what has no states is a run") {
+  const Workplace here;
+  here.write("law.json", R"x({ "bgsim": 1, "name": "law",
+    "elements": { "s": { "kind": "Se", "effort": "sin(t)" }, "j": { "kind": "1" }, "r": { "kind": "R", "resistance": 4 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r" } ],
+    "outputs": { "f": "r.f" }, "scenes": { "run": { "stop": 1, "times": [0, 1] } } })x");
+  const Outcome run = here.bgsim("law.json --accuracy 1e-6 -o law.csv");
+  CHECK(run.code == 0);
+  CHECK_THAT(run.err, Contains("accuracy 1e-06: there are no states to integrate"));
+  CHECK(here.read("law.csv") == "t,f\r\n0,0\r\n1,0.21036774620197413\r\n");  // sin(1)/4
+}

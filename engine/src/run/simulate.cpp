@@ -220,10 +220,8 @@ bool Run::rescue() {
   if (clock_.end() != RunClock::End::none) return false;
   fresh_ = true;
   if (integrator_->failure().fault) {
-    std::vector<double> tolerance(x_.size());
-    for (std::size_t i = 0; i < x_.size(); ++i) tolerance[i] = tolerances_.absolute(i);
     continuity_.before(t_, x_.data(), branch_);
-    if (events_.take_across(t_, x_.data(), branch_, tolerance)) {
+    if (events_.take_across(t_, x_.data(), branch_)) {
       jump_ = continuity_.after(t_, x_.data(), branch_);
       return !jump_;
     }

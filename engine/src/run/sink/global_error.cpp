@@ -78,12 +78,33 @@ void GlobalError::give_up(const std::string& why) {
   lost_ = why;
 }
 
+/// Sets the modes of @p branch to those that its guards have at a point. Signs that are held stay.
+bool GlobalError::set_modes(double t, const std::vector<double>& y, Branch& branch) {
+  const std::size_t count = evaluator_.guard_count();
+  if (count == 0) return true;
+  guards_.resize(count);
+  direction_.assign(count, 0);
+  if (!evaluator_.guards(t, y.data(), branch, guards_.data())) return false;
+  std::size_t guard = 0;
+  for (const std::uint32_t index : program_.guarded) {
+    const Relation& relation = program_.relations[index];
+    const bool held = relation.kind == Relation::Kind::sign && std::abs(branch.modes[index]) != 1.0;
+    if (!relation.has_borders() && !held && guards_[guard] != 0.0) direction_[guard] = guards_[guard] > 0.0 ? 1 : -1;
+    guard += relation.has_borders() ? std::size_t{2} : std::size_t{1};
+  }
+  evaluator_.cross(direction_, branch);
+  return true;
+}
+
 /// In the middle between the dense output, in y_, and where the exact solution is taken to be: where a law bends more
-/// sharply than the error is small (a square root at 0), the slope there is nearer to what takes one to the other.
+/// sharply than the error is small (a square root at 0), the slope there is nearer to what takes one to the other. With
+/// the modes that hold there: beyond a border a law goes on as it was never meant to (a transistor's conductance).
 bool GlobalError::see_jacobian(double t) {
   for (std::size_t i = 0; i < error_.size(); ++i) middle_[i] = y_[i] - 0.5 * begin_error_[i];
-  if (!evaluator_.jacobian(t, middle_.data(), branch_, entries_.data()) &&
-      !evaluator_.jacobian(t, y_.data(), branch_, entries_.data())) {
+  branch_there_ = branch_;
+  const bool there =
+      set_modes(t, middle_, branch_there_) && evaluator_.jacobian(t, middle_.data(), branch_there_, entries_.data());
+  if (!there && !evaluator_.jacobian(t, y_.data(), branch_, entries_.data())) {
     give_up("the slopes of the rates could not be evaluated at t = " + number_text(t, 6));
     return false;
   }

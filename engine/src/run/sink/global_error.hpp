@@ -64,6 +64,7 @@ class GlobalError {
 
  private:
   void give_up(const std::string& why);
+  bool set_modes(double t, const std::vector<double>& y, Branch& branch);
   bool see_jacobian(double t);
 
   const Program& program_;
@@ -82,7 +83,8 @@ class GlobalError {
   std::vector<std::uint32_t> all_;
   Branch branch_;
   std::vector<double> y_, middle_, rates_, entries_, rates_before_, guards_, guards_off_, row_;
-  Branch branch_before_;
+  std::vector<int> direction_;
+  Branch branch_before_, branch_there_;
   Eigen::MatrixXd jacobian_, matrix_;
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
   Eigen::VectorXd right_, moment_, defect_, before_;

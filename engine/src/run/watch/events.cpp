@@ -14,6 +14,7 @@ namespace {
 /// So many events in a row, on average nearer to each other than this part of the scene, are one that never ends.
 constexpr std::size_t kEventsInARow = 100;
 constexpr double kNear = 1e-9;
+constexpr double kClearlyOut = 16.0;  // of a band around a border that has been crossed in a row
 constexpr int kMostRounds = 100;
 
 int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
@@ -35,6 +36,7 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
       span_(inputs.stop - inputs.start),
       may_hold_(hold),
       fixed_steps_(facts_of(inputs.method).fixed_step()),
+      tolerances_(tolerances),
       stiction_(program, evaluator, tolerances, span_),
       relation_(relations_of_guards(program)),
       denominators_(program, relation_),
@@ -50,6 +52,7 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
   just_crossed_.assign(count, false);
   changed_.assign(count, false);
   hold_.assign(count, 0.0);
+  band_.assign(count, 0.0);
   direction_.assign(count, 0);
   largest_.assign(count, 0.0);
   values_.assign(count, 0.0);
@@ -100,8 +103,8 @@ void EventWatch::keep_what_only_wavers(const Branch& branch) {
 
 bool EventWatch::crossed(std::size_t guard, double value, const Branch& branch) const {
   if (idle_[guard]) return false;
-  if (side_[guard] != 0 && value == 0.0) return hold_[guard] == 0.0 && changes_at_border(guard, branch);
-  if (side_[guard] != 0) return value * side_[guard] < 0.0 && std::abs(value) > hold_[guard];
+  if (side_[guard] != 0 && value == 0.0) return slack(guard) == 0.0 && changes_at_border(guard, branch);
+  if (side_[guard] != 0) return value * side_[guard] < 0.0 && std::abs(value) > slack(guard);
   return value != 0.0 && changes_mode(guard, sign_of(value), branch);
 }
 
@@ -150,6 +153,7 @@ void EventWatch::decide(const std::vector<double>& values) {
     if (idle_[i] && (values[i] > 0.0 || denominators_.has(i))) idle_[i] = false;
     if (denominators_.has(i)) side_[i] = sign_of(values[i]);
     if (values[i] * side_[i] > 0.0) hold_[i] = 0.0;
+    if (std::abs(values[i]) > kClearlyOut * band_[i]) band_[i] = 0.0;
     largest_[i] = std::max(largest_[i], std::abs(values[i]));
   }
 }
@@ -245,7 +249,7 @@ EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& en
   bool decided = !stiction_.any();
   for (std::size_t i = 0; i < side_.size(); ++i) {
     if (!idle_[i]) candidates_.push_back(i);
-    decided = decided && !idle_[i] && side_[i] != 0 && hold_[i] == 0.0;
+    decided = decided && !idle_[i] && side_[i] != 0 && slack(i) == 0.0;
   }
   if (probe_.modes != integrator.branch().modes) probe_ = integrator.branch();
   screened_ = decided && functions_.screened(ends, integrator.branch(), candidates_);
@@ -277,9 +281,9 @@ bool EventWatch::stays(std::size_t guard, const Range& values) const {
   const double low = values.lower(), high = values.upper();
   if (!(low <= high)) return false;
   if (std::max(-low, high) <= kRounding * largest_[guard]) return true;
-  const bool border_counts = hold_[guard] == 0.0 && changes_at_border(guard, probe_);
-  if (side_[guard] > 0) return border_counts ? low > 0.0 : low >= -hold_[guard];
-  if (side_[guard] < 0) return border_counts ? high < 0.0 : high <= hold_[guard];
+  const bool border_counts = slack(guard) == 0.0 && changes_at_border(guard, probe_);
+  if (side_[guard] > 0) return border_counts ? low > 0.0 : low >= -slack(guard);
+  if (side_[guard] < 0) return border_counts ? high < 0.0 : high <= slack(guard);
   return !(low < 0.0 && changes_mode(guard, -1, probe_)) && !(high > 0.0 && changes_mode(guard, 1, probe_));
 }
 
@@ -422,22 +426,13 @@ bool EventWatch::cross(const double* y, Branch& branch) {
   change(end_, branch);
   hold_what_rests(event_time_, y, branch);
   ++count_;
-  return settle(event_time_, y, branch) && judge_rhythm(event_time_);
+  return settle(event_time_, y, branch) && judge_rhythm(event_time_, y, branch);
 }
 
-bool EventWatch::take_across(double t, const double* x, Branch& branch, std::span<const double> tolerance) {
+bool EventWatch::take_across(double t, const double* x, Branch& branch) {
   constexpr double kClearly = 4.0;
-  if (!any() || !evaluator_.guards(t, x, branch, values_.data())) return false;
-  probe_ = branch;
-  std::vector<double> doubt(side_.size(), 0.0), moved(x, x + tolerance.size());
-  for (std::size_t j = 0; j < tolerance.size(); ++j) {
-    for (const double step : {tolerance[j], -tolerance[j]}) {
-      moved[j] = x[j] + step;
-      if (!evaluator_.guards(t, moved.data(), probe_, at_probe_.data())) continue;
-      for (std::size_t i = 0; i < doubt.size(); ++i) doubt[i] = std::max(doubt[i], std::abs(at_probe_[i] - values_[i]));
-    }
-    moved[j] = x[j];
-  }
+  if (!any()) return false;
+  const std::vector<double> doubt = doubts(t, x, branch);
   bool taken = false;
   for (std::size_t i = 0; i < doubt.size(); ++i) {
     direction_[i] = 0;
@@ -453,10 +448,71 @@ bool EventWatch::take_across(double t, const double* x, Branch& branch, std::spa
   std::fill(direction_.begin(), direction_.end(), 0);
   ++count_;
   event_time_ = t;
-  return settle(t, x, branch) && judge_rhythm(t);
+  return settle(t, x, branch) && judge_rhythm(t, x, branch);
 }
 
-bool EventWatch::judge_rhythm(double t) {
+/// By how much each guard is changed when a state is by its tolerance. Empty if a guard cannot be evaluated.
+std::vector<double> EventWatch::doubts(double t, const double* x, const Branch& branch) {
+  std::vector<double> doubt(side_.size(), 0.0), moved(x, x + program_.state_names.size());
+  probe_ = branch;
+  if (!evaluator_.guards(t, x, probe_, values_.data())) return {};
+  for (std::size_t j = 0; j < moved.size(); ++j) {
+    for (const double step : {tolerances_.absolute(j), -tolerances_.absolute(j)}) {
+      moved[j] = x[j] + step;
+      if (!evaluator_.guards(t, moved.data(), probe_, at_probe_.data())) continue;
+      for (std::size_t i = 0; i < doubt.size(); ++i) doubt[i] = std::max(doubt[i], std::abs(at_probe_[i] - values_[i]));
+    }
+    moved[j] = x[j];
+  }
+  return doubt;
+}
+
+/// By how much the rates @p f at a point change when states change by their tolerances.
+std::vector<double> EventWatch::shaken(double t, const double* x, Branch branch, const std::vector<double>& f) {
+  std::vector<double> noise(f.size(), 0.0), moved(x, x + f.size()), there(f.size());
+  for (std::size_t j = 0; j < moved.size(); ++j) {
+    moved[j] = x[j] + tolerances_.absolute(j);
+    if (evaluator_.rates(t, moved.data(), branch, there.data()))
+      for (std::size_t k = 0; k < f.size(); ++k) noise[k] += std::abs(there[k] - f[k]);
+    moved[j] = x[j];
+  }
+  return noise;
+}
+
+/// Borders that are crossed in a row although the rates differ on both sides by no more than what the tolerances make
+/// of them: what is at rest near a kink crosses it by what the tolerance leaves open (a transistor without a voltage
+/// across it). Each is given a band of some tolerances, within which it does not change, until it has clearly left
+/// that. False if there is none, or all of them have had their share of widening.
+bool EventWatch::rest_at_kinks(double t, const double* x, const Branch& branch) {
+  constexpr double kOfTolerances = 4.0, kWidest = 1e4;
+  const std::size_t states = program_.state_names.size();
+  const std::vector<double> doubt = doubts(t, x, branch);
+  if (doubt.empty()) return false;
+  std::vector<double> here(states), there(states);
+  bool any = false;
+  for (std::size_t i = 0; i < side_.size(); ++i) {
+    if (border_[i] || side_[i] == 0 || stiction_.held(i) || denominators_.has(i) || !(doubt[i] > 0.0)) continue;
+    if (std::find(relations_.begin(), relations_.end(), relation_[i]) == relations_.end()) continue;
+    if (!(std::abs(values_[i]) <= kClearlyOut * std::max(doubt[i], band_[i]))) continue;
+    Branch same = branch, other = branch;
+    std::fill(direction_.begin(), direction_.end(), 0);
+    direction_[i] = -side_[i];
+    evaluator_.cross(direction_, other);
+    direction_[i] = 0;
+    if (!evaluator_.rates(t, x, same, here.data()) || !evaluator_.rates(t, x, other, there.data())) continue;
+    const std::vector<double> noise = shaken(t, x, branch, here);
+    const std::vector<double> beyond = shaken(t, x, other, there);
+    bool kink = true;
+    for (std::size_t k = 0; k < states; ++k)
+      kink = kink && std::abs(here[k] - there[k]) <= kClearlyOut * (noise[k] + beyond[k]);
+    if (!kink || band_[i] > kWidest * doubt[i]) continue;
+    band_[i] = std::max(2.0 * band_[i], kOfTolerances * doubt[i]);
+    any = true;
+  }
+  return any;
+}
+
+bool EventWatch::judge_rhythm(double t, const double* x, const Branch& branch) {
   times_.push_back(t);
   if (times_.size() <= kEventsInARow) return true;
   const double stretch = t - times_.front();
@@ -464,6 +520,10 @@ bool EventWatch::judge_rhythm(double t) {
   times_.pop_front();
   const double gap = stretch / static_cast<double>(kEventsInARow);
   if (gap >= kNear * span_) return true;
+  if (rest_at_kinks(t, x, branch)) {
+    times_.clear();
+    return true;
+  }
   failure_ = chattering_failure(program_, recent_relations(), t, kEventsInARow, gap, second_half < stretch / 10);
   return false;
 }

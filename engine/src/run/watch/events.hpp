@@ -50,7 +50,7 @@ class EventWatch {
   /// Takes a guard across that the states' own tolerances cannot tell from zero, where the equations on its present
   /// side have come to an end (a square root at an empty tank). It comes back when it has clearly moved away. False if
   /// there is no such guard.
-  bool take_across(double t, const double* x, Branch& branch, std::span<const double> tolerance);
+  bool take_across(double t, const double* x, Branch& branch);
 
   /// The relation of a denominator that has fallen to next to nothing of what it was where a run cannot go on at (t,
   /// x). None if there is no such one.
@@ -69,6 +69,7 @@ class EventWatch {
   void carry(Archive& archive) {
     archive("side", side_);
     archive("hold", hold_);
+    archive("band", band_);
     archive("idle", idle_);
     archive("just crossed", just_crossed_);
     archive("largest", largest_);
@@ -117,19 +118,26 @@ class EventWatch {
   [[nodiscard]] bool stays(std::size_t guard, const Range& values) const;
   std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
   std::optional<std::pair<double, double>> bracket_by_samples(Integrator& integrator, double from, double to);
-  bool judge_rhythm(double t);
+  bool judge_rhythm(double t, const double* x, const Branch& branch);
+  [[nodiscard]] std::vector<double> doubts(double t, const double* x, const Branch& branch);
+  [[nodiscard]] std::vector<double> shaken(double t, const double* x, Branch branch, const std::vector<double>& f);
+  bool rest_at_kinks(double t, const double* x, const Branch& branch);
+  /// No change is seen up to this size of a guard on its other side.
+  [[nodiscard]] double slack(std::size_t guard) const { return std::max(hold_[guard], band_[guard]); }
   [[nodiscard]] std::vector<std::size_t> recent_relations() const;
 
   const Program& program_;
   Evaluator& evaluator_;
   double span_;
   bool may_hold_, fixed_steps_;
+  const Tolerances& tolerances_;
   Stiction stiction_;
   std::vector<std::size_t> relation_;  ///< by guard
   Denominators denominators_;
   std::vector<bool> border_;  ///< by guard: of a floor or table cell
   std::vector<int> side_;     ///< by guard: side of its mode; 0 undecided
   std::vector<double> hold_;  ///< by guard: not seen as crossed up to this size; see take_across
+  std::vector<double> band_;  ///< by guard: the same, around a kink that what rests there crossed in a row
   std::vector<bool> idle_;    ///< by guard: beyond the last border, nothing left to change
   std::optional<std::size_t> crossed_guard_;
   std::vector<bool> just_crossed_;       ///< by guard
