@@ -8,7 +8,7 @@ std::string circuit(const std::vector<Part>& parts, const std::string& outputs, 
     bonds += (bonds.empty() ? "" : ", ") + (R"({ "from": ")" + from + R"(", "to": ")" + to + "\" }");
   };
   for (const Part& part : parts) {
-    const bool source = part.kind == "Se";
+    const bool source = part.kind == "Se" || part.kind == "Sf";
     elements +=
         (elements.empty() ? "\"" : ", \"") + part.name + R"(": { "kind": ")" + part.kind + "\", " + part.law + " }";
     for (const std::string& node : {part.from, part.to}) {

@@ -23,9 +23,13 @@ struct Equation {
   bool implicit = false;
   ElementId element;  ///< whose law or junction rule it is; none for signals
   Place place;
-  /// `0 = exponential` is the same law without its logarithms, which have no digits left where a diode blocks: a loop
-  /// through it is solved for the unknown by this equation. None for all others.
-  ExprId exponential = {};
+  /// `0 = loop_form` is the same law in the form in which a loop through it is solved for the unknown: without
+  /// logarithms, which have no digits left where a diode blocks; without roots, whose slope has no bound where a pipe
+  /// is at rest; without the conditions of an inverse by parts. None for most.
+  ExprId loop_form = {};
+  /// A law by parts whose slope has no bound where these meet: solved in its loop form, as a loop of its own if need
+  /// be.
+  bool always_loop = false;
   ExprId whole;  ///< of a derivative: what it is the derivative of, if that has to be looked at in a run (Continuous)
 };
 

@@ -96,12 +96,13 @@ struct Signal {
   [[nodiscard]] bool is_state() const { return kind == Kind::integral; }
 };
 
-/// One constitutive equation: `variable of port = right`.
+/// One constitutive equation: `variable of port = right`, or `0 = right` of a resistor.
 struct Law {
   std::uint32_t port = 0;  ///< of the variable alone on the left
   Variable variable = Variable::effort;
   ExprId right;
-  Place place;  ///< of the whole text
+  Place place;        ///< of the whole text
+  bool zero = false;  ///< "0 = right": nothing is alone on the left, and `variable` has no meaning
 };
 
 struct InitialValue {

@@ -34,7 +34,8 @@ std::string show_element(const Model& model, const Element& element) {
   if (element.coefficient.valid()) text += ", " + coefficient_words(element) + " " + write(element.coefficient);
   if (element.energy.valid()) text += ", energy " + write(element.energy);
   for (const Law& law : element.laws)
-    text += ", " + symbol_name(model, port_variable(element, law.port, law.variable)) + " = " + write(law.right);
+    text += ", " + (law.zero ? "0" : symbol_name(model, port_variable(element, law.port, law.variable))) + " = " +
+            write(law.right);
   for (const InitialValue& initial : element.initial)
     text +=
         ", initially " + port_name(element, initial.port) + "." +

@@ -10,6 +10,7 @@
 #include "equations/derivative_faults.hpp"
 #include "equations/junctions.hpp"
 #include "expression/graph.hpp"
+#include "expression/signed_power.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
@@ -59,7 +60,7 @@ class Derivation {
   /// A new unknown; its equation is written later.
   SymbolId add_unknown(std::string name) {
     const SymbolId symbol = add_symbol(SystemSymbol::Kind::unknown, system_.equations.size(), std::move(name));
-    system_.equations.push_back({symbol, {}, false, {}, {}, {}, {}});
+    system_.equations.push_back({symbol, {}, false, {}, {}, {}, false, {}});
     return symbol;
   }
 
@@ -178,7 +179,7 @@ class Derivation {
 
   void define(SymbolId unknown, ExprId expression, ElementId element, Place place, bool implicit = false) {
     Equation& equation = system_.equations[system_.symbols[unknown.index()].index];
-    equation = {unknown, expression, implicit, element, place, {}, equation.whole};
+    equation = {unknown, expression, implicit, element, place, {}, false, equation.whole};
   }
 
   void write_signals() {
@@ -306,7 +307,8 @@ class Derivation {
     const auto& [law, solved, conjugate] = causal_.laws[port.index()];
     const Port& at = graph_[port];
     wish_ = Wish{law.place.document.valid() ? law.place : line_of(model_.elements[at.element.index()]), {}};
-    const ExprId left = meaning(port_variable(model_.elements[at.element.index()], law.port, law.variable));
+    const ExprId left = law.zero ? system_.pool.constant(0.0)
+                                 : meaning(port_variable(model_.elements[at.element.index()], law.port, law.variable));
     if (solved.use == LawUse::implicit) {
       const ExprId right = (*translate_)(law.right);
       return define(unknown, system_.pool.sub(left, right), at.element, law.place, true);
@@ -314,24 +316,57 @@ class Derivation {
     // A flow counted into an element from which the half-arrow leaves is minus the bond's.
     const bool negated = solved.wanted == Variable::flow && !at.head;
     define(unknown, signed_by(!negated, (*translate_)(solved.solution)), at.element, law.place);
-    set_exponential(port, unknown, left);
+    set_loop_form(port, unknown, left);
   }
 
-  /// The form of a law without logarithms, where what defines @p unknown has one that the other form has not.
-  void set_exponential(PortId port, SymbolId unknown, ExprId left) {
+  /// The form of a law in which a loop is solved for @p unknown, where what defines it is not fit for that.
+  void set_loop_form(PortId port, SymbolId unknown, ExprId left) {
     const auto& [law, solved, conjugate] = causal_.laws[port.index()];
+    if (solved.wanted != Variable::effort && solved.wanted != Variable::flow) return;
     ExprPool& pool = system_.pool;
     const ExprId right = (*translate_)(law.right), solution = (*translate_)(solved.solution);
-    ExprId other_form;
-    if (solved.use == LawUse::inverted && levels_off(solution, right)) other_form = pool.sub(left, right);
-    const bool power = solved.wanted == Variable::effort || solved.wanted == Variable::flow;
-    if (solved.use == LawUse::as_written && power) {
+    ExprId form;
+    bool steep = false;
+    if (solved.use == LawUse::inverted) {
+      const bool conditions = has_conditions(solution);
+      const auto power = signed_power(pool, right, unknown);
+      steep = power && power->power > 1.0 && conditions;
+      if (power && (power->power > 1.0 || conditions))
+        form = power_form(left, *power, as_expression(unknown));
+      else if (levels_off(solution, right) || (conditions && !has_conditions(right)))
+        form = pool.sub(left, right);
+    } else if (solved.use == LawUse::as_written) {
       const std::size_t bond = graph_[port].bond.index();
       const SymbolId other = (solved.wanted == Variable::effort ? system_.flows : system_.efforts)[bond];
-      if (const auto inverse = invert(pool, right, other, left); inverse && levels_off(right, *inverse))
-        other_form = pool.sub(as_expression(other), *inverse);
+      if (const auto power = signed_power(pool, right, other); power && (power->power < 1.0 || has_conditions(right)))
+        form = power_form(left, *power, as_expression(other));
+      else if (const auto inverse = invert(pool, right, other, left); inverse && levels_off(right, *inverse))
+        form = pool.sub(as_expression(other), *inverse);
     }
-    system_.equations[system_.symbols[unknown.index()].index].exponential = other_form;
+    Equation& equation = system_.equations[system_.symbols[unknown.index()].index];
+    equation.loop_form = form;
+    equation.always_loop = steep;
+  }
+
+  /// y = c sign(x) |x|^n without a root: its slope has a bound at 0, where that of the root has none. A valve that is
+  /// shut (c = 0) lets nothing through, whatever x is.
+  ExprId power_form(ExprId y, const SignedPower& law, ExprId x) {
+    ExprPool& pool = system_.pool;
+    if (law.power >= 1.0) return pool.sub(y, pool.mul(law.factor, odd_power(pool, x, law.power)));
+    const bool never_shut = pool.is_constant(law.factor) && !pool.is_constant(law.factor, 0.0);
+    const ExprId shut = pool.make(Op::eq, law.factor, pool.constant(0.0));
+    const ExprId factor = never_shut ? law.factor : pool.select(shut, pool.constant(1.0), law.factor);
+    const ExprId form = pool.sub(x, odd_power(pool, pool.div(y, factor), 1.0 / law.power));
+    return never_shut ? form : pool.select(shut, y, form);
+  }
+
+  /// Whether there are conditions in it that the run watches.
+  [[nodiscard]] bool has_conditions(ExprId root) const {
+    const std::vector<ExprId> nodes = reachable(system_.pool, {&root, 1});
+    return std::any_of(nodes.begin(), nodes.end(), [this](ExprId e) {
+      const Op op = system_.pool[e].op;
+      return op == Op::select || op == Op::sign || op == Op::step || is_comparison(op);
+    });
   }
 
   /// Whether the inverse of a law is defined over a part of the numbers only: the law goes towards a limit, where the

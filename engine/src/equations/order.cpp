@@ -119,8 +119,8 @@ class Ordering {
   void resolve_component(const std::vector<std::uint32_t>& component) {
     const Equation& first = system_.equations[component.front()];
     const auto& own = depends_on_[component.front()];
-    const bool alone =
-        component.size() == 1 && !first.implicit && std::find(own.begin(), own.end(), component.front()) == own.end();
+    const bool alone = component.size() == 1 && !first.implicit && !first.always_loop &&
+                       std::find(own.begin(), own.end(), component.front()) == own.end();
     if (alone) return set_resolved(first, resolve_equation(first));
     resolve_loop(component);
   }
@@ -132,7 +132,7 @@ class Ordering {
     loop.depends_on.resize(component.size());
     for (std::uint32_t i = 0; i < component.size(); ++i) {
       loop.must_tear.push_back(system_.equations[component[i]].implicit ||
-                               system_.equations[component[i]].exponential.valid());
+                               system_.equations[component[i]].loop_form.valid());
       for (const std::uint32_t other : depends_on_[component[i]])
         if (const auto found = local.find(other); found != local.end()) loop.depends_on[i].push_back(found->second);
     }
@@ -151,8 +151,8 @@ class Ordering {
     }
     for (const std::uint32_t i : tearing.tears) {
       const Equation& equation = system_.equations[component[i]];
-      ExprId residual = equation.exponential.valid() ? resolve(equation.exponential) : resolve_equation(equation);
-      if (!equation.implicit && !equation.exponential.valid())
+      ExprId residual = equation.loop_form.valid() ? resolve(equation.loop_form) : resolve_equation(equation);
+      if (!equation.implicit && !equation.loop_form.valid())
         residual = order_.pool.sub(order_.pool.symbol(equation.unknown), residual);
       order_.origins.resize(order_.pool.size(), Origin{equation.element, {}});
       block.residuals.push_back(residual);

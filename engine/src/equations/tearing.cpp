@@ -6,6 +6,7 @@
 #include <span>
 
 #include "base/depth_first.hpp"
+#include "bgsim/ordering.hpp"
 
 namespace bgsim {
 namespace {
@@ -67,6 +68,25 @@ std::vector<std::uint32_t> completed(const LoopGraph& loop, std::vector<bool>& t
   return finished;
 }
 
+/// Cuts a large loop also where an expression would contain many of its tears: in a network the flow through a branch
+/// is the sum of all flows beyond it, and the matrix would be full. Where there is no such expression nothing is cut.
+void limit_fill(const LoopGraph& loop, std::vector<bool>& torn) {
+  constexpr std::size_t kMostTears = 16;  // in one expression: more branches than most junctions have
+  std::vector<std::vector<std::uint32_t>> tears(loop.depends_on.size());
+  for (const std::uint32_t i : completed(loop, torn, false)) {
+    std::vector<std::uint32_t>& own = tears[i];
+    for (const std::uint32_t j : loop.depends_on[i]) {
+      if (torn[j])
+        own.push_back(j);
+      else
+        own.insert(own.end(), tears[j].begin(), tears[j].end());
+    }
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    torn[i] = own.size() > kMostTears;
+  }
+}
+
 }  // namespace
 
 Tearing tear(const LoopGraph& loop) {
@@ -79,6 +99,8 @@ Tearing tear(const LoopGraph& loop) {
     tear_greedily(loop, torn);
   else
     completed(loop, torn, true);
+  const auto cuts = static_cast<std::size_t>(std::count(torn.begin(), torn.end(), true));
+  if (cuts > kLargestLocalBlock) limit_fill(loop, torn);
   result.sequence = completed(loop, torn, false);
   for (std::uint32_t i = 0; i < n; ++i)
     if (torn[i]) result.tears.push_back(i);

@@ -336,7 +336,9 @@ class Scap {
       const LawUse effort = laws_.use(port, Gives::effort), flow = laws_.use(port, Gives::flow);
       const bool implicit = effort == LawUse::implicit || flow == LawUse::implicit;
       if (element(port).laws.empty() && !implicit) continue;
-      const Gives written = effort == LawUse::as_written ? Gives::effort : Gives::flow;
+      // Of a law "0 = ..." the direction in which it has a closed form.
+      const bool closed = effort == LawUse::inverted && flow == LawUse::implicit;
+      const Gives written = effort == LawUse::as_written || closed ? Gives::effort : Gives::flow;
       list.push_back({graph_[port].bond, end_for(port, written), StrokeReason::law_as_written, graph_[port].element});
     }
   }

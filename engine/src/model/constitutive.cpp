@@ -72,6 +72,10 @@ Occurrence occurrence(const ExprPool& pool, ExprId root, SymbolId x) {
   return found;
 }
 
+ExprId left_side(ExprPool& pool, const Element& element, const Law& law) {
+  return law.zero ? pool.constant(0.0) : pool.symbol(port_variable(element, law.port, law.variable));
+}
+
 /// e = R f, e = q/C, f = p/I, or a source's e or f.
 Law linear_law(ExprPool& pool, const Element& element) {
   const auto symbol = [&](Variable variable) { return pool.symbol(port_variable(element, 0, variable)); };
@@ -142,22 +146,22 @@ std::vector<Law> port_laws(const Model& model, ExprPool& pool, ElementId id) {
 SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Gives gives) {
   const Variable wanted = wanted_variable(element, law.port, gives);
   const auto solved = [wanted](LawUse use, ExprId solution) { return SolvedLaw{wanted, use, solution}; };
-  if (!law_relates(element, law.port, law.variable)) return solved(LawUse::impossible, {});
-  if (law.variable == wanted) return solved(LawUse::as_written, law.right);
+  if (!law.zero && !law_relates(element, law.port, law.variable)) return solved(LawUse::impossible, {});
+  if (!law.zero && law.variable == wanted) return solved(LawUse::as_written, law.right);
   const SymbolId x = port_variable(element, law.port, wanted);
   const Occurrence found = occurrence(pool, law.right, x);
   if (!found.occurs) return solved(LawUse::impossible, {});
-  const ExprId y = pool.symbol(port_variable(element, law.port, law.variable));
+  const ExprId y = left_side(pool, element, law);
   if (const auto inverse = invert(pool, law.right, x, y)) return solved(LawUse::inverted, *inverse);
   return solved(found.smooth ? LawUse::implicit : LawUse::impossible, {});
 }
 
 SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Gives gives, const NumberOf& number) {
   const SolvedLaw smooth = solve_law(pool, element, law, gives);
-  if (smooth.use != LawUse::impossible || !law_relates(element, law.port, law.variable)) return smooth;
+  if (smooth.use != LawUse::impossible || (!law.zero && !law_relates(element, law.port, law.variable))) return smooth;
   const SymbolId x = port_variable(element, law.port, smooth.wanted);
   if (!occurrence(pool, law.right, x).occurs) return smooth;
-  const ExprId y = pool.symbol(port_variable(element, law.port, law.variable));
+  const ExprId y = left_side(pool, element, law);
   const PieceInverse pieces = invert_in_pieces(pool, law.right, x, y, number);
   if (!pieces.monotone) return smooth;
   return {smooth.wanted, pieces.solution.valid() ? LawUse::inverted : LawUse::implicit, pieces.solution};

@@ -73,7 +73,7 @@ class Compiler {
         compiled.tears.push_back(symbol.name);
         program_.tear_names.push_back(symbol.name);
         const Equation& equation = system_.equations[symbol.index];
-        compiled.explicit_row.push_back(!equation.implicit && !equation.exponential.valid());
+        compiled.explicit_row.push_back(!equation.implicit && !equation.loop_form.valid());
       }
       for (const ElementId id : block.elements)
         if (!is_junction(model.elements[id.index()].kind)) compiled.elements.push_back(model.elements[id.index()].name);

@@ -16,7 +16,7 @@ Evaluator::Impl::Impl(const Program& p, std::span<const double> parameters)
     slots[program.first_parameter + i] = parameters[i];
     symbol_values[program.parameters[i].index()] = parameters[i];
   }
-  for (const ProgramBlock& block : program.blocks) loops.emplace_back(block.size);
+  for (const ProgramBlock& block : program.blocks) loops.emplace_back(block);
   largest.assign(program.tear_names.size(), 0.0);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   next_change.assign(program.relations.size(), nan);

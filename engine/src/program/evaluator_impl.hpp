@@ -1,27 +1,26 @@
 /// The evaluator's memory and the solving of loops; shared by evaluator.cpp, loops.cpp and modes.cpp.
 #pragma once
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <functional>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "program/loop_matrix.hpp"
 
 namespace bgsim {
-
-enum class LoopOutcome : std::uint8_t { solved, not_finite, singular, no_convergence };
 
 /// A pivot this much smaller than the largest one of the equilibrated matrix is rounding: the loop is singular.
 inline constexpr double kSingularLoop = 1e-13;
 
 /// Scratch memory of one loop.
 struct LoopScratch {
-  explicit LoopScratch(std::size_t size);
-  Eigen::MatrixXd matrix;
-  Eigen::PartialPivLU<Eigen::MatrixXd> factors;
-  Eigen::VectorXd residual, scaled, step, next_step, row_scale, column_scale, base, scale;
+  explicit LoopScratch(const ProgramBlock& block);
+  LoopMatrix matrix;
+  std::vector<double> partials;  ///< by entry
+  Eigen::VectorXd residual, scaled, step, next_step, base, scale;
   std::vector<double> start, failed;  ///< tears before an iteration, and where it failed
   Eigen::MatrixXd by_states;          ///< d tears / d states, columns as in JacobianPlan::BlockPart::columns
 };
@@ -77,8 +76,22 @@ struct Evaluator::Impl {
 
   LoopOutcome solve(std::size_t block);
   LoopOutcome solve_linear(std::size_t block);
-  LoopOutcome solve_newton(std::size_t block);
+  enum class Steps : std::uint8_t { relative, resolved };
+  LoopOutcome solve_newton(std::size_t block, Steps steps = Steps::relative);
+  Eigen::VectorXd resolution(std::size_t block);
   LoopOutcome solve_limited(std::size_t block, bool from_zero);
+  LoopOutcome solve_smoothed(std::size_t block);
+  LoopOutcome solve_bracketed(std::size_t block);
+  LoopOutcome factorize_smoothed(std::size_t block);
+  /// The code of a loop, with rounded kinks where `smoothing` is set.
+  void run_loop(const Routine& routine) {
+    if (smoothing == 0.0)
+      for (const auto& code : routine.code) run(code);
+    else
+      run_smoothed(routine);
+  }
+  void run_smoothed(const Routine& routine);
+  double smoothing = 0.0;  ///< sqrt(x^2 + smoothing^2) stands for |x|
   LoopOutcome accept_by_rounding(std::size_t block);
   LoopOutcome factorize(std::size_t block);
   LoopOutcome factorize_partials(std::size_t block, double singular);
@@ -99,6 +112,8 @@ struct Evaluator::Impl {
   void begin_errors(std::span<const double> of_parameters = {});
   void carry_errors(const std::vector<Instruction>& code);
   void carry_errors_through(std::size_t block);
+  /// |inverse| of a loop's matrix, which is factorized, times bounds of its residuals.
+  [[nodiscard]] Eigen::VectorXd pass_through(std::size_t block, const Eigen::VectorXd& of_residuals) const;
   /// Carries errors through a routine from where they are now; infinite ones if a loop has no solution.
   void carry_errors_of(const Routine& routine, Branch& branch, double* bounds);
   /// Bounds of the rates' and the tears' errors at the point that the plan's routine has just run at (loops solved and

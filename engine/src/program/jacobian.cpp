@@ -94,9 +94,9 @@ bool Evaluator::Impl::eliminate(double* values) {
             slots[e.slot] * loops[other].by_states(row, static_cast<Eigen::Index>(k));
     }
     for (Eigen::Index c = 0; c < scratch.by_states.cols(); ++c) {
-      scratch.residual = scratch.by_states.col(c).cwiseQuotient(scratch.row_scale);
-      scratch.step = scratch.factors.solve(scratch.residual);
-      scratch.by_states.col(c) = -scratch.step.cwiseQuotient(scratch.column_scale);
+      scratch.residual = scratch.by_states.col(c).cwiseQuotient(scratch.matrix.row_scale);
+      scratch.matrix.solve(scratch.residual, scratch.step);
+      scratch.by_states.col(c) = -scratch.step.cwiseQuotient(scratch.matrix.column_scale);
     }
   }
   for (std::size_t i = 0; i < plan.rates_by_states.size(); ++i)

@@ -115,9 +115,9 @@ LoopOutcome Evaluator::Impl::solve_limited(std::size_t block, bool from_zero) {
       least = std::min(0.0, least + 5.0);
     least -= 2.0;
     if (outcome != LoopOutcome::solved) return outcome;
-    scratch.scaled = scratch.residual.cwiseQuotient(scratch.row_scale);
-    scratch.step = scratch.factors.solve(scratch.scaled);
-    scratch.step.array() /= -scratch.column_scale.array();
+    scratch.scaled = scratch.residual.cwiseQuotient(scratch.matrix.row_scale);
+    scratch.matrix.solve(scratch.scaled, scratch.step);
+    scratch.step.array() /= -scratch.matrix.column_scale.array();
     if (!scratch.step.allFinite()) return LoopOutcome::not_finite;
     // A slope of 1e-80 may ask for 1e80 volts, which would leave no digits for the next step.
     for (std::size_t i = 0; i < z.size(); ++i)
@@ -165,7 +165,8 @@ double Evaluator::Impl::residual_over_rounding(std::size_t block) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const ProgramBlock& b = program.blocks[block];
   if (!load_residual(block)) return kInfinite;
-  errors.assign(slots.size(), 0.0);
+  std::vector<double> elsewhere(slots.size(), 0.0);  // what is carried from loop to loop is not touched
+  elsewhere.swap(errors);
   for (const double& tear : tears_of(block))  // there is no number between this one and the next
     errors[static_cast<std::size_t>(&tear - slots.data())] = std::numeric_limits<double>::epsilon() * std::abs(tear);
   for (const auto& code : b.residual.code) carry_errors(code);
@@ -175,6 +176,7 @@ double Evaluator::Impl::residual_over_rounding(std::size_t block) {
     const double bound = errors[b.residual.results[r]];
     if (residual > 0.0) largest_ratio = std::max(largest_ratio, bound < kInfinite ? residual / bound : kInfinite);
   }
+  elsewhere.swap(errors);
   return largest_ratio;
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "program/evaluator_impl.hpp"
 
@@ -18,19 +19,17 @@ Eigen::Index to_index(std::size_t i) { return static_cast<Eigen::Index>(i); }
 
 }  // namespace
 
-LoopScratch::LoopScratch(std::size_t size)
-    : matrix(to_index(size), to_index(size)),
-      factors(to_index(size)),
-      residual(to_index(size)),
-      scaled(to_index(size)),
-      step(to_index(size)),
-      next_step(to_index(size)),
-      row_scale(to_index(size)),
-      column_scale(to_index(size)),
-      base(to_index(size)),
-      scale(to_index(size)),
-      start(size),
-      failed(size) {}
+LoopScratch::LoopScratch(const ProgramBlock& block)
+    : matrix(block.size, block.entries),
+      partials(block.entries.size()),
+      residual(to_index(block.size)),
+      scaled(to_index(block.size)),
+      step(to_index(block.size)),
+      next_step(to_index(block.size)),
+      base(to_index(block.size)),
+      scale(to_index(block.size)),
+      start(block.size),
+      failed(block.size) {}
 
 double Evaluator::Impl::scaled_norm(const Eigen::VectorXd& step, const Eigen::VectorXd& scale) {
   double sum = 0.0;
@@ -44,7 +43,7 @@ double Evaluator::Impl::scaled_norm(const Eigen::VectorXd& step, const Eigen::Ve
 
 bool Evaluator::Impl::load_residual(std::size_t block) {
   const ProgramBlock& b = program.blocks[block];
-  for (const auto& code : b.residual.code) run(code);
+  run_loop(b.residual);
   bool finite = true;
   for (std::size_t i = 0; i < b.size; ++i) {
     const double value = slots[b.residual.results[i]];
@@ -57,40 +56,20 @@ bool Evaluator::Impl::load_residual(std::size_t block) {
 /// Equilibrates and factorizes the partials of a loop's residuals by its tears.
 LoopOutcome Evaluator::Impl::factorize(std::size_t block) {
   if (!goes_on()) return LoopOutcome::no_convergence;
-  for (const auto& code : program.blocks[block].jacobian.code) run(code);
+  run_loop(program.blocks[block].jacobian);
   const LoopOutcome outcome = factorize_partials(block, kSingularLoop);
-  return outcome == LoopOutcome::singular && !program.blocks[block].linear ? factorize_where_blocked(block) : outcome;
+  if (outcome == LoopOutcome::solved || program.blocks[block].linear || smoothing > 0.0) return outcome;
+  if (outcome == LoopOutcome::singular && factorize_where_blocked(block) == LoopOutcome::solved)
+    return LoopOutcome::solved;
+  return factorize_smoothed(block) == LoopOutcome::solved ? LoopOutcome::solved : outcome;
 }
 
 /// The same with the partials as the slots hold them.
 LoopOutcome Evaluator::Impl::factorize_partials(std::size_t block, double singular) {
   const ProgramBlock& b = program.blocks[block];
   LoopScratch& scratch = loops[block];
-  scratch.matrix.setZero();
-  for (std::size_t i = 0; i < b.entries.size(); ++i) {
-    const double value = slots[b.jacobian.results[i]];
-    if (!std::isfinite(value)) return LoopOutcome::not_finite;
-    scratch.matrix(b.entries[i].first, b.entries[i].second) = value;
-  }
-  for (Eigen::Index r = 0; r < scratch.matrix.rows(); ++r) {
-    // `tear - expression` has terms of magnitude 1, even where they cancel.
-    const double floor = b.explicit_row[static_cast<std::size_t>(r)] ? 1.0 : 0.0;
-    scratch.row_scale[r] = std::max(scratch.matrix.row(r).cwiseAbs().maxCoeff(), floor);
-    if (scratch.row_scale[r] == 0.0) return LoopOutcome::singular;
-    scratch.matrix.row(r) /= scratch.row_scale[r];
-  }
-  if (b.size > 1)
-    for (Eigen::Index c = 0; c < scratch.matrix.cols(); ++c) {
-      scratch.column_scale[c] = scratch.matrix.col(c).cwiseAbs().maxCoeff();
-      if (scratch.column_scale[c] == 0.0) return LoopOutcome::singular;
-      scratch.matrix.col(c) /= scratch.column_scale[c];
-    }
-  else
-    scratch.column_scale[0] = 1.0;
-  scratch.factors.compute(scratch.matrix);
-  const auto pivots = scratch.factors.matrixLU().diagonal().cwiseAbs();
-  if (!(pivots.minCoeff() > singular * std::max(1.0, pivots.maxCoeff()))) return LoopOutcome::singular;
-  return LoopOutcome::solved;
+  for (std::size_t i = 0; i < b.entries.size(); ++i) scratch.partials[i] = slots[b.jacobian.results[i]];
+  return scratch.matrix.factorize(scratch.partials, b.explicit_row, singular);
 }
 
 LoopOutcome Evaluator::Impl::solve(std::size_t block) {
@@ -106,8 +85,13 @@ LoopOutcome Evaluator::Impl::solve(std::size_t block) {
     return LoopOutcome::solved;
   scratch.failed.assign(z.begin(), z.end());
   std::copy(scratch.start.begin(), scratch.start.end(), z.begin());
+  // What rounding makes of a tear may be anything where the matrix is nearly singular: the residuals decide.
+  if (solve_newton(block, Steps::resolved) == LoopOutcome::solved && accept_by_rounding(block) == LoopOutcome::solved)
+    return LoopOutcome::solved;
+  std::copy(scratch.start.begin(), scratch.start.end(), z.begin());
   for (const bool from_zero : {false, true})
     if (solve_limited(block, from_zero) == LoopOutcome::solved) return LoopOutcome::solved;
+  if (solve_smoothed(block) == LoopOutcome::solved) return LoopOutcome::solved;
   std::copy(scratch.failed.begin(), scratch.failed.end(), z.begin());
   return outcome;
 }
@@ -120,23 +104,26 @@ LoopOutcome Evaluator::Impl::solve_linear(std::size_t block) {
   if (!load_residual(block)) return LoopOutcome::not_finite;
   if (const LoopOutcome outcome = factorize(block); outcome != LoopOutcome::solved) return outcome;
   ++counts.loop_iterations;
-  scratch.residual.array() /= scratch.row_scale.array();
-  scratch.step = scratch.factors.solve(scratch.residual);
-  for (std::size_t i = 0; i < z.size(); ++i) z[i] = -scratch.step[to_index(i)] / scratch.column_scale[to_index(i)];
+  scratch.residual.array() /= scratch.matrix.row_scale.array();
+  scratch.matrix.solve(scratch.residual, scratch.step);
+  for (std::size_t i = 0; i < z.size(); ++i)
+    z[i] = -scratch.step[to_index(i)] / scratch.matrix.column_scale[to_index(i)];
   return LoopOutcome::solved;
 }
 
 /// Newton iteration damped by the natural monotonicity test: a step is taken if the simplified Newton step that would
-/// follow is smaller. The test does not change when equations or unknowns are scaled.
+/// follow is smaller. The test does not change when equations or unknowns are scaled. A tear that is zero but for
+/// rounding (the flow through a balanced bridge) has no size of its own: with resolved steps it is measured by what
+/// rounding makes of it.
 /// (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.3.)
-LoopOutcome Evaluator::Impl::solve_newton(std::size_t block) {
+LoopOutcome Evaluator::Impl::solve_newton(std::size_t block, Steps steps) {
   LoopScratch& scratch = loops[block];
   const std::span<double> z = tears_of(block);
   const std::span<double> largest_of = std::span(largest).subspan(program.blocks[block].first_tear, z.size());
   const auto newton_step = [&scratch](Eigen::VectorXd& step) {
-    scratch.scaled = scratch.residual.cwiseQuotient(scratch.row_scale);
-    step = scratch.factors.solve(scratch.scaled);
-    step.array() /= -scratch.column_scale.array();
+    scratch.scaled = scratch.residual.cwiseQuotient(scratch.matrix.row_scale);
+    scratch.matrix.solve(scratch.scaled, step);
+    step.array() /= -scratch.matrix.column_scale.array();
   };
   const auto move = [&](double damping) {
     for (std::size_t i = 0; i < z.size(); ++i) z[i] = scratch.base[to_index(i)] + damping * scratch.step[to_index(i)];
@@ -155,6 +142,7 @@ LoopOutcome Evaluator::Impl::solve_newton(std::size_t block) {
       scratch.scale[k] = std::max({std::abs(z[i]), std::abs(z[i] + scratch.step[k]), largest_of[i]});
       if (scratch.scale[k] == 0.0) scratch.scale[k] = 1.0;  // step 0 too
     }
+    if (steps == Steps::resolved) scratch.scale = scratch.scale.cwiseMax(resolution(block) / kConverged);
     const double size = scaled_norm(scratch.step, scratch.scale);
     double damping = 1.0, next_size = 0.0;
     for (;; damping /= 2) {
@@ -178,17 +166,26 @@ LoopOutcome Evaluator::Impl::solve_newton(std::size_t block) {
   return LoopOutcome::no_convergence;
 }
 
-int Evaluator::orientation(std::size_t block) const {
-  const LoopScratch& scratch = impl_->loops[block];
-  if (scratch.matrix.size() == 0 || scratch.factors.rows() != scratch.matrix.rows()) return 0;
-  int sign = static_cast<int>(scratch.factors.permutationP().determinant());
-  for (const double pivot : scratch.factors.matrixLU().diagonal()) sign = pivot < 0.0 ? -sign : sign;
-  return sign;
+/// What rounding of the residuals makes of the tears.
+Eigen::VectorXd Evaluator::Impl::resolution(std::size_t block) {
+  const ProgramBlock& b = program.blocks[block];
+  std::vector<double> elsewhere(slots.size(), 0.0);
+  elsewhere.swap(errors);
+  for (const double& tear : tears_of(block))
+    errors[static_cast<std::size_t>(&tear - slots.data())] = std::numeric_limits<double>::epsilon() * std::abs(tear);
+  for (const auto& code : b.residual.code) carry_errors(code);
+  Eigen::VectorXd of_residuals(to_index(b.size));
+  for (std::size_t r = 0; r < b.size; ++r) of_residuals[to_index(r)] = errors[b.residual.results[r]];
+  elsewhere.swap(errors);
+  return pass_through(block, of_residuals).cwiseMin(std::numeric_limits<double>::max());
 }
+
+int Evaluator::orientation(std::size_t block) const { return impl_->loops[block].matrix.orientation(); }
 
 namespace {
 
 /// Starts of a loop's tears: 0, then both signs over many decades (loops of any unit), all tears alike.
+/// Of a large loop all are tried only if the first ones lead nowhere.
 std::vector<double> starts() {
   std::vector<double> result{0.0};
   for (const double decade : {1.0, 1e-3, 1e3, 1e-6, 1e6})
@@ -264,6 +261,15 @@ bool Evaluator::explore_loops(double t, const double* x, Branch& branch, std::ve
       impl.carry_errors_through(b);
       const auto unknown = std::span(impl.errors).subspan(impl.program.first_tear + block.first_tear, block.size);
       solutions.push_back({{z.begin(), z.end()}, {unknown.begin(), unknown.end()}});
+      if (block.size > kLargestLocalBlock) break;
+    }
+    if (solutions.empty() && outcome != LoopOutcome::singular) {
+      std::fill(z.begin(), z.end(), 0.0);
+      if (impl.solve_bracketed(b) == LoopOutcome::solved) {
+        impl.carry_errors_through(b);
+        const auto unknown = std::span(impl.errors).subspan(impl.program.first_tear + block.first_tear, block.size);
+        solutions.push_back({{z.begin(), z.end()}, {unknown.begin(), unknown.end()}});
+      }
     }
     drop_repeated(solutions);
     if (solutions.empty()) {

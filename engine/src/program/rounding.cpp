@@ -77,6 +77,12 @@ void Evaluator::Impl::carry_errors(const std::vector<Instruction>& code) {
       case Op::table_curvature:
         error = kUnit * std::abs(value);
         break;
+      case Op::abs:
+        if (smoothing > 0.0) {
+          error = of_a + kUnit * std::abs(value);
+          break;
+        }
+        [[fallthrough]];
       default: {
         const bool two = arity(i.op) > 1, three = arity(i.op) > 2;
         const double b = two ? s[i.b] : 0.0, c = three ? s[i.c] : 0.0;
@@ -101,24 +107,29 @@ void Evaluator::Impl::carry_errors_through(std::size_t block) {
   for (const auto& code : b.residual.code) carry_errors(code);
   // At a zero of order m, Newton's step is an m-th of the distance that is left.
   constexpr double kOrder = 8.0;
-  Eigen::VectorXd known(b.size);
+  Eigen::VectorXd of_residuals(static_cast<Eigen::Index>(b.size));
   for (std::size_t r = 0; r < b.size; ++r) {
     const auto k = static_cast<Eigen::Index>(r);
-    known[k] = (errors[b.residual.results[r]] + std::abs(scratch.residual[k])) / scratch.row_scale[k];
+    of_residuals[k] = errors[b.residual.results[r]] + std::abs(scratch.residual[k]);
   }
+  const Eigen::VectorXd bounds = pass_through(block, of_residuals);
+  for (std::size_t i = 0; i < b.size; ++i) of_tears[i] = kOrder * bounds[static_cast<Eigen::Index>(i)];
+}
+
+Eigen::VectorXd Evaluator::Impl::pass_through(std::size_t block, const Eigen::VectorXd& of_residuals) const {
+  const LoopScratch& scratch = loops[block];
+  const Eigen::VectorXd known = of_residuals.cwiseQuotient(scratch.matrix.row_scale);
   // |inverse| known, column by column; of large loops with the signs of some columns, for time linear in the columns.
   constexpr Eigen::Index kMostColumns = 64;
   const Eigen::Index size = known.size(), columns = std::min(size, kMostColumns);
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(size), result(size);
   for (Eigen::Index c = 0; c < columns; ++c) {
     Eigen::VectorXd part = Eigen::VectorXd::Zero(size);
     for (Eigen::Index r = c; r < size; r += columns) part[r] = ((r / columns) % 2 == 0 ? 1.0 : -1.0) * known[r];
-    sum += scratch.factors.solve(part).cwiseAbs();
+    scratch.matrix.solve(part, result);
+    sum += result.cwiseAbs();
   }
-  for (std::size_t i = 0; i < b.size; ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    of_tears[i] = kOrder * sum[k] / scratch.column_scale[k];
-  }
+  return sum.cwiseQuotient(scratch.matrix.column_scale);
 }
 
 void Evaluator::Impl::carry_errors_of(const Routine& routine, Branch& branch, double* bounds) {
@@ -153,9 +164,9 @@ bool Evaluator::Impl::pass_errors_through_loops(std::span<const double> of_resid
     for (const auto& e : plan.blocks[b].by_earlier_tears)
       own.row(e.row) += slots[e.slot] * tears_by_residuals.row(e.column);
     for (Eigen::Index c = 0; c < first + size; ++c) {
-      scratch.residual = own.col(c).cwiseQuotient(scratch.row_scale);
-      scratch.step = scratch.factors.solve(scratch.residual);
-      own.col(c) = -scratch.step.cwiseQuotient(scratch.column_scale);
+      scratch.residual = own.col(c).cwiseQuotient(scratch.matrix.row_scale);
+      scratch.matrix.solve(scratch.residual, scratch.step);
+      own.col(c) = -scratch.step.cwiseQuotient(scratch.matrix.column_scale);
     }
   }
   return tears_by_residuals.allFinite();

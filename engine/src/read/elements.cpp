@@ -141,10 +141,11 @@ void Reader::parse_law(std::size_t index, NodeId value) {
     const ModelSymbol& symbol = model_.symbols[id.index()];
     return symbol.kind == ModelSymbol::Kind::port_variable && symbol.element == ElementId(index) ? &symbol : nullptr;
   };
+  const bool zero = model_.pool.is_constant(left, 0.0) && is_resistor(element.kind) && !is_field(element.kind);
   const ModelSymbol* variable = model_.pool.is_symbol(left) ? own(model_.pool.symbol_of(left)) : nullptr;
   const std::uint32_t number = variable != nullptr && is_field(element.kind) ? variable->port : 0;
   const std::string port = is_field(element.kind) ? element.ports[number] + "." : "";
-  if (variable == nullptr || !law_relates(element, variable->port, variable->variable))
+  if (!zero && (variable == nullptr || !law_relates(element, variable->port, variable->variable)))
     return problem("BG117",
                    "the left side of this law is not " +
                        (variable != nullptr ? law_letters(element, number) : law_letters(element)) + " alone",
@@ -152,10 +153,12 @@ void Reader::parse_law(std::size_t index, NodeId value) {
                    "solve it for one of them: " + in_quotes(port + law_letters(element, number)[0] + " = ..."),
                    "a law has one variable of its element alone on the left");
   const Place right_place = file.place_in_string(value, parts.right_begin, parts.right_begin + parts.right.size());
+  bool occurs = false;
   for (const SymbolId id : symbols_in(model_.pool, std::vector{right})) {
     const ModelSymbol* other = own(id);
     if (other == nullptr) continue;
-    if (id == model_.pool.symbol_of(left))
+    occurs = true;
+    if (!zero && id == model_.pool.symbol_of(left))
       return problem("BG117", symbol_name(model_, id) + " is on both sides of this law", right_place,
                      "solve the law for it", "a law has one variable of its element alone on the left");
     if (!law_relates(element, other->port, other->variable))
@@ -176,8 +179,14 @@ void Reader::parse_law(std::size_t index, NodeId value) {
                          right_place, "what follows the rate of a flow is an I, of an effort a C",
                          "the law of a resistor relates effort and flow of one instant; what it takes in is lost");
     }
+  if (zero && !occurs)
+    return problem("BG117", "this law contains neither e nor f of its element", right_place,
+                   "write the equation that relates them: \"0 = e - R*f\"", "the law of a resistor relates e and f");
   warn_of_euler(index, right, right_place);
-  model_.elements[index].laws.push_back({variable->port, variable->variable, right, file.place(value)});
+  if (zero)
+    model_.elements[index].laws.push_back({0, Variable::effort, right, file.place(value), true});
+  else
+    model_.elements[index].laws.push_back({variable->port, variable->variable, right, file.place(value)});
 }
 
 /// e^(-t/T) in a law is a power of the effort e, and is unlikely to be meant so.

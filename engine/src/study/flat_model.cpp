@@ -261,6 +261,7 @@ class FlatWriter {
 
   std::string law_text(const Element& element, const Law& law, const std::string& user) {
     const Json right = value(law.right, user);
+    if (law.zero) return "0 = " + (right.is_string() ? right.get<std::string>() : json_text(right));
     const std::string port = port_count(element) > 1 ? element.ports[law.port] + "." : "";
     return port + letter(law.variable) + " = " + (right.is_string() ? right.get<std::string>() : json_text(right));
   }

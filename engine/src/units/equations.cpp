@@ -180,6 +180,10 @@ class UnitBuilder {
     // Laws of resistors hold constants that are fitted, and are the last ones to be believed.
     const std::uint32_t depth = is_resistor(e.kind) ? kFitted : 0;
     for (const Law& law : e.laws) {
+      if (law.zero) {
+        expression({UnitSite::Kind::law, index, law.port}, law.right, law.place);
+        continue;
+      }
       const SymbolId left = port_variable(e, law.port, law.variable);
       value({UnitSite::Kind::law, index, law.port}, symbol_name(model_, left), symbol_form(left), law.right, law.place,
             depth);

@@ -1,0 +1,86 @@
+#include "expression/signed_power.hpp"
+
+#include <cmath>
+#include <unordered_map>
+#include <vector>
+
+#include "expression/graph.hpp"
+
+namespace bgsim {
+
+namespace {
+
+/// factor * |x|^power, times sign(x) if it is odd; nothing else of an expression if the factor is none.
+struct Term {
+  ExprId factor;
+  double power = 0.0;
+  bool odd = false;
+};
+
+Term without_sign(ExprPool& pool, const Term& a, Op op, double power) {
+  if (a.odd) return {};
+  return {pool.make(op, a.factor), a.power * power, false};
+}
+
+Term raised(ExprPool& pool, const Term& a, ExprId exponent) {
+  if (!pool.is_constant(exponent)) return {};
+  const double n = pool[exponent].constant;
+  if (a.odd && n != std::floor(n)) return {};
+  return {pool.pow(a.factor, exponent), a.power * n, a.odd && std::fmod(n, 2.0) != 0.0};
+}
+
+Term combined(ExprPool& pool, const ExprNode& node, const Term& a, const Term& b) {
+  if (!a.factor.valid() || (arity(node.op) > 1 && !b.factor.valid())) return {};
+  switch (node.op) {
+    case Op::neg:
+      return {pool.neg(a.factor), a.power, a.odd};
+    case Op::abs:
+      return {pool.make(Op::abs, a.factor), a.power, false};
+    case Op::sign:
+      return {pool.make(Op::sign, a.factor), 0.0, a.odd};
+    case Op::sqrt:
+      return without_sign(pool, a, Op::sqrt, 0.5);
+    case Op::cbrt:
+      return {pool.make(Op::cbrt, a.factor), a.power / 3.0, a.odd};
+    case Op::mul:
+      return {pool.mul(a.factor, b.factor), a.power + b.power, a.odd != b.odd};
+    case Op::div:
+      return {pool.div(a.factor, b.factor), a.power - b.power, a.odd != b.odd};
+    case Op::pow:
+      return raised(pool, a, b.factor);
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, SymbolId x) {
+  const std::vector<ExprId> nodes = reachable(pool, {&expression, 1});
+  const std::vector<char> depends =
+      depends_on(pool, nodes, positions(nodes), [x](SymbolId symbol) { return symbol == x; });
+  std::unordered_map<ExprId, Term> terms;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const ExprNode node = pool[nodes[i]];  // a copy: the pool grows
+    if (depends[i] == 0)
+      terms[nodes[i]] = {nodes[i], 0.0, false};
+    else if (node.op == Op::symbol)
+      terms[nodes[i]] = {pool.constant(1.0), 1.0, true};
+    else if (arity(node.op) == 1 || arity(node.op) == 2)
+      terms[nodes[i]] =
+          combined(pool, node, terms[ExprId(node.a)], arity(node.op) > 1 ? terms[ExprId(node.b)] : Term{});
+  }
+  const Term& whole = terms[expression];
+  if (!whole.factor.valid() || !whole.odd || !(whole.power > 0.0)) return std::nullopt;
+  return SignedPower{whole.factor, whole.power};
+}
+
+ExprId odd_power(ExprPool& pool, ExprId u, double power) {
+  if (power == 1.0) return u;
+  const ExprId size = pool.make(Op::abs, u);
+  if (power == 2.0) return pool.mul(u, size);
+  if (power == 3.0) return pool.pow(u, pool.constant(3.0));
+  return pool.mul(u, pool.pow(size, pool.constant(power - 1.0)));
+}
+
+}  // namespace bgsim

@@ -1,0 +1,23 @@
+/// Laws of turbulent flow: c x |x|^(n-1), however they are written.
+#pragma once
+
+#include <optional>
+
+#include "bgsim/expression.hpp"
+
+namespace bgsim {
+
+/// factor * sign(x) * |x|^power, where the factor is free of x.
+struct SignedPower {
+  ExprId factor;
+  double power = 1.0;
+};
+
+/// @p expression as a signed power of @p x, if it is one with a power above 0: `k*x*abs(x)`, `k*sign(x)*x^2`,
+/// `sign(x)*sqrt(abs(x)/k)`. New expressions go to @p pool.
+std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, SymbolId x);
+
+/// sign(u) * |u|^power for power >= 1, as u |u|^(power-1): no condition, and a slope at 0.
+ExprId odd_power(ExprPool& pool, ExprId u, double power);
+
+}  // namespace bgsim

@@ -1,0 +1,150 @@
+#include "program/loop_matrix.hpp"
+
+#include <klu.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace bgsim {
+
+namespace {
+
+/// Smaller matrices are factorized faster as a whole.
+constexpr std::size_t kLargestDense = 64;
+
+int parity(const int* permutation, int size) {
+  std::vector<bool> seen(static_cast<std::size_t>(size), false);
+  int sign = 1;
+  for (int i = 0; i < size; ++i)
+    for (int at = permutation[i]; !seen[static_cast<std::size_t>(i)] && at != i; at = permutation[at]) {
+      seen[static_cast<std::size_t>(at)] = true;
+      sign = -sign;
+    }
+  return sign;
+}
+
+}  // namespace
+
+/// Columns as KLU takes them, and its factors (T. A. Davis, E. Palamadai Natarajan, ACM TOMS 37 (2010) 36).
+struct LoopMatrix::Sparse {
+  klu_common common{};
+  std::vector<int> column_start, row;
+  std::vector<std::size_t> position;  ///< by entry
+  std::vector<double> values;
+  klu_symbolic* symbolic = nullptr;
+  klu_numeric* numeric = nullptr;
+
+  Sparse() { klu_defaults(&common); }
+  Sparse(const Sparse&) = delete;
+  Sparse& operator=(const Sparse&) = delete;
+  ~Sparse() {
+    klu_free_numeric(&numeric, &common);
+    klu_free_symbolic(&symbolic, &common);
+  }
+};
+
+LoopMatrix::LoopMatrix(LoopMatrix&&) noexcept = default;
+LoopMatrix::~LoopMatrix() = default;
+
+LoopMatrix::LoopMatrix(std::size_t size, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& entries)
+    : row_scale(static_cast<Eigen::Index>(size)), column_scale(static_cast<Eigen::Index>(size)), entries_(entries) {
+  if (size <= kLargestDense) {
+    dense_.resize(static_cast<Eigen::Index>(size), static_cast<Eigen::Index>(size));
+    factors_ = Eigen::PartialPivLU<Eigen::MatrixXd>(static_cast<Eigen::Index>(size));
+    return;
+  }
+  sparse_ = std::make_unique<Sparse>();
+  Sparse& s = *sparse_;
+  s.common.scale = 0;  // it is equilibrated already
+  std::vector<std::size_t> order(entries.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::pair(entries[a].second, entries[a].first) < std::pair(entries[b].second, entries[b].first);
+  });
+  s.position.resize(entries.size());
+  s.column_start.assign(size + 1, 0);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    s.position[order[k]] = k;
+    s.row.push_back(static_cast<int>(entries[order[k]].first));
+    ++s.column_start[entries[order[k]].second + 1];
+  }
+  std::partial_sum(s.column_start.begin(), s.column_start.end(), s.column_start.begin());
+  s.values.resize(entries.size());
+  s.symbolic = klu_analyze(static_cast<int>(size), s.column_start.data(), s.row.data(), &s.common);
+}
+
+LoopOutcome LoopMatrix::factorize(std::span<double> values, const std::vector<bool>& explicit_row, double singular) {
+  row_scale.setZero();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i])) return LoopOutcome::not_finite;
+    double& scale = row_scale[entries_[i].first];
+    scale = std::max(scale, std::abs(values[i]));
+  }
+  for (Eigen::Index r = 0; r < row_scale.size(); ++r) {
+    // `tear - expression` has terms of magnitude 1, even where they cancel.
+    if (explicit_row[static_cast<std::size_t>(r)]) row_scale[r] = std::max(row_scale[r], 1.0);
+    if (row_scale[r] == 0.0) return LoopOutcome::singular;
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] /= row_scale[entries_[i].first];
+  if (row_scale.size() > 1) {
+    column_scale.setZero();
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      double& scale = column_scale[entries_[i].second];
+      scale = std::max(scale, std::abs(values[i]));
+    }
+    if (column_scale.minCoeff() == 0.0) return LoopOutcome::singular;
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] /= column_scale[entries_[i].second];
+  } else {
+    column_scale[0] = 1.0;
+  }
+  return sparse_ ? factorize_sparsely(values, singular) : factorize_densely(values, singular);
+}
+
+LoopOutcome LoopMatrix::factorize_densely(std::span<const double> values, double singular) {
+  dense_.setZero();
+  for (std::size_t i = 0; i < values.size(); ++i) dense_(entries_[i].first, entries_[i].second) = values[i];
+  factors_.compute(dense_);
+  factorized_ = true;
+  const auto pivots = factors_.matrixLU().diagonal().cwiseAbs();
+  return pivots.minCoeff() > singular * std::max(1.0, pivots.maxCoeff()) ? LoopOutcome::solved : LoopOutcome::singular;
+}
+
+LoopOutcome LoopMatrix::factorize_sparsely(std::span<const double> values, double singular) {
+  Sparse& s = *sparse_;
+  if (s.symbolic == nullptr) return LoopOutcome::singular;
+  for (std::size_t i = 0; i < values.size(); ++i) s.values[s.position[i]] = values[i];
+  klu_free_numeric(&s.numeric, &s.common);
+  s.numeric = klu_factor(s.column_start.data(), s.row.data(), s.values.data(), s.symbolic, &s.common);
+  factorized_ = s.numeric != nullptr;
+  if (!factorized_) return LoopOutcome::singular;
+  const Eigen::Map<const Eigen::VectorXd> pivots(static_cast<const double*>(s.numeric->Udiag), row_scale.size());
+  const Eigen::VectorXd sizes = pivots.cwiseAbs();
+  return sizes.minCoeff() > singular * std::max(1.0, sizes.maxCoeff()) ? LoopOutcome::solved : LoopOutcome::singular;
+}
+
+void LoopMatrix::solve(const Eigen::VectorXd& right, Eigen::VectorXd& result) const {
+  if (!sparse_) {
+    result = factors_.solve(right);
+    return;
+  }
+  result = right;
+  klu_solve(sparse_->symbolic, sparse_->numeric, static_cast<int>(result.size()), 1, result.data(), &sparse_->common);
+}
+
+int LoopMatrix::orientation() const {
+  if (!factorized_) return 0;
+  int sign = 1;
+  if (sparse_) {
+    const auto size = static_cast<int>(row_scale.size());
+    sign = parity(sparse_->numeric->Pnum, size) * parity(sparse_->symbolic->Q, size);
+    const auto* const pivots = static_cast<const double*>(sparse_->numeric->Udiag);
+    for (int i = 0; i < size; ++i) sign = pivots[i] < 0.0 ? -sign : sign;
+    return sign;
+  }
+  sign = static_cast<int>(factors_.permutationP().determinant());
+  for (const double pivot : factors_.matrixLU().diagonal()) sign = pivot < 0.0 ? -sign : sign;
+  return sign;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,49 @@
+/// The partials of a loop's residuals by its tears: equilibrated and factorized, densely or sparsely.
+#pragma once
+
+#include <Eigen/LU>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace bgsim {
+
+enum class LoopOutcome : std::uint8_t { solved, not_finite, singular, no_convergence };
+
+class LoopMatrix {
+ public:
+  /// @param entries  (row, column) of each partial, no two alike.
+  LoopMatrix(std::size_t size, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& entries);
+  LoopMatrix(LoopMatrix&&) noexcept;
+  ~LoopMatrix();
+
+  /// @param values  by entry; they are scaled in place.
+  /// @param explicit_row  by row: a row whose terms are of magnitude 1, even where they cancel.
+  /// @param singular  a pivot this much smaller than the largest is rounding.
+  LoopOutcome factorize(std::span<double> values, const std::vector<bool>& explicit_row, double singular);
+
+  /// Solves with the equilibrated matrix: @p right is divided by the rows' scales, the result yet to be by the
+  /// columns'.
+  void solve(const Eigen::VectorXd& right, Eigen::VectorXd& result) const;
+
+  /// Sign of the determinant; 0 before the first factorization.
+  [[nodiscard]] int orientation() const;
+
+  Eigen::VectorXd row_scale, column_scale;
+
+ private:
+  struct Sparse;
+
+  LoopOutcome factorize_densely(std::span<const double> values, double singular);
+  LoopOutcome factorize_sparsely(std::span<const double> values, double singular);
+
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> entries_;
+  Eigen::MatrixXd dense_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> factors_;
+  bool factorized_ = false;
+  std::unique_ptr<Sparse> sparse_;  ///< of large loops only
+};
+
+}  // namespace bgsim
