@@ -124,9 +124,15 @@ std::vector<std::string> words_of(const ReadOptions& options) {
   if (options.stop) add("--stop", *options.stop);
   if (options.samples) add("--samples", std::to_string(*options.samples));
   if (options.interval) add("--interval", *options.interval);
-  for (const auto& [name, expression] : options.outputs) add("--output", name + "=" + expression);
+  for (const auto& [name, expression] : options.outputs) {
+    words.emplace_back("--output");
+    words.emplace_back(name).append("=").append(expression);
+  }
   std::string record;
-  for (const std::string& name : options.record) record += (record.empty() ? "" : ",") + name;
+  for (const std::string& name : options.record) {
+    if (!record.empty()) record += ',';
+    record += name;
+  }
   if (!record.empty()) add("--record", record);
   return words;
 }

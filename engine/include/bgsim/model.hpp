@@ -289,15 +289,15 @@ struct SceneOverrides {
 
 /// Works out a scene: parameters in order of dependence (the scene's overrides, then those of the command line), times,
 /// initial values.
-/// @param scene  name; empty for the first scene.
+/// @param name  of the scene; empty for the first.
 /// @throws ModelError BG140 no such scene, BG141 --set not understood, BG12x in its expression, BG132 parameter cycle,
 ///         BG142 no finite number, BG143 stop before start, BG144 output times, BG145 capacitance or inertance not
 ///         positive, BG146 tolerances.
 /// @note Time linear in the model.
-RunInputs prepare_scene(const Model& model, const std::string& scene, const SceneOverrides& overrides = {});
+RunInputs prepare_scene(const Model& model, const std::string& name, const SceneOverrides& overrides = {});
 
-/// The model with what @p overrides set written into the scene.
+/// The model with what @p overrides set written into the scene @p name.
 /// @throws ModelError as prepare_scene.
-Model with_overrides(const Model& model, const std::string& scene, const SceneOverrides& overrides);
+Model with_overrides(const Model& model, const std::string& name, const SceneOverrides& overrides);
 
 }  // namespace bgsim

@@ -377,11 +377,11 @@ std::string show_equations(const Model& model, const EquationSystem& system) {
   for (const DependentStore& store : system.dependent) result += "dependent " + store.name + "\n";
   for (const Equation& equation : system.equations) {
     const std::string text = readable_text(system.pool, equation.expression, name);
-    const std::string owner =
-        equation.element.valid() ? "  (" + model.elements[equation.element.index()].name + ")" : "";
-    line((equation.implicit ? "0 = " + text + "  for " + name(equation.unknown)
-                            : name(equation.unknown) + " = " + text) +
-         owner);
+    std::string written = equation.implicit ? "0 = " : name(equation.unknown) + " = ";
+    written += text;
+    if (equation.implicit) written += "  for " + name(equation.unknown);
+    if (equation.element.valid()) written += "  (" + model.elements[equation.element.index()].name + ")";
+    line(written);
   }
   for (const OutputEquation& output : system.outputs)
     line("output " + output.name + " = " + readable_text(system.pool, output.value, name));

@@ -17,7 +17,7 @@ struct Rounded {
 /// A number as it is written: whole ones are exact, others are the nearest doubles.
 Rounded rounded_constant(double value);
 /// An operator on rounded values; not for der and tables.
-Rounded apply_rounded(Op op, const std::array<Rounded, 3>& arguments, std::size_t count);
+Rounded apply_rounded(Op op, const std::array<Rounded, 3>& x, std::size_t count);
 
 /// How far the value of @p root can be off if its numbers are rounded and the symbols are off by @p symbol_errors.
 double rounding_of(const ExprPool& pool, ExprId root, std::span<const double> symbol_values,

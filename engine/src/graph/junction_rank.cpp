@@ -171,7 +171,8 @@ void JunctionRank::eliminate_inner() {
   for (std::uint32_t variable = 0; variable < variables; ++variable)
     queue.emplace(rows_with[variable].size(), variable);
   while (!queue.empty()) {
-    const auto [count, variable] = *queue.begin();
+    const std::size_t count = queue.begin()->first;
+    const std::uint32_t variable = queue.begin()->second;
     queue.erase(queue.begin());
     if (rows_with[variable].size() > count) {
       queue.emplace(rows_with[variable].size(), variable);

@@ -12,17 +12,20 @@ namespace bgsim {
 /// Values at the start of a scene, or of the model alone.
 class StartValues {
  public:
-  StartValues(const Model& model, const Scene* scene)
-      : model_(model), scene_(scene), values_(model.pool.size()), known_(model.pool.size(), false) {}
+  StartValues(const Model& model, const Scene* scene) : StartValues(model, scene, {}) {}
   /// With the parameters' values as they are, by ParameterId.
-  StartValues(const Model& model, std::span<const double> parameters) : StartValues(model, nullptr) {
-    parameters_ = parameters;
-  }
+  StartValues(const Model& model, std::span<const double> parameters) : StartValues(model, nullptr, parameters) {}
 
   /// Not a number if the expression has no value that is known before the run.
   Rounded operator()(ExprId expression);
 
  private:
+  StartValues(const Model& model, const Scene* scene, std::span<const double> parameters)
+      : model_(model),
+        scene_(scene),
+        parameters_(parameters),
+        values_(model.pool.size()),
+        known_(model.pool.size(), false) {}
   [[nodiscard]] const Rounded& at(std::uint32_t id) const { return values_[id]; }
   [[nodiscard]] ExprId behind_symbol(ExprId e) const;
   [[nodiscard]] bool starts_from_law(const ModelSymbol& symbol) const;

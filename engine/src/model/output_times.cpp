@@ -52,11 +52,11 @@ OutputTimes OutputTimes::without_first(std::size_t count) const {
   return rest;
 }
 
-double OutputTimes::operator[](std::size_t position) const {
-  const std::size_t i = first_ + position;
-  if (form_ == Form::list) return list_[i];
-  if (i + 1 == count_) return stop_;
-  const double n = static_cast<double>(i);
+double OutputTimes::operator[](std::size_t i) const {
+  const std::size_t number = first_ + i;
+  if (form_ == Form::list) return list_[number];
+  if (number + 1 == count_) return stop_;
+  const double n = static_cast<double>(number);
   if (form_ == Form::multiples) return start_ + interval_ * n;
   return start_ + (stop_ - start_) * (n / static_cast<double>(count_ - 1));
 }

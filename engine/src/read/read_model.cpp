@@ -54,8 +54,8 @@ Model Reader::read(std::string text) {
 /// A model at fault is not handed on; what is wrong with its graph all the same is added, as far as it can be known.
 void Reader::add_graph_faults() {
   if (enough_problems()) return;
-  const auto add = [this](std::vector<Diagnostic> faults) {
-    for (Diagnostic& fault : faults)
+  const auto add = [this](const std::vector<Diagnostic>& faults) {
+    for (const Diagnostic& fault : faults)
       problem(fault.code.c_str(), fault.situation, fault.place, fault.help, fault.rule, fault.notes);
     return !faults.empty();
   };
@@ -157,11 +157,11 @@ std::string Reader::beside(DocumentId id, std::string_view file) const {
 
 /// The file of a submodel that @p id names: beside it, else in the first folder of the path that has it.
 std::string Reader::submodel_file(DocumentId id, std::string_view file) const {
-  const std::string first = beside(id, file);
+  std::string first = beside(id, file);
   std::error_code ignored;
   if (std::filesystem::path(file).is_absolute() || std::filesystem::exists(first, ignored)) return first;
   for (const std::string& folder : options_.path) {
-    const std::string candidate = (std::filesystem::path(folder) / file).string();
+    std::string candidate = (std::filesystem::path(folder) / file).string();
     if (std::filesystem::exists(candidate, ignored)) return candidate;
   }
   return first;

@@ -183,7 +183,7 @@ class Reader {
   void apply_options();
   void read_parameter_file(const std::string& path);
   void set_from_file(std::size_t scope, NodeId node);
-  bool check_file_unit(Parameter& parameter, const Document& file, NodeId unit);
+  bool check_file_unit(Parameter& parameter, const Document& file, NodeId node);
   void read_command_line();
   void change_times(std::size_t scope);
   void add_outputs(std::size_t scope);

@@ -48,10 +48,10 @@ class Tolerances {
   void weights(double t, double step, const double* y, double* weight);
   /// Where a new Jacobian is taken.
   struct Point {
-    double t;
-    const double* y;          ///< unknowns
-    const Sparsity& pattern;  ///< of the Jacobian: of the rates by the states, or of residuals by all unknowns
-    const double* entries;
+    double t = 0.0;
+    const double* y = nullptr;  ///< unknowns
+    const Sparsity& pattern;    ///< of the Jacobian: of the rates by the states, or of residuals by all unknowns
+    const double* entries = nullptr;
     const std::vector<double>& rounding;  ///< of the rates there; empty: it is measured by shaking the unknowns
     const double* slopes = nullptr;       ///< rates of the unknowns where what is evaluated are residuals
   };

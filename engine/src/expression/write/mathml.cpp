@@ -28,8 +28,10 @@ std::string word_element(const std::string& word) {
 std::string name_element(const std::string& name) {
   const NameParts parts = name_parts(name);
   std::string text = word_element(parts.base);
-  for (std::size_t i = 0; i < parts.dots; ++i)
-    text = xml_element("mover", {{"accent", "true"}}, text + "<mo>\u02d9</mo>");
+  for (std::size_t i = 0; i < parts.dots; ++i) {
+    text += "<mo>\u02d9</mo>";
+    text = xml_element("mover", {{"accent", "true"}}, text);
+  }
   if (parts.indices.empty()) return text;
   std::string indices;
   for (std::size_t i = 0; i < parts.indices.size(); ++i)
@@ -40,7 +42,7 @@ std::string name_element(const std::string& name) {
 std::string value_element(double value) {
   const auto [mantissa, exponent] = typeset_number(value);
   if (exponent.empty()) return number_element(mantissa);
-  const std::string power = xml_element("msup", "<mn>10</mn>" + number_element(exponent));
+  std::string power = xml_element("msup", "<mn>10</mn>" + number_element(exponent));
   if (mantissa == "1") return power;
   if (mantissa == "-1") return xml_element("mrow", std::string(kMinusPrefix) + power);
   return xml_element("mrow", number_element(mantissa) + "<mo>\u00b7</mo>" + power);

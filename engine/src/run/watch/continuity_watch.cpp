@@ -15,14 +15,16 @@ constexpr double kShort = 1e-6;  ///< of the scene
 }  // namespace
 
 ContinuityWatch::ContinuityWatch(Evaluator& evaluator, double span, double relative)
-    : evaluator_(evaluator), span_(span), relative_(relative) {
+    : evaluator_(evaluator),
+      span_(span),
+      relative_(relative),
+      rates_(evaluator.states()),
+      x_(evaluator.states()),
+      guards_(evaluator.program().must_not_jump.empty() ? 0 : evaluator.guard_count()),
+      earlier_guards_(guards_.size()) {
   const std::size_t count = evaluator.program().must_not_jump.size();
   for (auto* values : {&before_, &after_, &beside_, &before_bounds_, &after_bounds_, &beside_bounds_, &variation_})
     values->resize(count);
-  guards_.resize(count == 0 ? 0 : evaluator.guard_count());
-  earlier_guards_ = guards_;
-  rates_.resize(evaluator.states());
-  x_ = rates_;
 }
 
 bool ContinuityWatch::evaluate(double t, const double* x, const Branch& branch, std::vector<double>& values,
