@@ -1,7 +1,8 @@
-// Radau IIA of order 5 as in RADAU5. E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, IV.8:
-// simplified Newton iteration on the transformed system, error by an embedded formula of order 3 that the real system
-// filters, Gustafsson's predictive step control. The dense output is the collocation polynomial, corrected at one
-// point.
+// Radau IIA of order 5 as in RADAU5. E. Hairer, G. Wanner, Solving Ordinary
+// Differential Equations II, 1996, IV.8: simplified Newton iteration on the
+// transformed system, error by an embedded formula of order 3 that the real
+// system filters, Gustafsson's predictive step control. The dense output is the
+// collocation polynomial, corrected at one point.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +13,7 @@
 #include "run/integrate/integrator.hpp"
 #include "run/integrate/packages.hpp"
 #include "run/integrate/radau_formula.hpp"
+#include "run/integrate/radau_stages.hpp"
 #include "run/integrate/radau_systems.hpp"
 
 namespace bgsim {
@@ -22,7 +24,7 @@ constexpr double kRadauEps = std::numeric_limits<double>::epsilon();
 
 class RadauIntegrator final : public Integrator {
  public:
-  RadauIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
+  RadauIntegrator(const Program &program, Evaluator &evaluator, Tolerances &tolerances, const RunInputs &inputs)
       : Integrator(inputs.stop - inputs.start),
         program_(program),
         evaluator_(evaluator),
@@ -31,21 +33,28 @@ class RadauIntegrator final : public Integrator {
         loops_(!program.blocks.empty()) {
     size_ = program.state_names.size();
     order_ = kDegree;
-    for (auto* const vector : {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &increment_, &bend_})
+    for (auto *const vector : {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &increment_, &bend_})
       vector->assign(size_, 0.0);
-    for (auto* const vectors : {&z_, &w_, &right_, &divided_})
-      for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
+    for (auto *const vectors : {&z_, &w_, &right_, &divided_})
+      for (std::vector<double> &vector : *vectors) vector.assign(size_, 0.0);
     entries_.resize(program.jacobian_pattern.row.size());
-    if (systems_->dense()) full_.assign(size_ * size_, 0.0);
-    // As RADAU5 does: the error that is held is of order 3, that of the steps' ends of order 5. But what is recorded
-    // between them is not, and nobody expects more than ten tolerances there.
-    const double held = std::min(0.1 * std::cbrt(inputs.relative * inputs.relative), 10.0 * inputs.relative);
+    if (systems_->dense()) {
+      full_.assign(size_ * size_, 0.0);
+      stages_ = std::make_unique<RadauStages>(
+          size_, [this](std::size_t k, const double *x, double *out) { return rates_of_stage(k, x, out); },
+          [this](std::size_t k, const double *x, double *full) { return jacobian_of_stage(k, x, full); });
+    }
+    // As RADAU5 does: the error that is held is of order 3, that of the steps'
+    // ends of order 5. But what is recorded between them is not, and nobody
+    // expects more than some tolerances there.
+    const double held = std::min(0.1 * std::cbrt(inputs.relative * inputs.relative), kLooser * inputs.relative);
     looser_ = held / inputs.relative;
-    // Not below what Tolerances leave for rounding in the rates, which is a part of the tolerances themselves.
+    // Not below what Tolerances leave for rounding in the rates, which is a
+    // part of the tolerances themselves.
     newton_part_ = std::min(kNewtonPart, std::max(std::sqrt(held), kNewtonPart / looser_));
   }
 
-  bool restart(double t, const double* x, const Branch& branch, double limit) override {
+  bool restart(double t, const double *x, const Branch &branch, double limit) override {
     std::copy(x, x + size_, y_.begin());
     begin_ = y_;
     branch_ = branch;
@@ -77,7 +86,8 @@ class RadauIntegrator final : public Integrator {
     double h = fit(next_);
     tolerances_.weights(time_, h, y_.data(), weight_.data());
     for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
-      // Time that no longer advances by the step is the run's matter as long as there is a step.
+      // Time that no longer advances by the step is the run's matter as long as
+      // there is a step.
       if (!(time_ + 0.1 * h > time_)) return fail(words_);
       if (stale_ == kNoJacobian) {
         if (!see_jacobian(h)) return fault(time_);
@@ -97,18 +107,22 @@ class RadauIntegrator final : public Integrator {
         factored_ = h;
       }
       const double reduction = iterate(h);
-      if (reduction < 1.0) {
+      if (reduction < 1.0 && !iterate_by_stages(h)) {
         h = shorten(h, reduction, faulted_ ? kStateEquationsText : kIterationText);
         continue;
       }
       double error = estimate_error(h);
+      // Where slopes change within the step no order says that its end is
+      // better than the estimate.
+      const double share = bent_ ? looser_ : 1.0;
+      error *= share;
       if (error < 1.0) {
         const double within = correct(h);
         if (within < 0.0) {
           h = shorten(h, 0.5, kStateEquationsText);
           continue;
         }
-        error = std::max(error, within);
+        error = std::max(error, share * within);
       }
       const double quotient = std::clamp(std::pow(error, 0.25) / safety(), kMostGrowth, kMostCut);
       if (error < 1.0 && accept(h)) {
@@ -129,7 +143,7 @@ class RadauIntegrator final : public Integrator {
     return fail(words_);
   }
 
-  void interpolate(double t, double* y) override {
+  void interpolate(double t, double *y) override {
     if (by_hand_ || t == time_ || !(time_ > previous_)) {
       std::copy(y_.begin(), y_.end(), y);
       return;
@@ -142,26 +156,27 @@ class RadauIntegrator final : public Integrator {
     for (std::size_t i = 0; i < size_; ++i) y[i] = collocation(i, u - 1.0) + bubble * bend_[i];
   }
 
-  [[nodiscard]] const double* end() const override { return y_.data(); }
+  [[nodiscard]] const double *end() const override { return y_.data(); }
   [[nodiscard]] Counts counts() const override { return counts_; }
   [[nodiscard]] std::string method() const override {
     return std::string("Radau IIA of order 5, ") + (systems_->dense() ? "dense" : "sparse");
   }
-  void weighted_errors(double* error) override {
+  void weighted_errors(double *error) override {
     for (std::size_t i = 0; i < size_; ++i) error[i] = std::abs(error_[i] * weight_[i]);
   }
 
  private:
   static constexpr int kDegree = 4, kIterations = 7, kMostAttempts = 100, kStepsBetweenLooks = 20;
-  static constexpr double kSafety = 0.9, kMostCut = 5.0, kMostGrowth = 1.0 / 8.0, kNewtonPart = 0.03;
-  /// Newton's iteration converges so fast that the Jacobian serves for another step.
+  static constexpr double kSafety = 0.9, kMostCut = 5.0, kMostGrowth = 1.0 / 8.0, kNewtonPart = 0.03, kLooser = 5.0;
+  /// Newton's iteration converges so fast that the Jacobian serves for another
+  /// step.
   static constexpr double kServes = 1e-3;
   /// A step so little longer is not worth two factorizations.
   static constexpr double kSame = 1.2;
   static constexpr double kNoSpeed = 1.0;
   enum Jacobian { kNoJacobian, kOld, kFresh };
 
-  bool rates(double t, const double* x, Branch& branch, double* out) {
+  bool rates(double t, const double *x, Branch &branch, double *out) {
     ++counts_.rates;
     return special_rates_ ? special_rates_(t, x, branch, out) : evaluator_.rates(t, x, branch, out);
   }
@@ -174,13 +189,13 @@ class RadauIntegrator final : public Integrator {
     note_fault(t);
     return fail(kStateEquationsText);
   }
-  bool fail(const char* words) {
+  bool fail(const char *words) {
     failure_.words = words;
     failure_.fault = faulted_;
     return false;
   }
   /// @return  the next length to try.
-  double shorten(double h, double factor, const char* why) {
+  double shorten(double h, double factor, const char *why) {
     ++counts_.convergence_failures;
     words_ = why;
     rejected_ = true;
@@ -189,7 +204,7 @@ class RadauIntegrator final : public Integrator {
     return factor * h;
   }
 
-  [[nodiscard]] double norm(const std::vector<double>& x) const {
+  [[nodiscard]] double norm(const std::vector<double> &x) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < size_; ++i) sum += (x[i] * weight_[i]) * (x[i] * weight_[i]);
     return std::sqrt(sum / static_cast<double>(size_));
@@ -220,8 +235,9 @@ class RadauIntegrator final : public Integrator {
     return 2.0 * h > left ? left / 2.0 : h;
   }
 
-  /// From the rates and how fast they change: the solution over a step is to bend by some tolerances in the fourth
-  /// order, as if all orders had the time scale of the first two.
+  /// From the rates and how fast they change: the solution over a step is to
+  /// bend by some tolerances in the fourth order, as if all orders had the time
+  /// scale of the first two.
   double first_step() {
     const double left = limit_ - time_;
     tolerances_.weights(time_, left, y_.data(), weight_.data());
@@ -247,7 +263,7 @@ class RadauIntegrator final : public Integrator {
 
   bool see_jacobian(double h) {
     ++counts_.jacobians;
-    const Sparsity& pattern = program_.jacobian_pattern;
+    const Sparsity &pattern = program_.jacobian_pattern;
     factored_ = 0.0;
     if (special_rates_ && systems_->dense()) {
       if (!difference_jacobian()) return false;
@@ -255,12 +271,13 @@ class RadauIntegrator final : public Integrator {
       return true;
     }
     const bool look = !special_rates_ && steps_since_look_ >= kStepsBetweenLooks;
-    const auto evaluate = [&](const double* x) {
+    const auto evaluate = [&](const double *x) {
       return look ? evaluator_.jacobian(time_, x, branch_, entries_.data(), rounding_)
                   : evaluator_.jacobian(time_, x, branch_, entries_.data());
     };
     if (!evaluate(y_.data())) {
-      // A slope without bound at a point that the solution only passes (sqrt at 0): take it a little further on.
+      // A slope without bound at a point that the solution only passes (sqrt at
+      // 0): take it a little further on.
       const double move = std::max({time_ - previous_, h, 1e-9 * (limit_ - time_)});
       for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + move * rate_[i];
       if (!evaluate(at_.data())) return false;
@@ -268,15 +285,9 @@ class RadauIntegrator final : public Integrator {
     if (look) {
       steps_since_look_ = 0;
       tolerances_.see({time_, y_.data(), pattern, entries_.data(), rounding_},
-                      [this](double t, const double* x, double* f) { return evaluator_.rates(t, x, branch_, f); });
+                      [this](double t, const double *x, double *f) { return evaluator_.rates(t, x, branch_, f); });
     }
-    if (systems_->dense()) {
-      std::fill(full_.begin(), full_.end(), 0.0);
-      for (std::size_t column = 0; column < size_; ++column)
-        for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
-             k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
-          full_[column * size_ + static_cast<std::size_t>(pattern.row[k])] = entries_[k];
-    }
+    if (systems_->dense()) spread_entries(full_.data());
     stale_ = kFresh;
     return true;
   }
@@ -287,7 +298,7 @@ class RadauIntegrator final : public Integrator {
     at_ = y_;
     for (std::size_t j = 0; j < size_; ++j) {
       const double move = std::max(root * std::abs(y_[j]), tolerances_.absolute(j));
-      double* column = full_.data() + j * size_;
+      double *column = full_.data() + j * size_;
       std::fill(column, column + size_, 0.0);
       if (move == 0.0) continue;
       at_[j] = y_[j] + move;
@@ -318,7 +329,8 @@ class RadauIntegrator final : public Integrator {
     }
   }
 
-  /// The stages of a step of length h. 1 if they were found, else by how much the step should be shortened.
+  /// The stages of a step of length h. 1 if they were found, else by how much
+  /// the step should be shortened.
   double iterate(double h) {
     constexpr double kDiverged = 0.5, kNoRates = 0.25;
     faulted_ = false;
@@ -327,6 +339,7 @@ class RadauIntegrator final : public Integrator {
     const double reached = std::max(newton_part_, 10.0 * kRadauEps * norm(y_) / looser_);
     converged_ = std::pow(std::max(converged_, kRadauEps), 0.8);
     speed_ = kServes;
+    bent_ = false;
     double before = 0.0, rate_before = 0.0;
     for (int iteration = 1; iteration <= kIterations; ++iteration) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -339,7 +352,7 @@ class RadauIntegrator final : public Integrator {
       ++counts_.iterations;
       for (std::size_t i = 0; i < size_; ++i) {
         const double f0 = h * right_[0][i], f1 = h * right_[1][i], f2 = h * right_[2][i];
-        const auto& b = radau::kBack;
+        const auto &b = radau::kBack;
         right_[0][i] = b[0][0] * f0 + b[0][1] * f1 + b[0][2] * f2 - radau::kGamma * w_[0][i];
         right_[1][i] = b[1][0] * f0 + b[1][1] * f1 + b[1][2] * f2 - radau::kAlpha * w_[1][i] + radau::kBeta * w_[2][i];
         right_[2][i] = b[2][0] * f0 + b[2][1] * f1 + b[2][2] * f2 - radau::kAlpha * w_[2][i] - radau::kBeta * w_[1][i];
@@ -362,7 +375,7 @@ class RadauIntegrator final : public Integrator {
         if (at_end >= 1.0) return 0.8 * std::pow(std::clamp(at_end, 1e-4, 20.0), -1.0 / (4.0 + left));
       }
       before = std::max(change, kRadauEps);
-      const auto& t = radau::kTransform;
+      const auto &t = radau::kTransform;
       for (std::size_t i = 0; i < size_; ++i) {
         const double a = w_[0][i] += right_[0][i], b = w_[1][i] += right_[1][i], c = w_[2][i] += right_[2][i];
         z_[0][i] = t[0][0] * a + t[0][1] * b + t[0][2] * c;
@@ -375,14 +388,62 @@ class RadauIntegrator final : public Integrator {
     return kDiverged;
   }
 
+  /// The same by Newton's method proper, each stage with the Jacobian where it
+  /// is. At a kink, as of a square root at 0, slopes differ by orders of
+  /// magnitude from one stage to the next, and an iteration with the slopes of
+  /// the step's beginning converges only for steps far shorter than the error
+  /// asks for.
+  bool iterate_by_stages(double h) {
+    if (!stages_ || special_rates_ || faulted_) return false;
+    // What the iteration before has come to is a better beginning if it came
+    // nearer.
+    constexpr double kNearer = 0.5;
+    if (!(speed_ < kNearer)) begin_iteration(h);
+    if (loops_) stage_branch_.fill(branch_);
+    stages_step_ = h;
+    const double reached = std::max(newton_part_, 10.0 * kRadauEps * norm(y_) / looser_);
+    const bool found = stages_->solve(h, y_.data(), z_, weight_.data(), looser_ * reached);
+    counts_.iterations += stages_->iterations();
+    counts_.jacobians += 3 * stages_->iterations();
+    counts_.factorizations += stages_->iterations();
+    speed_ = converged_ = kNoSpeed;
+    iterations_ = 1;
+    bent_ = true;
+    return found;
+  }
+  bool rates_of_stage(std::size_t k, const double *x, double *out) {
+    const double t = time_ + radau::kAt[k] * stages_step_;
+    if (rates(t, x, loops_ ? stage_branch_[k] : branch_, out)) return true;
+    note_fault(t);
+    return false;
+  }
+  bool jacobian_of_stage(std::size_t k, const double *x, double *full) {
+    const double t = time_ + radau::kAt[k] * stages_step_;
+    if (!evaluator_.jacobian(t, x, loops_ ? stage_branch_[k] : branch_, entries_.data())) {
+      note_fault(t);
+      return false;
+    }
+    spread_entries(full);
+    return true;
+  }
+  void spread_entries(double *full) const {
+    const Sparsity &pattern = program_.jacobian_pattern;
+    std::fill(full, full + size_ * size_, 0.0);
+    for (std::size_t column = 0; column < size_; ++column)
+      for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
+           k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
+        full[column * size_ + static_cast<std::size_t>(pattern.row[k])] = entries_[k];
+  }
+
   [[nodiscard]] double safety() const {
     return std::min(kSafety, kSafety * (1.0 + 2.0 * kIterations) / (iterations_ + 2.0 * kIterations));
   }
 
-  /// The distance from the embedded formula, filtered by the real system. Where this is large at a first step or after
-  /// a rejection, it is filtered once more: the formula alone is not bounded for stiff components.
+  /// The distance from the embedded formula, filtered by the real system. Where
+  /// this is large at a first step or after a rejection, it is filtered once
+  /// more: the formula alone is not bounded for stiff components.
   double estimate_error(double h) {
-    const auto& e = radau::kError;
+    const auto &e = radau::kError;
     for (std::size_t i = 0; i < size_; ++i) {
       increment_[i] = e[0] * z_[0][i] + e[1] * z_[1][i] + e[2] * z_[2][i];
       error_[i] = increment_[i] + h * rate_[i];
@@ -446,18 +507,21 @@ class RadauIntegrator final : public Integrator {
     next_ = next;
   }
 
-  /// The change from the last step's end along its collocation polynomial; @p s in units of that step.
+  /// The change from the last step's end along its collocation polynomial; @p s
+  /// in units of that step.
   [[nodiscard]] double collocation_from_end(std::size_t i, double s) const {
     return s *
            (divided_[0][i] + (s + 1.0 - radau::kAt[1]) * (divided_[1][i] + (s + 1.0 - radau::kAt[0]) * divided_[2][i]));
   }
   [[nodiscard]] double collocation(std::size_t i, double s) const { return y_[i] + collocation_from_end(i, s); }
 
-  /// What the collocation polynomial needs to satisfy the (linearized) equations at one more point. With d = h f - p'
-  /// there, bubble (kGamma - h J) bend = d.
-  /// @return  how large it is: what the polynomial is wrong by within the step, relative to what is allowed. The
-  /// embedded
-  ///          formula alone does not see it where stiffness holds the stages on the solution. Negative: no rates there.
+  /// What the collocation polynomial needs to satisfy the (linearized)
+  /// equations at one more point. With d = h f - p' there, bubble (kGamma - h
+  /// J) bend = d.
+  /// @return  how large it is: what the polynomial is wrong by within the step,
+  /// relative to what is allowed. The embedded
+  ///          formula alone does not see it where stiffness holds the stages on
+  ///          the solution. Negative: no rates there.
   double correct(double h) {
     const double t = time_ + radau::kCorrectedAt * h;
     for (std::size_t i = 0; i < size_; ++i)
@@ -477,16 +541,19 @@ class RadauIntegrator final : public Integrator {
     return std::isfinite(size) ? size : 1e10;
   }
 
-  const Program& program_;
-  Evaluator& evaluator_;
-  Tolerances& tolerances_;
+  const Program &program_;
+  Evaluator &evaluator_;
+  Tolerances &tolerances_;
   std::unique_ptr<RadauSystems> systems_;
-  bool loops_;           ///< rates solve loops, each stage from its own last solution
-  double looser_ = 1.0;  ///< than the tolerances: what the error of order 3 may be
+  std::unique_ptr<RadauStages> stages_;  ///< null for sparse systems
+  double stages_step_ = 0.0;             ///< that stages_ solves for
+  bool loops_;                           ///< rates solve loops, each stage from its own last solution
+  double looser_ = 1.0;                  ///< than the tolerances: what the error of order 3 may be
   double newton_part_ = kNewtonPart;
   double limit_ = 0.0;
   std::vector<double> y_, begin_, rate_, rate_at_begin_, weight_;
-  std::array<std::vector<double>, 3> z_, w_;    ///< the stages' increments; the same in the basis of eigenvectors
+  std::array<std::vector<double>, 3> z_,
+      w_;                                       ///< the stages' increments; the same in the basis of eigenvectors
   std::array<std::vector<double>, 3> divided_;  ///< of the last step
   Branch branch_at_begin_, probe_;
   std::array<Branch, 3> stage_branch_;
@@ -496,12 +563,14 @@ class RadauIntegrator final : public Integrator {
   Jacobian stale_ = kNoJacobian;
   bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false, extrapolates_ = false;
   double speed_ = kNoSpeed,
-         converged_ = 1.0;  ///< of Newton's iteration: rate, and the sum of what is left by what was last
+         converged_ = 1.0;  ///< of Newton's iteration: rate, and the sum of what
+                            ///< is left by what was last
+  bool bent_ = false;       ///< the stages were found with a Jacobian each
   int iterations_ = 0;
   std::uint64_t accepted_ = 0;  ///< since the restart
   double accepted_step_ = 0.0, accepted_error_ = 0.0, last_ = 1.0;
   int steps_since_look_ = 0;
-  const char* words_ = kErrorTestText;
+  const char *words_ = kErrorTestText;
   Counts counts_;
   // Scratch
   std::vector<double> at_, error_, increment_, bend_;
@@ -510,8 +579,8 @@ class RadauIntegrator final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                  const RunInputs& inputs) {
+std::unique_ptr<Integrator> make_radau_integrator(const Program &program, Evaluator &evaluator, Tolerances &tolerances,
+                                                  const RunInputs &inputs) {
   return std::make_unique<RadauIntegrator>(program, evaluator, tolerances, inputs);
 }
 

@@ -32,6 +32,19 @@ inline constexpr std::array<std::array<double, 3>, 3> kBack = {
      {-4.1787185915519047273, -0.32768282076106238708, 0.47662355450055045196},
      {-0.50287263494578687595, 2.5719269498556054292, -0.59603920482822492497}}};
 
+/// The inverse of the coefficients.
+constexpr std::array<std::array<double, 3>, 3> inverse_of_coefficients() {
+  const auto& t = kTransform;
+  const auto& b = kBack;
+  std::array<std::array<double, 3>, 3> inverse{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      inverse[i][j] = t[i][0] * kGamma * b[0][j] + t[i][1] * (kAlpha * b[1][j] - kBeta * b[2][j]) +
+                      t[i][2] * (kBeta * b[1][j] + kAlpha * b[2][j]);
+  return inverse;
+}
+inline constexpr std::array<std::array<double, 3>, 3> kInverse = inverse_of_coefficients();
+
 /// The embedded formula of order 3 has the stages' weights and 1/gamma for the rates at the beginning. Its distance
 /// from the step's end, times gamma, is h f + sum of these times the stages' increments.
 inline constexpr std::array<double, 3> kError = {-(13.0 + 7.0 * kRoot6) / 3.0, (-13.0 + 7.0 * kRoot6) / 3.0,

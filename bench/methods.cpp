@@ -1,0 +1,222 @@
+// What each method costs and how exact it is, over all scenes: the table behind the choice of `auto`.
+//   bench_methods [--seconds S] [FILE[:SCENE]]...     default: models/ and tests/data/models/
+//
+// Every scene by every method at 1e-4, 1e-6 and 1e-9, without audit and estimate of errors. Errors are the largest of
+// all outputs relative to the output's range, against the most exact of several methods at 1e-11; the reference's own
+// error is how far a second one stays from it. Times are processor times of simulate() alone, the least of several
+// runs. Prints a line for each run (tab-separated), then how `auto` compares with the best row of each scene: the
+// cheapest that is at least as exact as `auto` at that tolerance.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bgsim/bgsim.hpp"
+
+namespace {
+
+using namespace bgsim;
+
+constexpr std::array<double, 3> kTolerances{1e-4, 1e-6, 1e-9};
+constexpr std::array kMethodsToTry{Method::automatic, Method::bdf,  Method::radau, Method::adams,
+                                   Method::erk5,      Method::erk8, Method::dirk5, Method::ida};
+constexpr double kTight = 1e-11;
+/// Part of an output's magnitude below which its variation is not judged.
+constexpr double kConstant = 1e-9;
+
+double seconds_now() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+struct Timed {
+  RunResult result;
+  double seconds = 0.0;
+  bool whole = false;
+};
+
+Timed run(const Program& program, RunInputs inputs, Method method, double relative, double limit) {
+  inputs.method = method;
+  inputs.max_order = 0;
+  inputs.relative = relative;
+  SimulateOptions options;
+  options.energy_audit = options.error_estimate = false;
+  const double begin = seconds_now();
+  options.progress = [&](double) { return seconds_now() - begin < limit; };
+  Timed timed;
+  timed.result = simulate(program, inputs, options);
+  timed.seconds = seconds_now() - begin;
+  timed.whole = timed.result.stop == StopReason::completed;
+  return timed;
+}
+
+/// By output, the largest distance relative to the reference's range.
+std::vector<double> distances(const Trace& trace, const Trace& reference) {
+  std::vector<double> all;
+  for (std::size_t c = 0; c < reference.columns.size(); ++c) {
+    double low = std::numeric_limits<double>::infinity(), high = -low, largest = 0.0;
+    for (std::size_t i = 0; i < reference.times.size(); ++i) {
+      low = std::min(low, reference.columns[c][i]);
+      high = std::max(high, reference.columns[c][i]);
+      largest = std::max(largest, std::abs(trace.columns[c][i] - reference.columns[c][i]));
+    }
+    const double magnitude = std::max(std::abs(low), std::abs(high));
+    const double range = high - low > kConstant * magnitude ? high - low : magnitude;
+    all.push_back(range > 0.0 ? largest / range : largest > 0.0 ? std::numeric_limits<double>::infinity() : 0.0);
+  }
+  return all;
+}
+
+struct Reference {
+  Trace trace;
+  std::vector<double> own;
+};
+
+std::optional<Reference> reference_of(const Program& program, RunInputs inputs, double limit) {
+  inputs.absolute.reset();
+  inputs.absolute_by_state.clear();
+  std::vector<Trace> traces;
+  std::optional<Reference> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Method method : {Method::radau, Method::dirk5, Method::bdf, Method::erk8, Method::adams, Method::ida}) {
+    Timed timed = run(program, inputs, method, kTight, limit);
+    if (!timed.whole) continue;
+    for (const Trace& other : traces) {
+      std::vector<double> own = distances(timed.result.trace, other);
+      double sum = 0.0;
+      for (const double distance : own) sum += std::min(distance, 1.0);
+      if (sum < least) {
+        least = sum;
+        best = Reference{other, std::move(own)};
+      }
+    }
+    traces.push_back(std::move(timed.result.trace));
+    if (least < 1e-9 && traces.size() > 1) break;
+  }
+  return best;
+}
+
+struct Row {
+  Method method = Method::automatic;
+  double relative = 0.0, seconds = 0.0, error = 0.0;
+  bool whole = false;
+};
+
+struct Totals {
+  std::vector<double> ratios;
+  std::vector<std::string> dear;
+};
+
+void measure(const std::string& file, const std::string& scene, double limit, Totals& totals) {
+  const Simulation compiled = Study(file).scene(scene, {}, {.keep_all = false});
+  const Program& program = compiled.program();
+  const RunInputs& inputs = compiled.inputs();
+  const std::string name = compiled.model().name + " " + inputs.scene;
+  if (program.state_names.empty() || program.output_names.empty()) return;
+  const std::optional<Reference> reference = reference_of(program, inputs, 4.0 * limit);
+  std::vector<Row> rows;
+  for (const double relative : kTolerances)
+    for (const Method method : kMethodsToTry) {
+      Timed timed = run(program, inputs, method, relative, limit);
+      Row row{method, relative, timed.seconds, std::numeric_limits<double>::quiet_NaN(), timed.whole};
+      // Short runs scatter more, and cost less.
+      for (int repeat = 0; timed.whole && repeat < (timed.seconds < 0.005 ? 8 : timed.seconds < 0.1 ? 3 : 1); ++repeat)
+        row.seconds = std::min(row.seconds, run(program, inputs, method, relative, limit).seconds);
+      std::string worst;
+      if (timed.whole && reference) {
+        row.error = 0.0;
+        const std::vector<double> all = distances(timed.result.trace, reference->trace);
+        for (std::size_t c = 0; c < all.size(); ++c)
+          if (reference->own[c] < 1e-3 && all[c] >= row.error) {
+            row.error = std::max(all[c], reference->own[c]);
+            worst = program.output_names[c];
+          }
+      }
+      const RunReport& report = timed.result.report;
+      std::printf("%s\t%zu\t%zu\t%s\t%.0e\t%.3f\t%llu\t%llu\t%llu\t%llu\t%.1e\t%s\t%s\n", name.c_str(),
+                  program.state_names.size(), program.blocks.size(), method_name(method).c_str(), relative,
+                  1e3 * row.seconds, static_cast<unsigned long long>(report.steps),
+                  static_cast<unsigned long long>(report.rate_evaluations),
+                  static_cast<unsigned long long>(report.jacobian_evaluations),
+                  static_cast<unsigned long long>(report.factorizations), row.error, worst.c_str(),
+                  timed.whole            ? report.method.c_str()
+                  : timed.result.failure ? timed.result.failure->code.c_str()
+                                         : "cut");
+      std::fflush(stdout);
+      rows.push_back(row);
+    }
+  for (const double relative : kTolerances) {
+    const auto own = std::find_if(rows.begin(), rows.end(), [&](const Row& row) {
+      return row.method == Method::automatic && row.relative == relative;
+    });
+    if (!own->whole || !(own->error == own->error)) continue;
+    double best = own->seconds;
+    Method by = Method::automatic;
+    for (const Row& row : rows)
+      if (row.whole && row.error <= own->error && row.seconds < best) {
+        best = row.seconds;
+        by = row.method;
+      }
+    totals.ratios.push_back(own->seconds / best);
+    char text[200];
+    std::snprintf(text, sizeof text, "%s at %.0e: %.2f times %s", name.c_str(), relative, own->seconds / best,
+                  method_name(by).c_str());
+    if (own->seconds / best > 1.5) totals.dear.emplace_back(text);
+  }
+}
+
+std::vector<std::string> all_models() {
+  std::vector<std::string> files;
+  for (const char* folder : {"models", "tests/data/models"})
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+      if (entry.path().extension() == ".json") files.push_back(entry.path().string());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::vector<std::string> items(argv + 1, argv + argc);
+  double limit = 2.0;
+  if (items.size() >= 2 && items[0] == "--seconds") {
+    limit = std::stod(items[1]);
+    items.erase(items.begin(), items.begin() + 2);
+  }
+  if (items.empty()) items = all_models();
+  std::printf(
+      "scene\tstates\tloops\tmethod\ttolerance\tms\tsteps\trates\tJacobians\tfactorizations\terror\toutput\tby\n");
+  Totals totals;
+  for (const std::string& item : items) {
+    const std::size_t colon = item.rfind(':');
+    const std::string file = item.substr(0, colon);
+    try {
+      const Study study(file);
+      std::vector<std::string> scenes;
+      if (colon != std::string::npos)
+        scenes.push_back(item.substr(colon + 1));
+      else
+        for (const Scene& scene : study.model().scenes) scenes.push_back(scene.name);
+      for (const std::string& scene : scenes) measure(file, scene, limit, totals);
+    } catch (const ModelError&) {
+      continue;  // a submodel, which has no scene
+    }
+  }
+  std::sort(totals.ratios.begin(), totals.ratios.end());
+  if (totals.ratios.empty()) return 0;
+  const auto part = [&](double quantile) {
+    return totals.ratios[static_cast<std::size_t>(quantile * static_cast<double>(totals.ratios.size() - 1) + 0.5)];
+  };
+  std::printf(
+      "\n%zu runs by auto; cost over that of the best row at least as exact: median %.2f, 90 in 100 below %.2f, "
+      "95 below %.2f, largest %.2f\n",
+      totals.ratios.size(), part(0.5), part(0.9), part(0.95), part(1.0));
+  for (const std::string& text : totals.dear) std::printf("%s\n", text.c_str());
+}

@@ -1,0 +1,133 @@
+#include "run/integrate/radau_stages.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "run/integrate/radau_formula.hpp"
+
+namespace bgsim {
+
+struct RadauStages::Factors {
+  Eigen::MatrixXd matrix;
+  Eigen::PartialPivLU<Eigen::MatrixXd> lu;
+  Eigen::VectorXd solution;
+};
+
+RadauStages::RadauStages(std::size_t size, AtStage rates, AtStage jacobian)
+    : size_(size),
+      rates_(std::move(rates)),
+      jacobian_(std::move(jacobian)),
+      factors_(std::make_unique<Factors>()),
+      at_(size),
+      rate_(size),
+      full_(size * size) {
+  const auto n = static_cast<Eigen::Index>(3 * size);
+  factors_->matrix.resize(n, n);
+  factors_->lu = Eigen::PartialPivLU<Eigen::MatrixXd>(n);
+  factors_->solution.resize(n);
+  for (auto* const vector : {&now_, &trial_, &defect_, &step_, &next_, &simplified_}) vector->resize(3 * size);
+}
+
+RadauStages::~RadauStages() = default;
+
+double RadauStages::norm(const std::vector<double>& x, const double* weight) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t i = 0; i < size_; ++i) {
+      const double part = x[k * size_ + i] * weight[i];
+      sum += part * part;
+    }
+  return std::sqrt(sum / static_cast<double>(3 * size_));
+}
+
+/// h F - A^-1 Z
+bool RadauStages::defects(double h, const double* y, const std::vector<double>& z, std::vector<double>& out) {
+  const auto& inverse = radau::kInverse;
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < size_; ++i) at_[i] = y[i] + z[k * size_ + i];
+    if (!rates_(k, at_.data(), rate_.data())) return false;
+    for (std::size_t i = 0; i < size_; ++i)
+      out[k * size_ + i] =
+          h * rate_[i] - inverse[k][0] * z[i] - inverse[k][1] * z[size_ + i] - inverse[k][2] * z[2 * size_ + i];
+  }
+  return true;
+}
+
+/// The matrix at @p z, factored.
+bool RadauStages::see(double h, const double* y, const std::vector<double>& z) {
+  const auto n = static_cast<Eigen::Index>(size_);
+  Eigen::MatrixXd& matrix = factors_->matrix;
+  matrix.setZero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto row = static_cast<Eigen::Index>(k) * n;
+    for (std::size_t l = 0; l < 3; ++l)
+      matrix.block(row, static_cast<Eigen::Index>(l) * n, n, n).diagonal().setConstant(radau::kInverse[k][l]);
+    for (std::size_t i = 0; i < size_; ++i) at_[i] = y[i] + z[k * size_ + i];
+    if (!jacobian_(k, at_.data(), full_.data())) return false;
+    matrix.block(row, row, n, n) -= h * Eigen::Map<const Eigen::MatrixXd>(full_.data(), n, n);
+  }
+  if (!matrix.allFinite()) return false;
+  factors_->lu.compute(matrix);
+  return (factors_->lu.matrixLU().diagonal().array() != 0.0).all();
+}
+
+void RadauStages::divide(std::vector<double>& right) {
+  Eigen::Map<Eigen::VectorXd> vector(right.data(), static_cast<Eigen::Index>(right.size()));
+  factors_->solution = factors_->lu.solve(vector);
+  vector = factors_->solution;
+}
+
+bool RadauStages::solve(double h, const double* y, Stages& z, const double* weight, double reached) {
+  constexpr int kMost = 12;
+  constexpr double kLeastDamping = 0.05, kFast = 0.5;
+  const std::size_t all = now_.size();
+  for (std::size_t k = 0; k < 3; ++k)
+    std::copy(z[k].begin(), z[k].end(), now_.begin() + static_cast<std::ptrdiff_t>(k * size_));
+  if (!defects(h, y, now_, defect_)) return false;
+  double damping = 1.0, size_before = 0.0, simplified_before = 0.0;
+  for (iterations_ = 1; iterations_ <= kMost; ++iterations_) {
+    if (!see(h, y, now_)) return false;
+    step_ = defect_;
+    divide(step_);
+    const double size = norm(step_, weight);
+    if (!std::isfinite(size)) return false;
+    if (iterations_ > 1) {
+      for (std::size_t i = 0; i < all; ++i) simplified_[i] -= step_[i];
+      const double bent = norm(simplified_, weight) * size;
+      damping = bent > 0.0 ? std::min(1.0, damping * size_before * simplified_before / bent) : 1.0;
+    }
+    double simplified = 0.0;
+    while (true) {
+      if (damping < kLeastDamping) return false;
+      for (std::size_t i = 0; i < all; ++i) trial_[i] = now_[i] + damping * step_[i];
+      if (!defects(h, y, trial_, next_)) {
+        damping *= kFast;
+        continue;
+      }
+      simplified_ = next_;
+      divide(simplified_);
+      simplified = norm(simplified_, weight);
+      if (simplified <= (1.0 - 0.25 * damping) * size) break;
+      if (damping == 1.0 && simplified <= reached * kFast) break;  // where rounding begins nothing falls any more
+      for (std::size_t i = 0; i < all; ++i) next_[i] = simplified_[i] - (1.0 - damping) * step_[i];
+      damping = std::min(0.5 * size * damping * damping / norm(next_, weight), kFast * damping);
+      if (!(damping > 0.0)) return false;
+    }
+    const double rate = simplified / size;
+    if (damping == 1.0 &&
+        (simplified <= kFast * reached || (rate < kFast && rate / (1.0 - rate) * simplified <= reached))) {
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t i = 0; i < size_; ++i) z[k][i] = trial_[k * size_ + i] + simplified_[k * size_ + i];
+      return true;
+    }
+    std::swap(now_, trial_);
+    std::swap(defect_, next_);
+    size_before = size;
+    simplified_before = simplified;
+  }
+  return false;
+}
+
+}  // namespace bgsim
