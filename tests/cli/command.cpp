@@ -7,6 +7,11 @@
 
 namespace fs = std::filesystem;
 
+std::string bgsim_path() {
+  const char* other = std::getenv("BGSIM_COMMAND");
+  return other == nullptr ? BGSIM_COMMAND : other;
+}
+
 Workplace::Workplace() { fs::copy(BGSIM_SOURCE_DIR "/tests/cli/models", files_.path(), fs::copy_options::recursive); }
 
 Outcome Workplace::run(const std::string& line) const {
@@ -19,7 +24,7 @@ Outcome Workplace::run(const std::string& line) const {
 }
 
 Outcome Workplace::bgsim(const std::string& arguments, const std::string& after) const {
-  return run("'" BGSIM_COMMAND "' " + arguments + " 2>.err </dev/null " + after + "; } >.out");
+  return run("'" + bgsim_path() + "' " + arguments + " 2>.err </dev/null " + after + "; } >.out");
 }
 
 Outcome Workplace::shell(const std::string& line) const { return run(line + "; } >.out 2>.err </dev/null"); }

@@ -11,6 +11,9 @@ struct Outcome {
   std::string out, err;
 };
 
+/// The command: of this build, or what the environment names as BGSIM_COMMAND.
+std::string bgsim_path();
+
 /// A temporary folder with copies of tests/cli/models; removed at the end.
 class Workplace {
  public:

@@ -120,7 +120,7 @@ TEST_CASE("a model whose causality conflicts is drawn, with its message and exit
 
 TEST_CASE("without Graphviz the message says which package has it") {
   const Workplace here;
-  const Outcome outcome = here.bgsim("--version", "; PATH=/nowhere '" BGSIM_COMMAND "' draw decay.json 2>.err");
+  const Outcome outcome = here.bgsim("--version", "; PATH=/nowhere '" + bgsim_path() + "' draw decay.json 2>.err");
   CHECK(outcome.code == 2);
   CHECK_THAT(outcome.err,
              Contains("dot, which lays drawings out, is not installed (Debian: apt-get install graphviz)"));
@@ -136,8 +136,8 @@ TEST_CASE("a PNG without the font it is laid out for says so, and an SVG keeps e
              "<?xml version=\"1.0\"?><!DOCTYPE fontconfig SYSTEM \"fonts.dtd\"><fontconfig>"
              "<dir>/usr/share/fonts/truetype/dejavu</dir><cachedir>" +
                  here.folder() + "/cache</cachedir></fontconfig>");
-  const Outcome without = here.bgsim(
-      "--version", "; FONTCONFIG_FILE=\"$PWD/fonts.conf\" '" BGSIM_COMMAND "' draw decay.json -o without.png 2>.err");
+  const Outcome without = here.bgsim("--version", "; FONTCONFIG_FILE=\"$PWD/fonts.conf\" '" + bgsim_path() +
+                                                      "' draw decay.json -o without.png 2>.err");
   CHECK(without.code == 0);
   CHECK_THAT(without.err, Contains("note: the PNG is drawn with the font") && Contains("fonts-liberation"));
   REQUIRE(here.bgsim("draw decay.json").code == 0);

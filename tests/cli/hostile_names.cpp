@@ -45,7 +45,7 @@ TEST_CASE("settings and programs beside a model are not used") {
   here.write("gnuplot", "#!/bin/sh\ntouch PWNED\n");
   here.write("a.csv", "t,x\n0,1\n1,2\n");
   CHECK(here.bgsim("plot a.csv", "; chmod +x gnuplot").code == 0);
-  const Outcome outcome = here.bgsim("--version", "; PATH=:.:$PATH '" BGSIM_COMMAND "' plot a.csv");
+  const Outcome outcome = here.bgsim("--version", "; PATH=:.:$PATH '" + bgsim_path() + "' plot a.csv");
   CHECK(outcome.code == 0);
   CHECK_FALSE(here.has("PWNED"));
 }
@@ -125,7 +125,7 @@ _bgsim
 printf '%s\n' "${COMPREPLY[@]}"
 )sh");
   REQUIRE(here.bgsim("completion bash", "> completion.bash").code == 0);
-  CHECK_THAT(here.bgsim("--version", "> .version; bash complete.sh '" BGSIM_COMMAND "'").out,
+  CHECK_THAT(here.bgsim("--version", "> .version; bash complete.sh '" + bgsim_path() + "'").out,
              Contains("$(touch${IFS}PWNED)`touch PWNED`\n"));
   CHECK_FALSE(here.has("PWNED"));
 }
@@ -166,8 +166,8 @@ TEST_CASE("a program that bgsim has started ends with it and leaves nothing behi
   const Outcome outcome = here.bgsim(
       "--version",
       "; mkdir bin scratch; mv gnuplot bin; chmod +x bin/gnuplot; TMPDIR=$PWD/scratch PATH=\"$PWD/bin:$PATH\" "
-      "timeout --foreground 3 '" BGSIM_COMMAND
-      "' plot a.csv; echo code $?; kill -0 $(cat pid) 2>/dev/null && echo alive; ls scratch");
+      "timeout --foreground 3 '" +
+          bgsim_path() + "' plot a.csv; echo code $?; kill -0 $(cat pid) 2>/dev/null && echo alive; ls scratch");
   CHECK_THAT(outcome.out, Catch::EndsWith("\ncode 124\n"));
   CHECK_FALSE(here.has("a.svg"));
 }

@@ -65,7 +65,7 @@ void prepare(const Workplace& here) {
 Outcome interrupted(const Workplace& here, const std::string& signal, double seconds, const std::string& arguments) {
   for (;; seconds *= 3.0) {
     Outcome done = here.shell("timeout --foreground --preserve-status -s " + signal + " " + std::to_string(seconds) +
-                              " '" BGSIM_COMMAND "' " + arguments);
+                              " '" + bgsim_path() + "' " + arguments);
     if (done.code < 128 || seconds > 20.0) return done;
   }
 }

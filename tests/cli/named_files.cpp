@@ -86,7 +86,7 @@ TEST_CASE("files below the model's folder are read, whatever the way that leads 
     here.write("model/top.json", with_submodel(way + "part.json"));
     CHECK(here.bgsim("check model/top.json").code == 0);
     CHECK(here.bgsim("check other/top.json").code == 0);
-    CHECK(here.shell("cd model && '" BGSIM_COMMAND "' check top.json").code == 0);
+    CHECK(here.shell("cd model && '" + bgsim_path() + "' check top.json").code == 0);
   }
 }
 
@@ -100,7 +100,7 @@ TEST_CASE("pipes, devices, folders and endless files are refused before they are
       INFO(command << " " << file);
       here.write("top.json", model(file));
       const Outcome done =
-          here.shell("timeout 20 '" BGSIM_COMMAND "' " + std::string(command) + " top.json --allow-outside");
+          here.shell("timeout 20 '" + bgsim_path() + "' " + std::string(command) + " top.json --allow-outside");
       CHECK(done.code == 1);
       CHECK_THAT(done.err, Contains("not a regular file") || Contains("it is a folder"));
     }
@@ -116,11 +116,11 @@ TEST_CASE("a model and a trace may come through a pipe") {
   const Workplace here;
   here.write("sub.json", kPart);
   here.write("top.json", with_submodel("sub.json"));
-  CHECK(here.shell("cat top.json | '" BGSIM_COMMAND "' check /dev/stdin").code == 0);
-  CHECK(here.shell("'" BGSIM_COMMAND "' check /dev/stdin < top.json").code == 0);
-  CHECK(here.shell("bash -c \"'" BGSIM_COMMAND "' check <(cat top.json)\"").code == 0);
-  CHECK(here.shell("printf 't,x\\n0,1\\n1,2\\n' | '" BGSIM_COMMAND "' plot /dev/stdin -o x.svg").code == 0);
-  const Outcome endless = here.shell("yes | timeout 20 '" BGSIM_COMMAND "' check /dev/stdin");
+  CHECK(here.shell("cat top.json | '" + bgsim_path() + "' check /dev/stdin").code == 0);
+  CHECK(here.shell("'" + bgsim_path() + "' check /dev/stdin < top.json").code == 0);
+  CHECK(here.shell("bash -c \"'" + bgsim_path() + "' check <(cat top.json)\"").code == 0);
+  CHECK(here.shell("printf 't,x\\n0,1\\n1,2\\n' | '" + bgsim_path() + "' plot /dev/stdin -o x.svg").code == 0);
+  const Outcome endless = here.shell("yes | timeout 20 '" + bgsim_path() + "' check /dev/stdin");
   CHECK(endless.code == 1);
   CHECK_THAT(endless.err, Contains("BG101"));
 }
@@ -208,8 +208,8 @@ TEST_CASE("a submodel that is not beside its model is found along the path, the 
   CHECK_THAT(equations("--path first").out, Contains("f = 0.2\n"));
   fs::remove(folder / "model" / "part.json");
   const auto with_environment = [&](const std::string& options) {
-    return here.shell("BGSIM_PATH=nowhere:second '" BGSIM_COMMAND "' equations model/top.json --output f=part.drop.f " +
-                      options);
+    return here.shell("BGSIM_PATH=nowhere:second '" + bgsim_path() +
+                      "' equations model/top.json --output f=part.drop.f " + options);
   };
   CHECK_THAT(with_environment("").out, Contains("f = 0.25\n"));
   CHECK_THAT(with_environment("--path first").out, Contains("f = 0.5\n"));

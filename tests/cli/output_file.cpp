@@ -60,8 +60,8 @@ TEST_CASE("a second writer of one file is refused while the first writes, by any
     INFO(name);
     const Outcome second = here.bgsim("decay.json -o " + std::string(name) + " 9>x.csv.partial", "");
     CHECK(second.code == 0);  // nobody holds a lock: the partial file of a killed run is replaced
-    const Outcome locked =
-        here.bgsim("--version >.version; flock x.csv.partial '" BGSIM_COMMAND "' decay.json -o " + std::string(name));
+    const Outcome locked = here.bgsim("--version >.version; flock x.csv.partial '" + bgsim_path() + "' decay.json -o " +
+                                      std::string(name));
     CHECK(locked.code == 2);
     CHECK_THAT(locked.err, Contains("another"));
   }
@@ -99,7 +99,7 @@ TEST_CASE("devices, pipes and descriptors are written directly") {
   CHECK(through.out.starts_with("t,q"));
   CHECK(through.out.ends_with("last\n"));
   REQUIRE(::mkfifo((fs::path(here.folder()) / "pipe").c_str(), 0600) == 0);
-  const Outcome pipe = here.bgsim("--version >.version; cat pipe & '" BGSIM_COMMAND "' decay.json -o pipe; wait");
+  const Outcome pipe = here.bgsim("--version >.version; cat pipe & '" + bgsim_path() + "' decay.json -o pipe; wait");
   CHECK(pipe.code == 0);
   CHECK(pipe.out.starts_with("t,q"));
   CHECK(fs::is_fifo(fs::path(here.folder()) / "pipe"));
@@ -109,7 +109,7 @@ TEST_CASE("a limit on the size of files is a message with the system's reason, a
   const Workplace here;
   here.write("x.csv", "old");
   // Messages go through a pipe: they are files too.
-  const Outcome limited = here.bgsim("--version >.version; { (ulimit -f 0; '" BGSIM_COMMAND
+  const Outcome limited = here.bgsim("--version >.version; { (ulimit -f 0; '" + bgsim_path() +
                                      "' decay.json -o x.csv 2>&1; echo code $?) | cat; }");
   CHECK_THAT(limited.out, Contains("cannot write \"x.csv\": File too large"));
   CHECK_THAT(limited.out, Contains("code 2"));

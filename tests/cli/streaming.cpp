@@ -23,7 +23,7 @@ long peak_of(const Workplace& here, const std::string& model) {
   const pid_t child = fork();
   if (child == 0) {
     const std::string file = here.folder() + "/" + model, trace = here.folder() + "/big.csv";
-    execl(BGSIM_COMMAND, "bgsim", file.c_str(), "--quiet", "-o", trace.c_str(), nullptr);
+    execl(bgsim_path().c_str(), "bgsim", file.c_str(), "--quiet", "-o", trace.c_str(), nullptr);
     _exit(127);
   }
   int status = 0;
@@ -80,7 +80,7 @@ TEST_CASE("a closed terminal ends a run in good order, and not one that ignores 
   CHECK_THAT(run.err, Contains("BG606") && Contains("trace up to there: out.csv"));
   // As under nohup. The run is alive after the signal, and ended by another.
   const Outcome ignoring =
-      here.bgsim("--version", "; trap '' HUP; '" BGSIM_COMMAND "' ring.json -o out.csv 2>.err " +
+      here.bgsim("--version", "; trap '' HUP; '" + bgsim_path() + "' ring.json -o out.csv 2>.err " +
                                   when_rows_are_there("kill -HUP $pid; sleep 0.5; kill -0 $pid && echo alive; "
                                                       "kill -TERM $pid"));
   CHECK(ignoring.code == 3);
@@ -108,7 +108,7 @@ TEST_CASE("a full disk ends a run at once, with the reason and the name of what 
   here.write("out.csv", "old");
   here.write("many.json", rows_of(1000000));
   // A limit of file size is a disk that is full for one file.
-  const Outcome run = here.bgsim("--version", "; ulimit -f 16; '" BGSIM_COMMAND "' many.json -o out.csv 2>.err");
+  const Outcome run = here.bgsim("--version", "; ulimit -f 16; '" + bgsim_path() + "' many.json -o out.csv 2>.err");
   CHECK(run.code == 2);
   CHECK_THAT(run.err, Contains("cannot write \"out.csv\": File too large") &&
                           Contains("what was written before is in \"out.csv.partial\""));

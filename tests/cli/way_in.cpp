@@ -70,7 +70,7 @@ printf '%s\n' "${COMPREPLY[@]}"
   REQUIRE(place.bgsim("completion bash", "> completion.bash").code == 0);
   REQUIRE(place.bgsim("new mechanical").code == 0);
   const auto complete = [&](const std::string& words) {
-    return "\n" + place.bgsim("--version", "> .version; bash complete.sh '" BGSIM_COMMAND "' bgsim " + words).out;
+    return "\n" + place.bgsim("--version", "> .version; bash complete.sh '" + bgsim_path() + "' bgsim " + words).out;
   };
   CHECK(complete("equa").find("\nequations\n") != std::string::npos);
   CHECK(complete("mech").find("\nmechanical.json\n") != std::string::npos);

@@ -70,7 +70,7 @@ Outcome with_fault(const Workplace& here, const std::string& fault, const std::s
   std::error_code none;
   fs::remove(fs::path(here.folder()) / ".calls", none);
   return here.shell("ASAN_OPTIONS=\"$ASAN_OPTIONS:verify_asan_link_order=0\" BGSIM_FAULT=" + fault +
-                    " BGSIM_FAULT_LOG=.calls LD_PRELOAD='" BGSIM_FAULTS "' '" BGSIM_COMMAND "' " + arguments);
+                    " BGSIM_FAULT_LOG=.calls LD_PRELOAD='" BGSIM_FAULTS "' '" + bgsim_path() + "' " + arguments);
 }
 
 std::vector<std::string> calls(const Workplace& here) {

@@ -1,11 +1,11 @@
 // The engine against the tableau of the same graph, which knows nothing of causality, over random linear graphs.
 
-#include <Eigen/Dense>
 #include <catch2/catch.hpp>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "graph/junction_rank.hpp"
+#include "support/algebra.hpp"
 #include "support/random_graph.hpp"
+#include "support/rounds.hpp"
 #include "support/run.hpp"
 #include "support/tableau.hpp"
 
@@ -44,7 +44,7 @@ struct EngineMotion {
     if (u.size() > 0) extended.topRightCorner(n, 1) = b * u * time;
     VectorXd x(n + 1);
     x << start, 1.0;
-    x = (extended.exp() * x).eval();
+    x = (exponential(extended) * x).eval();
     return c * x.head(n) + d * u;
   }
 };
@@ -106,7 +106,7 @@ void compare_poles(const EngineMotion& engine, const Motion& motion) {
   const Eigen::VectorXcd theirs = motion.poles();
   REQUIRE(engine.a.rows() == theirs.size());
   if (theirs.size() == 0) return;
-  const Eigen::VectorXcd ours = Eigen::EigenSolver<MatrixXd>(engine.a, false).eigenvalues();
+  const Eigen::VectorXcd ours = eigenvalues(engine.a);
   // The two matrices differ by rounding, some 1e-14; 1e-8 leaves room for pairs of poles that nearly coincide.
   REQUIRE(pole_distance(ours, theirs) <= 1e-8 * std::max(theirs.cwiseAbs().maxCoeff(), 1e-3));
 }
@@ -185,8 +185,16 @@ void compare(const RandomGraph& random, Tally& tally) {
   if (!p.study.causality().ranked.empty()) ++tally.by_rank;
 }
 
-Tally compare_many(std::uint64_t first, std::uint64_t last, const RandomGraphOptions& options) {
+/// Of how many graphs something must be true; small samples vary, so that a share of them must have half as many.
+std::uint64_t at_least(std::uint64_t count) {
+  const std::uint64_t share = share_of(count);
+  return share == count ? count : share / 2;
+}
+
+/// @param count  of graphs, or the share of it that is asked for.
+Tally compare_many(std::uint64_t first, std::uint64_t count, const RandomGraphOptions& options) {
   Tally tally;
+  const std::uint64_t last = first + share_of(count) - 1;
   for (std::uint64_t seed = first; seed <= last; ++seed) {
     const RandomGraph random = random_graph(seed, options);
     INFO("seed " << seed << "\n" << random.json());
@@ -205,9 +213,9 @@ TEST_CASE("Poles and responses of random trees of junctions are those of the tab
   options.most_junctions = 5;
   options.sources = 0.1;
   const Tally tally = compare_many(1, 1000, options);
-  CHECK(tally.compared > 900);
-  CHECK(tally.with_dependent > 400);
-  CHECK(tally.with_loops > 300);
+  CHECK(tally.compared > at_least(900));
+  CHECK(tally.with_dependent > at_least(400));
+  CHECK(tally.with_loops > at_least(300));
   // In a tree strokes say all there is to say.
   CHECK(tally.singular == 0);
   CHECK(tally.declined == 0);
@@ -218,13 +226,13 @@ TEST_CASE("Poles and responses of random graphs with rings are those of the tabl
   options.most_rings = 2;
   options.most_junctions = 5;
   options.sources = 0.08;
-  const Tally tally = compare_many(5001, 6000, options);
-  CHECK(tally.compared > 750);
-  CHECK(tally.with_dependent > 400);
-  CHECK(tally.with_loops > 400);
+  const Tally tally = compare_many(5001, 1000, options);
+  CHECK(tally.compared > at_least(750));
+  CHECK(tally.with_dependent > at_least(400));
+  CHECK(tally.with_loops > at_least(400));
   // Where power runs round a ring and the terms cancel whatever the moduli (two bonds side by side, two gyrators in
   // opposite senses), strokes would choose states that are not free, or a store whose rate seems to depend on itself.
-  CHECK(tally.by_rank > 20);
+  CHECK(tally.by_rank > at_least(20));
   CHECK(tally.declined == 0);
 }
 
@@ -235,10 +243,10 @@ TEST_CASE("Rings of TF and GY whose moduli often cancel are solved, or refused w
   options.sources = 0.1;
   options.two_ports = 0.75;
   options.simple_moduli = true;
-  const Tally tally = compare_many(30001, 30600, options);
-  CHECK(tally.compared > 400);
-  CHECK(tally.by_rank > 50);
-  CHECK(tally.circulating > 10);
+  const Tally tally = compare_many(30001, 600, options);
+  CHECK(tally.compared > at_least(400));
+  CHECK(tally.by_rank > at_least(50));
+  CHECK(tally.circulating > at_least(10));
   CHECK(tally.declined == 0);
 }
 
@@ -247,9 +255,9 @@ TEST_CASE("Graphs full of sources are refused only where the tableau is singular
   options.most_rings = 1;
   options.most_junctions = 4;
   options.sources = 0.5;
-  const Tally tally = compare_many(9001, 9500, options);
-  CHECK(tally.refused > 150);
-  CHECK(tally.compared > 250);
+  const Tally tally = compare_many(9001, 500, options);
+  CHECK(tally.refused > at_least(150));
+  CHECK(tally.compared > at_least(250));
   CHECK(tally.declined == 0);
 }
 
@@ -259,10 +267,10 @@ TEST_CASE("Poles and responses of random graphs with mixed fields are those of t
   options.most_junctions = 5;
   options.sources = 0.1;
   options.mixed_fields = 0.3;
-  const Tally tally = compare_many(40001, 40800, options);
-  CHECK(tally.compared > 600);
-  CHECK(tally.with_dependent > 300);
-  CHECK(tally.with_loops > 200);
+  const Tally tally = compare_many(40001, 800, options);
+  CHECK(tally.compared > at_least(600));
+  CHECK(tally.with_dependent > at_least(300));
+  CHECK(tally.with_loops > at_least(200));
   CHECK(tally.declined == 0);
 }
 

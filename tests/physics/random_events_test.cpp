@@ -9,6 +9,7 @@
 #include <random>
 #include <sstream>
 
+#include "support/rounds.hpp"
 #include "support/run.hpp"
 
 using namespace bgsim;
@@ -232,7 +233,7 @@ Expected integral(const Function& flow, double relative, bool jumps) {
 
 int rounds(int usual) {
   const char* text = std::getenv("BGSIM_RANDOM_ROUNDS");
-  return text != nullptr ? std::max(1, std::atoi(text)) : usual;
+  return text != nullptr ? std::max(1, std::atoi(text)) : static_cast<int>(share_of(static_cast<std::uint64_t>(usual)));
 }
 
 bool says_that_it_is_in_doubt(const RunResult& result) {

@@ -1,7 +1,7 @@
 // Populations, leaks and diodes with random numbers over many decades, against closed forms and bracketed solutions.
 // Some hundred scenes here; BGSIM_RANDOM_ROUNDS=5000 for more (BGSIM_RANDOM_SEED: the first).
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -10,9 +10,9 @@
 #include <iostream>
 #include <map>
 #include <random>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "bgsim/bgsim.hpp"
+#include "support/rounds.hpp"
 
 using namespace bgsim;
 
@@ -256,7 +256,7 @@ struct Tally {
 
 TEST_CASE("Populations, leaks and diodes over many decades follow their closed forms") {
   constexpr std::size_t kSamples = 41;
-  const std::uint64_t rounds = from_environment("BGSIM_RANDOM_ROUNDS", 90),
+  const std::uint64_t rounds = from_environment("BGSIM_RANDOM_ROUNDS", test::share_of(90)),
                       first = from_environment("BGSIM_RANDOM_SEED", 1);
   std::map<std::string, Tally> tallies;
   for (std::uint64_t seed = first; seed < first + rounds; ++seed) {

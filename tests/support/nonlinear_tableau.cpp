@@ -1,9 +1,9 @@
 // The oracle: see nonlinear_graph.hpp.
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "support/algebra.hpp"
 #include "support/nonlinear_graph.hpp"
 
 namespace bgsim::test {
@@ -183,7 +183,7 @@ class Radau {
     MatrixXd jacobian;
     for (int i = 0; i < kIterations; ++i) {
       residual = evaluate(t, h, after_jump, x, y, &jacobian);
-      const VectorXd change = jacobian.partialPivLu().solve(residual);
+      const VectorXd change = quickly_solved(jacobian, residual);
       if (!change.allFinite()) return false;
       double part = 1.0;
       VectorXd next;

@@ -1,6 +1,5 @@
 #include "support/run.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "support/algebra.hpp"
 #include "support/files.hpp"
 
 namespace bgsim::test {
@@ -171,7 +171,7 @@ std::vector<std::complex<double>> poles(const Linearization& linearization) {
   const auto n = static_cast<Eigen::Index>(linearization.states);
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const Eigen::Map<const RowMajor> a(linearization.a.data(), n, n);
-  const Eigen::VectorXcd values = Eigen::MatrixXd(a).eigenvalues();
+  const Eigen::VectorXcd values = eigenvalues(a);
   std::vector<std::complex<double>> sorted(values.data(), values.data() + n);
   std::sort(sorted.begin(), sorted.end(),
             [](const auto& p, const auto& q) { return std::pair(p.real(), p.imag()) < std::pair(q.real(), q.imag()); });

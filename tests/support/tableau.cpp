@@ -1,8 +1,8 @@
 #include "support/tableau.hpp"
 
-#include <Eigen/Dense>
 #include <stdexcept>
-#include <unsupported/Eigen/MatrixFunctions>
+
+#include "support/algebra.hpp"
 
 namespace bgsim::test {
 
@@ -172,45 +172,33 @@ bool pencil_is_singular(const Tableau& t) {
   for (const double s : {0.7310585786, -1.2824271291}) {
     MatrixXd pencil(n + m, n + m);
     pencil << s * MatrixXd::Identity(n, n), -t.rate_y, t.law_x, t.law_y;
-    Eigen::FullPivLU<MatrixXd> lu(pencil);
-    lu.setThreshold(kRank);
-    if (lu.isInvertible()) return false;
+    if (is_invertible(pencil, kRank)) return false;
   }
   return true;
-}
-
-/// Eigen's own solve() takes the address of the first column even where there is none.
-template <class Factors>
-MatrixXd solved(const Factors& factors, const MatrixXd& right) {
-  if (right.cols() == 0) return MatrixXd(factors.cols(), 0);
-  return factors.solve(right);
 }
 
 /// The case of dependent stores: the laws alone do not determine y.
 void constrain(const Tableau& t, Motion& motion) {
   const Index n = t.rate_y.rows(), m = t.law_y.rows();
   // law_y = U S V^T. Where it has no rank, the laws constrain x (left) and leave some of y free (right).
-  const Eigen::JacobiSVD<MatrixXd> svd(t.law_y, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Index rank = 0;
-  while (rank < m && svd.singularValues()(rank) > kRank * svd.singularValues()(0)) ++rank;
-  const MatrixXd u1 = svd.matrixU().leftCols(rank), u2 = svd.matrixU().rightCols(m - rank);
-  const MatrixXd v1 = svd.matrixV().leftCols(rank), v2 = svd.matrixV().rightCols(m - rank);
-  const MatrixXd solve = -v1 * svd.singularValues().head(rank).cwiseInverse().asDiagonal() * u1.transpose();
+  const SingularValues svd = singular_values(t.law_y);
+  const Index rank = svd.rank(kRank);
+  const MatrixXd u1 = svd.u.leftCols(rank), u2 = svd.u.rightCols(m - rank);
+  const MatrixXd v1 = svd.v.leftCols(rank), v2 = svd.v.rightCols(m - rank);
+  const MatrixXd solve = -v1 * svd.values.head(rank).cwiseInverse().asDiagonal() * u1.transpose();
   motion.constraint_x = u2.transpose() * t.law_x;
   motion.constraint_u = u2.transpose() * t.law_u;
   motion.bonds_x = solve * t.law_x;
   motion.bonds_u = solve * t.law_u;
   // The free part of y keeps x on its constraint: 0 = constraint_x x' for constant u.
-  Eigen::FullPivLU<MatrixXd> pull(motion.constraint_x * t.rate_y * v2);
-  pull.setThreshold(kRank);
-  motion.index_two = pull.isInvertible();
+  const MatrixXd pull = motion.constraint_x * t.rate_y * v2;
+  motion.index_two = is_invertible(pull, kRank);
   if (!motion.index_two) return;
   const MatrixXd free_x = -solved(pull, motion.constraint_x * t.rate_y * motion.bonds_x);
   const MatrixXd free_u = -solved(pull, motion.constraint_x * t.rate_y * motion.bonds_u);
   motion.bonds_x += v2 * free_x;
   motion.bonds_u += v2 * free_u;
-  const Eigen::JacobiSVD<MatrixXd> constraint(motion.constraint_x, Eigen::ComputeFullV);
-  motion.basis = constraint.matrixV().rightCols(n - (m - rank));
+  motion.basis = singular_values(motion.constraint_x).v.rightCols(n - (m - rank));
 }
 
 }  // namespace
@@ -226,11 +214,9 @@ Motion motion_of(const Tableau& t) {
   const Index n = t.rate_y.rows();
   motion.index_two = true;
   motion.basis = MatrixXd::Identity(n, n);
-  Eigen::FullPivLU<MatrixXd> laws(t.law_y);
-  laws.setThreshold(kRank);
-  if (laws.isInvertible()) {
-    motion.bonds_x = -solved(laws, t.law_x);
-    motion.bonds_u = -solved(laws, t.law_u);
+  if (is_invertible(t.law_y, kRank)) {
+    motion.bonds_x = -solved(t.law_y, t.law_x);
+    motion.bonds_u = -solved(t.law_y, t.law_u);
     motion.constraint_x = MatrixXd::Zero(0, n);
     motion.constraint_u = MatrixXd::Zero(0, t.law_u.cols());
   } else {
@@ -246,19 +232,14 @@ Motion motion_without_circulation(const Tableau& t) {
   // y = keep z: what neither a law nor a rate contains is left out.
   MatrixXd all(n + m, m);
   all << t.rate_y, t.law_y;
-  const Eigen::JacobiSVD<MatrixXd> columns(all, Eigen::ComputeFullV);
+  const SingularValues columns = singular_values(all);
   MatrixXd laws(m, n + m + inputs);
   laws << t.law_x, t.law_y, t.law_u;
-  const Eigen::JacobiSVD<MatrixXd> rows(laws, Eigen::ComputeFullU);
-  const auto rank = [](const auto& svd) {
-    const auto& s = svd.singularValues();
-    Index count = 0;
-    while (count < s.size() && s(count) > kRank * s(0)) ++count;
-    return count;
-  };
-  if (m == 0 || rank(columns) != rank(rows)) return {};  // not one law too many for each variable too many
-  const MatrixXd keep = columns.matrixV().leftCols(rank(columns));
-  const MatrixXd combine = rows.matrixU().leftCols(rank(rows)).transpose();
+  const SingularValues rows = singular_values(laws);
+  const Index rank = columns.rank(kRank);
+  if (m == 0 || rank != rows.rank(kRank)) return {};  // not one law too many for each variable too many
+  const MatrixXd keep = columns.v.leftCols(rank);
+  const MatrixXd combine = rows.u.leftCols(rank).transpose();
   Tableau less = t;
   less.rate_y = t.rate_y * keep;
   less.law_x = combine * t.law_x;
@@ -274,7 +255,7 @@ Motion motion_without_circulation(const Tableau& t) {
 Eigen::VectorXcd Motion::poles() const {
   const MatrixXd within = basis.transpose() * rate_x * basis;
   if (within.rows() == 0) return {};
-  return Eigen::EigenSolver<MatrixXd>(within, false).eigenvalues();
+  return eigenvalues(within);
 }
 
 Eigen::VectorXd Motion::at(double time, const Eigen::VectorXd& start, const Eigen::VectorXd& u) const {
@@ -286,7 +267,7 @@ Eigen::VectorXd Motion::at(double time, const Eigen::VectorXd& start, const Eige
   if (u.size() > 0) matrix.topRightCorner(n, 1) = rate_u * u * time;
   Eigen::VectorXd extended(n + 1);
   extended << start, 1.0;
-  return (matrix.exp() * extended).head(n);
+  return (exponential(matrix) * extended).head(n);
 }
 
 }  // namespace bgsim::test

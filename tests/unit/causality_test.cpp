@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "support/random_graph.hpp"
+#include "support/rounds.hpp"
 #include "support/sketch.hpp"
 
 using namespace bgsim;
@@ -225,8 +226,9 @@ TEST_CASE("Over thousands of random graphs every rule is kept, and causes come b
   options.most_junctions = 12;
   options.most_rings = 4;
   options.sources = 0.08;
+  const std::uint64_t rounds = share_of(3000);
   std::size_t accepted = 0, by_rules = 0;
-  for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
+  for (std::uint64_t seed = 1; seed <= rounds; ++seed) {
     const Model model = read_model_text("random.json", random_graph(seed, options).json());
     const BondGraph graph = [&] {
       try {
@@ -254,8 +256,8 @@ TEST_CASE("Over thousands of random graphs every rule is kept, and causes come b
     for (const Port& port : graph.ports) stores += is_store(graph.kinds[port.element.index()]) ? 1U : 0U;
     REQUIRE(causal.integral.size() + causal.dependent.size() == stores);
   }
-  CHECK(accepted > 1500);
-  CHECK(by_rules > 1500);
+  CHECK(accepted > rounds / 2);
+  CHECK(by_rules > rounds / 2);
 }
 
 TEST_CASE("A graph is refused only if no strokes keep all rules") {
@@ -264,8 +266,9 @@ TEST_CASE("A graph is refused only if no strokes keep all rules") {
   options.most_at_junction = 2;
   options.most_rings = 2;
   options.sources = 0.5;
+  const std::uint64_t rounds = share_of(1500);
   std::size_t refused = 0, accepted = 0;
-  for (std::uint64_t seed = 1; seed <= 1500; ++seed) {
+  for (std::uint64_t seed = 1; seed <= rounds; ++seed) {
     const RandomGraph random = random_graph(seed, options);
     if (random.bonds.empty() || random.bonds.size() > 9) continue;
     const Model model = read_model_text("random.json", random.json());
@@ -281,8 +284,8 @@ TEST_CASE("A graph is refused only if no strokes keep all rules") {
       if (error.diagnostics.front().code != "BG411") REQUIRE_FALSE(some_assignment_exists(model, graph));
     }
   }
-  CHECK(refused > 100);
-  CHECK(accepted > 100);
+  CHECK(refused > rounds / 15);
+  CHECK(accepted > rounds / 15);
 }
 
 TEST_CASE("Permuting elements and bonds changes neither the numbers of states and choices nor a forced stroke") {
@@ -290,8 +293,9 @@ TEST_CASE("Permuting elements and bonds changes neither the numbers of states an
   options.most_junctions = 8;
   options.sources = 0.1;
   options.most_rings = 0;  // in a tree of junctions what a choice forces does not depend on the order of choices
+  const std::uint64_t rounds = share_of(400);
   std::size_t compared = 0;
-  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+  for (std::uint64_t seed = 1; seed <= rounds; ++seed) {
     const RandomGraph random = random_graph(seed, options);
     if (!problems_of(random.json()).empty()) {
       CHECK_FALSE(problems_of(shuffled(random, seed).json()).empty());
@@ -316,7 +320,7 @@ TEST_CASE("Permuting elements and bonds changes neither the numbers of states an
         }
     }
   }
-  CHECK(compared > 50);
+  CHECK(compared > rounds / 8);
 }
 
 TEST_CASE("A ladder of a hundred thousand elements is assigned without recursion") {

@@ -7,6 +7,7 @@
 #include "support/font.hpp"
 #include "support/random_graph.hpp"
 #include "support/reading.hpp"
+#include "support/rounds.hpp"
 #include "support/run.hpp"
 #include "support/sketch.hpp"
 
@@ -55,9 +56,9 @@ TEST_CASE("in the drawings of all models no text, letter or stroke covers anothe
 TEST_CASE("in drawings of random graphs no text covers another, and hardly a stroke touches a bond") {
   // What remains are strokes where two bonds join the same neighbours and a third goes round one of them: a graph in
   // a hundred.
-  constexpr std::size_t kGraphs = 120;
+  const std::size_t graphs = test::share_of(120);
   std::size_t with_strokes = 0;
-  for (std::size_t seed = 0; seed < kGraphs; ++seed) {
+  for (std::size_t seed = 0; seed < graphs; ++seed) {
     INFO("seed " << seed);
     std::vector<std::string> found = test::collisions_in(test::drawn_by_dot(test::random_graph(seed).json()));
     with_strokes += std::erase_if(found, about_strokes) > 0 ? 1U : 0U;

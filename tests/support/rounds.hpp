@@ -1,0 +1,19 @@
+/// How many random models a test tries.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+
+namespace bgsim::test {
+
+/// @p usual, or the part of it that BGSIM_RANDOM_SHARE says: under the sanitizers a tenth and at least five, since the
+/// release tries all (docs/design/build.md).
+inline std::uint64_t share_of(std::uint64_t usual) {
+  const char* text = std::getenv("BGSIM_RANDOM_SHARE");
+  if (text == nullptr) return usual;
+  return std::max<std::uint64_t>(std::min<std::uint64_t>(usual, 5),
+                                 static_cast<std::uint64_t>(static_cast<double>(usual) * std::strtod(text, nullptr)));
+}
+
+}  // namespace bgsim::test
