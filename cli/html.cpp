@@ -29,6 +29,30 @@ std::string html_table(const std::vector<std::string>& header, const std::vector
   return scrolling(xml_element("table", table)) + "\n";
 }
 
+std::string html_section(const std::string& id, std::string_view title, std::string_view inside) {
+  return xml_element("section", {{"id", id}}, xml_text_element("h2", title) + "\n" + std::string(inside)) + "\n";
+}
+
+std::string folded(std::string_view summary, std::string_view inside, bool open) {
+  const XmlAttributes attributes = open ? XmlAttributes{{"open", ""}} : XmlAttributes{};
+  return xml_element("details", attributes, xml_element("summary", summary) + "\n" + std::string(inside)) + "\n";
+}
+
+std::string paragraph(std::string_view inside) { return xml_element("p", inside) + "\n"; }
+
+std::string note_paragraph(std::string_view inside) { return xml_element("p", {{"class", "note"}}, inside) + "\n"; }
+
+std::string preformatted(std::string_view text, std::string_view css_class) {
+  XmlAttributes attributes;
+  if (!css_class.empty()) attributes.emplace_back("class", css_class);
+  attributes.emplace_back("tabindex", "0");
+  return xml_element("pre", attributes, xml_text(text)) + "\n";
+}
+
+std::string badge(bool good, std::string_view text) {
+  return xml_element("span", {{"class", good ? "badge good" : "badge bad"}}, xml_text(text));
+}
+
 std::string scrolling(std::string_view inside) {
   return xml_element("div", {{"class", "scroll"}, {"tabindex", "0"}}, inside);
 }

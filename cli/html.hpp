@@ -15,6 +15,22 @@ namespace bgsim::cli {
 std::string html_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,
                        const std::vector<std::size_t>& numeric = {});
 
+/// A section of a page with its title; @p inside is HTML.
+std::string html_section(const std::string& id, std::string_view title, std::string_view inside);
+
+/// A part that can be folded away.
+/// @param summary,inside  HTML.
+std::string folded(std::string_view summary, std::string_view inside, bool open = false);
+
+/// A paragraph, and one that is a note; @p inside is HTML.
+std::string paragraph(std::string_view inside);
+std::string note_paragraph(std::string_view inside);
+
+/// Lines as they stand, which scroll by themselves.
+std::string preformatted(std::string_view text, std::string_view css_class = {});
+
+std::string badge(bool good, std::string_view text);
+
 /// What is wider than the page scrolls by itself.
 std::string scrolling(std::string_view inside);
 

@@ -10,6 +10,7 @@
 #include "bgsim/xml.hpp"
 #include "command.hpp"
 #include "gnuplot.hpp"
+#include "html.hpp"
 
 namespace bgsim::cli {
 
@@ -101,10 +102,10 @@ std::string script(const Trade& trade, std::optional<std::size_t> picked) {
   return text.str();
 }
 
-void html_row(std::ostringstream& page, const TradeRow& row) {
-  const auto cell = [&](const std::string& text) { page << xml_text_element("td", text); };
+std::string html_row(const TradeRow& row) {
+  std::string cells;
+  const auto cell = [&](const std::string& text) { cells += xml_text_element("td", text); };
   const bool known = !row.errors.empty();
-  page << (row.pareto ? "<tr class=\"front\">" : row.verdict == TradeVerdict::stable ? "<tr>" : "<tr class=\"bad\">");
   cell(setting_flags(row.setting));
   cell(known ? number_text(row.max_error, 3) : "");
   cell(known ? number_text(row.rms_error, 3) : "");
@@ -113,7 +114,12 @@ void html_row(std::ostringstream& page, const TradeRow& row) {
     cell(std::to_string(count));
   cell(row.energy_residual ? number_text(*row.energy_residual, 3) : "");
   cell(std::string(verdict_text(row.verdict)) + (row.why.empty() ? "" : ": " + row.why));
-  page << "</tr>\n";
+  XmlAttributes attributes;
+  if (row.pareto)
+    attributes = {{"class", "front"}};
+  else if (row.verdict != TradeVerdict::stable)
+    attributes = {{"class", "bad"}};
+  return xml_element("tr", attributes, cells) + "\n";
 }
 
 }  // namespace
@@ -123,29 +129,34 @@ std::string trade_svg(const Trade& trade, std::optional<std::size_t> picked) {
 }
 
 std::string trade_html(const Trade& trade, const std::string& svg) {
-  std::ostringstream page;
-  const std::string title = xml_text(trade.model + ", scene " + trade.scene);
-  page << "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>bgsim trade: " << title
-       << "</title>\n<style>body{font-family:sans-serif;max-width:75em;margin:2em auto;padding:0 1em}"
-          "svg{width:100%;height:auto}table{border-collapse:collapse;font-size:85%}"
-          "td,th{padding:.2em .6em;border-bottom:1px solid #ddd;text-align:right}"
-          "td:first-child,th:first-child,td:last-child,th:last-child{text-align:left}"
-          ".front{font-weight:bold}.bad{color:#888}</style></head>\n<body><h1>"
-       << title << "</h1>\n";
-  page << (svg.empty() ? svg : svg.substr(svg.find("<svg"))) << "\n<p>Errors are relative to each output's range, the "
-       << "largest over outputs and output times. Reference: <code>" << setting_flags(trade.reference.setting)
-       << "</code>; its own error, by <code>" << setting_flags(trade.reference.second)
-       << "</code>: " << number_text(trade.reference.error, 3)
-       << ". Processor time: median of repeated runs without audit. Bold: on the Pareto front.</p>\n";
+  const std::string title = trade.model + ", scene " + trade.scene;
+  const char* const style =
+      "body{font-family:sans-serif;max-width:75em;margin:2em auto;padding:0 1em}"
+      "svg{width:100%;height:auto}table{border-collapse:collapse;font-size:85%}"
+      "td,th{padding:.2em .6em;border-bottom:1px solid #ddd;text-align:right}"
+      "td:first-child,th:first-child,td:last-child,th:last-child{text-align:left}"
+      ".front{font-weight:bold}.bad{color:#888}";
+  const auto code = [](const TradeSetting& setting) { return xml_text_element("code", setting_flags(setting)); };
+  std::string body = xml_text_element("h1", title) + "\n" + (svg.empty() ? svg : svg.substr(svg.find("<svg"))) + "\n";
+  body +=
+      paragraph("Errors are relative to each output's range, the largest over outputs and output times. Reference: " +
+                code(trade.reference.setting) + "; its own error, by " + code(trade.reference.second) + ": " +
+                number_text(trade.reference.error, 3) +
+                ". Processor time: median of repeated runs without audit. Bold: on the Pareto front.");
   for (const TradeOutput& output : trade.outputs)
-    if (!output.judged())
-      page << "<p>" << xml_text(output.name) << " is not judged: " << xml_text(output.why_not) << ".</p>\n";
-  for (const std::string& note : trade.notes) page << "<p>" << xml_text(note) << ".</p>\n";
-  page << "<table><tr><th>setting</th><th>max error</th><th>RMS error</th><th>time in s</th><th>steps</th>"
-          "<th>rates</th><th>Jacobians</th><th>factorizations</th><th>energy residual</th><th>stable</th></tr>\n";
-  for (const TradeRow& row : trade.rows) html_row(page, row);
-  page << "</table></body></html>\n";
-  return page.str();
+    if (!output.judged()) body += paragraph(xml_text(output.name + " is not judged: " + output.why_not + "."));
+  for (const std::string& note : trade.notes) body += paragraph(xml_text(note + "."));
+  std::string titles;
+  for (const char* const name : {"setting", "max error", "RMS error", "time in s", "steps", "rates", "Jacobians",
+                                 "factorizations", "energy residual", "stable"})
+    titles += xml_text_element("th", name);
+  std::string rows = xml_element("tr", titles) + "\n";
+  for (const TradeRow& row : trade.rows) rows += html_row(row);
+  body += xml_element("table", rows) + "\n";
+  const std::string head = xml_empty("meta", {{"charset", "utf-8"}}) +
+                           xml_text_element("title", "bgsim trade: " + title) + "\n" + xml_element("style", style);
+  return "<!DOCTYPE html>\n" +
+         xml_element("html", {{"lang", "en"}}, xml_element("head", head) + "\n" + xml_element("body", body)) + "\n";
 }
 
 }  // namespace bgsim::cli

@@ -130,17 +130,14 @@ Json page_data(const ReportContent& content) {
 }
 
 std::string outcome(const ReportedScene& scene) {
-  const auto badge = [](const char* kind, const std::string& text) {
-    return std::string("<span class=\"badge ") + kind + "\">" + xml_text(text) + "</span>";
-  };
   const std::string reached = " at t = " + short_number(scene.result.report.reached, 6);
   switch (scene.result.stop) {
     case StopReason::completed:
-      return badge("good", "completed");
+      return badge(true, "completed");
     case StopReason::interrupted:
-      return badge("bad", "interrupted" + reached);
+      return badge(false, "interrupted" + reached);
     case StopReason::failed:
-      return badge("bad", "failed" + reached);
+      return badge(false, "failed" + reached);
   }
   return {};
 }
@@ -150,8 +147,7 @@ std::string reference_verdict(const ReportedScene& scene) {
   if (!scene.check) return "not compared: the run ended early";
   const auto& columns = scene.check->columns;
   const auto held = std::count_if(columns.begin(), columns.end(), [](const ColumnCheck& c) { return c.ok(); });
-  const std::string text = std::to_string(held) + " of " + std::to_string(columns.size()) + " held";
-  return std::string("<span class=\"badge ") + (scene.check->ok() ? "good" : "bad") + "\">" + text + "</span>";
+  return badge(scene.check->ok(), std::to_string(held) + " of " + std::to_string(columns.size()) + " held");
 }
 
 std::string energy_verdict(const EnergyAudit& audit) {
@@ -160,37 +156,40 @@ std::string energy_verdict(const EnergyAudit& audit) {
 
 std::string summary_section(const ReportContent& content) {
   const Model& model = content.study.model();
-  std::string text = "<section id=\"summary\"><h2>Summary</h2>\n";
   std::vector<Cells> rows;
   for (const ReportedScene& scene : content.scenes) {
     std::string name = xml_text(scene.inputs.scene);
-    if (!scene.about.empty()) name += "<br><small>" + xml_text(scene.about) + "</small>";
+    if (!scene.about.empty()) name += xml_empty("br", {}) + xml_text_element("small", scene.about);
     rows.push_back({name, outcome(scene),
                     short_number(scene.inputs.start, 6) + " to " + short_number(scene.inputs.stop, 6),
                     reference_verdict(scene), energy_verdict(scene.result.report.energy)});
   }
-  text += html_table({"Scene", "Run", "Time", "Reference", "Energy residual, relative"}, rows);
+  std::string text = html_table({"Scene", "Run", "Time", "Reference", "Energy residual, relative"}, rows);
   for (const ReportedScene& scene : content.scenes)
     if (scene.result.failure)
-      text += "<div class=\"failure\"><p>Scene <b>" + xml_text(scene.inputs.scene) +
-              "</b> did not complete. The curves end at t = " + short_number(scene.result.report.reached, 6) +
-              ".</p><pre tabindex=\"0\">" + xml_text(render(*scene.result.failure, *model.sources)) + "</pre></div>\n";
+      text += xml_element(
+          "div", {{"class", "failure"}},
+          paragraph("Scene " + xml_text_element("b", scene.inputs.scene) +
+                    " did not complete. The curves end at t = " + short_number(scene.result.report.reached, 6) + ".") +
+              preformatted(render(*scene.result.failure, *model.sources)));
   std::vector<Diagnostic> warnings = model.warnings;
   for (const auto* const more : {&content.study.causality().warnings, &content.study.equations().warnings})
     warnings.insert(warnings.end(), more->begin(), more->end());
   for (const ReportedScene& scene : content.scenes)
     warnings.insert(warnings.end(), scene.inputs.warnings.begin(), scene.inputs.warnings.end());
-  for (const Diagnostic& warning : warnings)
-    text += "<pre class=\"warning\" tabindex=\"0\">" + xml_text(render(warning, *model.sources)) + "</pre>\n";
-  return text + "</section>\n";
+  for (const Diagnostic& warning : warnings) text += preformatted(render(warning, *model.sources), "warning");
+  return html_section("summary", "Summary", text);
 }
 
 std::string drawing_section(const ReportContent& content) {
-  std::string text = "<section id=\"drawing\"><span class=\"files\"></span><h2>Bond graph</h2>\n";
-  if (!content.svg) return text + "<p class=\"note\">" + xml_text(content.why_no_drawing) + "</p>\n</section>\n";
+  // The script puts the links to files there.
+  const std::string files = xml_element("span", {{"class", "files"}}, "");
   // Text before the element (XML declaration, document type) belongs to a file, not into a page.
-  return text + "<div class=\"drawing\" tabindex=\"0\">" + content.svg->substr(content.svg->find("<svg")) +
-         "</div>\n</section>\n";
+  const std::string drawing = content.svg ? xml_element("div", {{"class", "drawing"}, {"tabindex", "0"}},
+                                                        content.svg->substr(content.svg->find("<svg")))
+                                          : note_paragraph(xml_text(content.why_no_drawing));
+  return xml_element("section", {{"id", "drawing"}}, files + xml_text_element("h2", "Bond graph") + "\n" + drawing) +
+         "\n";
 }
 
 /// Least and greatest value of each output, and its difference from the reference: what a plot shows, in numbers.
@@ -213,7 +212,7 @@ std::string output_table(const ReportContent& content) {
         for (const ColumnCheck& column : scene.check->columns)
           if (column.output == trace.names[i]) {
             row[5] = short_number(column.error, 3) + " of " + short_number(column.limit, 3);
-            row[6] = column.ok() ? "held" : "<b>missed</b> at t = " + short_number(column.time, 6);
+            row[6] = column.ok() ? "held" : xml_text_element("b", "missed") + " at t = " + short_number(column.time, 6);
           }
       rows.push_back(std::move(row));
     }
@@ -221,31 +220,37 @@ std::string output_table(const ReportContent& content) {
   return html_table({"Output", "Scene", "Unit", "Least", "Greatest", "Error of limit", "Reference"}, rows, {3, 4, 5});
 }
 
+/// An empty place that the script fills.
+std::string place(const char* id, const char* css_class) {
+  return xml_element("div", {{"id", id}, {"class", css_class}}, "") + "\n";
+}
+
 std::string outputs_section(const ReportContent& content) {
-  std::string text =
-      "<section id=\"outputs\"><h2>Outputs</h2>\n<div id=\"toolbar\" role=\"toolbar\" "
-      "aria-label=\"All plots\"></div>\n<div id=\"plots\" class=\"plots\"></div>\n"
-      "<noscript><p class=\"note\">The plots need JavaScript, which is off here.</p></noscript>\n";
+  std::string text = xml_element("div", {{"id", "toolbar"}, {"role", "toolbar"}, {"aria-label", "All plots"}}, "") +
+                     place("plots", "plots") +
+                     xml_element("noscript", note_paragraph("The plots need JavaScript, which is off here.")) + "\n";
   std::size_t longest = 0;
   for (const ReportedScene& scene : content.scenes) longest = std::max(longest, scene.result.trace.times.size());
   if (longest > content.points)
-    text += "<p class=\"note\">Of " + std::to_string(longest) + " samples a curve, up to " +
-            std::to_string(content.points) +
-            " are drawn: first, last, least and greatest of each stretch, so no "
-            "extreme is lost. The trace has them all; --points keeps more here.</p>\n";
+    text +=
+        note_paragraph("Of " + std::to_string(longest) + " samples a curve, up to " + std::to_string(content.points) +
+                       " are drawn: first, last, least and greatest of each stretch, so no extreme is lost. The "
+                       "trace has them all; --points keeps more here.");
   // One output over another: the script fills it in and shows it.
   text +=
-      "<div id=\"phase\" hidden><details><summary>One output over another (phase plot)</summary>\n"
-      "<div class=\"phase-bar\"></div><div id=\"phase-plot\"></div></details></div>\n";
-  return text + "<details open><summary>Ranges and references in numbers</summary>\n" + output_table(content) +
-         "</details>\n</section>\n";
+      xml_element("div", {{"id", "phase"}, {"hidden", ""}},
+                  folded("One output over another (phase plot)", xml_element("div", {{"class", "phase-bar"}}, "") +
+                                                                     xml_element("div", {{"id", "phase-plot"}}, ""))) +
+      "\n";
+  return html_section("outputs", "Outputs",
+                      text + folded("Ranges and references in numbers", output_table(content), true));
 }
 
 std::string energy_section(const ReportContent& content) {
-  std::string text =
-      "<section id=\"energy\"><h2>Energy audit</h2>\n<p>The energy supplied by the sources is the increase of "
-      "stored energy, the energy taken by the resistors, and a residual, which is an error of the "
-      "run. Energies are in the model's own units: joules if it is written in SI units.</p>\n";
+  std::string text = paragraph(
+      "The energy supplied by the sources is the increase of stored energy, the energy taken by the resistors, and a "
+      "residual, which is an error of the run. Energies are in the model's own units: joules if it is written in SI "
+      "units.");
   std::vector<Cells> rows;
   for (const ReportedScene& scene : content.scenes) {
     const EnergyAudit& audit = scene.result.report.energy;
@@ -264,61 +269,74 @@ std::string energy_section(const ReportContent& content) {
   for (const ReportedScene& scene : content.scenes) {
     const EnergyAudit& audit = scene.result.report.energy;
     if (audit.done && audit.least_dissipation < 0.0)
-      text += "<p class=\"note\">Scene " + xml_text(scene.inputs.scene) + ": the resistor <code>" +
-              xml_text(audit.least_dissipation_element) + "</code> is active; it gave off up to " +
-              short_number(-audit.least_dissipation, 4) + ".</p>\n";
+      text += note_paragraph("Scene " + xml_text(scene.inputs.scene) + ": the resistor " +
+                             xml_text_element("code", audit.least_dissipation_element) +
+                             " is active; it gave off up to " + short_number(-audit.least_dissipation, 4) + ".");
   }
-  return text + "<div id=\"energies\" class=\"plots\"></div>\n</section>\n";
+  return html_section("energy", "Energy audit", text + place("energies", "plots"));
 }
 
 std::string head(const ReportContent& content) {
-  std::string text =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      // The page asks nobody for anything, and the browser sees to it.
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; "
-      "style-src 'unsafe-inline'; img-src data:\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
-      xml_text(content.study.model().name) + " - bgsim report</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>";
-  text.append(raw_text(kUplotStyle, "style")).append("\n").append(raw_text(kPageStyle, "style"));
+  const auto meta = [](const char* name, const char* value) {
+    return xml_empty("meta", {{"name", name}, {"content", value}}) + "\n";
+  };
+  std::string style(raw_text(kUplotStyle, "style"));
+  style.append("\n").append(raw_text(kPageStyle, "style"));
   // Before anything is drawn: light or dark, and canvases fine enough for paper (uPlot asks for the ratio).
-  return text + "</style>\n<script>\n" +
-         "document.documentElement.dataset.theme = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : "
-         "'light';\n"
-         "Object.defineProperty(window, 'devicePixelRatio', { value: Math.max(2, window.devicePixelRatio) });\n" +
-         "</script>\n</head>\n";
+  const char* const script =
+      "document.documentElement.dataset.theme = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : "
+      "'light';\n"
+      "Object.defineProperty(window, 'devicePixelRatio', { value: Math.max(2, window.devicePixelRatio) });\n";
+  // The page asks nobody for anything, and the browser sees to it.
+  const char* const policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
+  return xml_element("head", xml_empty("meta", {{"charset", "utf-8"}}) + "\n" +
+                                 xml_empty("meta", {{"http-equiv", "Content-Security-Policy"}, {"content", policy}}) +
+                                 "\n" + meta("viewport", "width=device-width, initial-scale=1") +
+                                 meta("color-scheme", "light dark") +
+                                 xml_text_element("title", content.study.model().name + " - bgsim report") + "\n" +
+                                 xml_empty("link", {{"rel", "icon"}, {"href", "data:,"}}) + "\n" +
+                                 xml_element("style", style) + "\n" + xml_element("script", script)) +
+         "\n";
 }
 
-std::string body_begin(const ReportContent& content) {
-  const Model& model = content.study.model();
-  std::string text =
-      "<body>\n<a class=\"skip\" href=\"#main\">To the content</a>\n<header><h1>" + xml_text(model.name) + "</h1>\n";
-  if (!model.about.empty()) text += xml_text_element("p", model.about) + "\n";
-  text += "</header>\n<nav aria-label=\"Sections\"><div>";
+std::string header(const Model& model) {
+  std::string text = xml_text_element("h1", model.name);
+  if (!model.about.empty()) text += xml_text_element("p", model.about);
+  return xml_element("header", text) + "\n";
+}
+
+std::string navigation(const Model& model) {
+  std::string links;
   for (const Section& section : kSections)
     if (!model.parameters.empty() || section.id != std::string_view("parameters"))
-      text += std::string("<a href=\"#") + section.id + "\">" + section.title + "</a>";
-  return text + "</div><button type=\"button\" id=\"theme\" hidden>Theme</button></nav>\n<main id=\"main\">\n";
+      links += xml_element("a", {{"href", std::string("#") + section.id}}, section.title);
+  const std::string theme = xml_element("button", {{"type", "button"}, {"id", "theme"}, {"hidden", ""}}, "Theme");
+  return xml_element("nav", {{"aria-label", "Sections"}}, xml_element("div", links) + theme) + "\n";
 }
 
 std::string scripts(const ReportContent& content) {
-  std::string text = "<script type=\"application/json\" id=\"data\">" + script_json(page_data(content)) + "</script>\n";
-  text.append("<script>/*\n").append(kUplotLicense).append("*/\n");
-  text.append(raw_text(kUplotScript, "script")).append("</script>\n<script>");
-  text.append(raw_text(kPageScript, "script")).append("</script>\n");
-  return text;
+  const std::string license = "/*\n" + std::string(kUplotLicense) + "*/\n";
+  return xml_element("script", {{"type", "application/json"}, {"id", "data"}}, script_json(page_data(content))) + "\n" +
+         xml_element("script", license + std::string(raw_text(kUplotScript, "script"))) + "\n" +
+         xml_element("script", raw_text(kPageScript, "script")) + "\n";
 }
 
 }  // namespace
 
 std::string report_page(const ReportContent& content) {
-  std::string page = head(content) + body_begin(content);
-  page += summary_section(content) + drawing_section(content) + outputs_section(content) + energy_section(content);
-  page += causality_section(content) + parameters_section(content) + equations_section(content);
-  page += activity_section(content) + statistics_section(content) + reproduction_section(content);
-  page += "</main>\n<footer>Made by bgsim " + xml_text(content.version) + ", " + xml_text(content.date) +
-          ". Plots by uPlot.</footer>\n";
-  return page + scripts(content) + "</body>\n</html>\n";
+  const Model& model = content.study.model();
+  const std::string sections = summary_section(content) + drawing_section(content) + outputs_section(content) +
+                               energy_section(content) + causality_section(content) + parameters_section(content) +
+                               equations_section(content) + activity_section(content) + statistics_section(content) +
+                               reproduction_section(content);
+  const std::string body =
+      xml_element("a", {{"class", "skip"}, {"href", "#main"}}, "To the content") + "\n" + header(model) +
+      navigation(model) + xml_element("main", {{"id", "main"}}, "\n" + sections) + "\n" +
+      xml_element("footer",
+                  "Made by bgsim " + xml_text(content.version) + ", " + xml_text(content.date) + ". Plots by uPlot.") +
+      "\n" + scripts(content);
+  return "<!DOCTYPE html>\n" +
+         xml_element("html", {{"lang", "en"}}, head(content) + xml_element("body", "\n" + body) + "\n") + "\n";
 }
 
 }  // namespace bgsim::cli

@@ -15,16 +15,7 @@ namespace {
 
 using Cells = std::vector<std::string>;
 
-std::string heading(const std::string& id, const std::string& title) {
-  return "<section id=\"" + id + "\"><h2>" + xml_text(title) + "</h2>\n";
-}
-constexpr const char* kEnd = "</section>\n";
-
-/// A part that can be folded away.
-std::string folded(const std::string& title, const std::string& inside, bool open) {
-  return std::string("<details") + (open ? " open" : "") + "><summary>" + xml_text(title) + "</summary>\n" + inside +
-         "</details>\n";
-}
+std::string code(std::string_view text) { return xml_text_element("code", text); }
 
 /// A separate text begins with a capital.
 std::string capital(std::string text) {
@@ -60,7 +51,8 @@ std::string by_scene(const ReportContent& content, const std::vector<std::string
   if (distinct.size() == 1) return xml_text(texts.front());
   std::string cell;
   for (const auto& [text, scenes] : distinct)
-    cell += "<span class=\"of-scene\">" + xml_text(text) + " <small>in " + xml_text(scenes) + "</small></span>";
+    cell +=
+        xml_element("span", {{"class", "of-scene"}}, xml_text(text) + " " + xml_text_element("small", "in " + scenes));
   return cell;
 }
 
@@ -82,26 +74,28 @@ std::string short_number(double value, int digits) {
 std::string causality_section(const ReportContent& content) {
   const Study& study = content.study;
   const Model& model = study.model();
-  std::string text = heading("causality", "Causality");
+  std::string text;
   for (const Finding& finding : causal_findings(model, study.graph(), study.causality())) {
     if (finding.rows.empty()) {
-      text += xml_text_element("p", capital(finding.heading)) + "\n";
+      text += paragraph(xml_text(capital(finding.heading)));
       continue;
     }
-    std::string table = "<div class=\"scroll\" tabindex=\"0\"><table class=\"plain\"><tbody>\n";
+    std::string rows;
     for (const auto& [left, right] : finding.rows)
-      table += "<tr><td><code>" + xml_text(left) + "</code></td><td>" + xml_text(right) + "</td></tr>\n";
-    table += "</tbody></table></div>\n";
+      rows += xml_element("tr", xml_element("td", code(left)) + xml_text_element("td", right)) + "\n";
+    std::string table = scrolling(xml_element("table", {{"class", "plain"}}, xml_element("tbody", rows))) + "\n";
     if (finding.more > 0)
-      table += "<p>... and " + std::to_string(finding.more) + " more: <code>bgsim show --stage causality " +
-               xml_text(content.file) + "</code></p>\n";
-    text += folded(capital(finding.heading) + " (" + std::to_string(finding.rows.size() + finding.more) + ")", table,
+      table += paragraph("... and " + std::to_string(finding.more) +
+                         " more: " + code("bgsim show --stage causality " + content.file));
+    const std::size_t count = finding.rows.size() + finding.more;
+    text += folded(xml_text(capital(finding.heading) + " (" + std::to_string(count) + ")"), table,
                    finding.heading.rfind("strokes", 0) != 0);
   }
   const std::vector<std::string> loops = lines_of(describe_loops(model, study.equations(), study.order()));
-  text += xml_text_element("p", capital(loops.front())) + "\n";
-  for (std::size_t i = 1; i < loops.size(); ++i) text += "<p class=\"indented\">" + xml_text(loops[i]) + "</p>\n";
-  return text + kEnd;
+  text += paragraph(xml_text(capital(loops.front())));
+  for (std::size_t i = 1; i < loops.size(); ++i)
+    text += xml_element("p", {{"class", "indented"}}, xml_text(loops[i])) + "\n";
+  return html_section("causality", "Causality", text);
 }
 
 std::string parameters_section(const ReportContent& content) {
@@ -109,51 +103,54 @@ std::string parameters_section(const ReportContent& content) {
   if (model.parameters.empty()) return {};
   const auto name = [&](SymbolId symbol) { return symbol_name(model, symbol); };
   std::vector<Cells> rows;
-  std::map<std::string, std::vector<Cells>> folded;  // by submodel at the top
+  std::map<std::string, std::vector<Cells>> by_submodel;  // at the top
   for (std::size_t i = 0; i < model.parameters.size(); ++i) {
     const Parameter& parameter = model.parameters[i];
     std::vector<std::string> values;
     for (const ReportedScene& scene : content.scenes) values.push_back(short_number(scene.inputs.parameters[i], 10));
     std::string value = by_scene(content, values);
     if (!model.pool.is_constant(parameter.value))
-      value += " <small>= <code>" + xml_text(readable_text(model.pool, parameter.value, name)) + "</code></small>";
+      value += " " + xml_element("small", "= " + code(readable_text(model.pool, parameter.value, name)));
     const std::size_t dot = parameter.name.find('.');
-    auto& place = dot == std::string::npos ? rows : folded[parameter.name.substr(0, dot)];
-    place.push_back({xml_text_element("code", parameter.name), value, xml_text(parameter.unit),
-                     xml_text(parameter.about), xml_text_element("code", file_and_line(model, parameter.place))});
+    auto& place = dot == std::string::npos ? rows : by_submodel[parameter.name.substr(0, dot)];
+    place.push_back({code(parameter.name), value, xml_text(parameter.unit), xml_text(parameter.about),
+                     code(file_and_line(model, parameter.place))});
   }
-  std::string text = heading("parameters", "Parameters");
-  if (!model.source.empty()) text += "<p>Source: " + xml_text(model.source) + "</p>\n";
+  std::string text;
+  if (!model.source.empty()) text += paragraph("Source: " + xml_text(model.source));
   const std::vector<std::string> titles{"Name", "Value", "Unit", "Meaning", "Given in"};
   if (!rows.empty()) text += html_table(titles, rows);
-  for (const auto& [submodel, inside] : folded)
-    text += "<details><summary>Submodel <code>" + xml_text(submodel) + "</code>: " + std::to_string(inside.size()) +
-            (inside.size() == 1 ? " parameter" : " parameters") + "</summary>\n" + html_table(titles, inside) +
-            "</details>\n";
-  return text + kEnd;
+  for (const auto& [submodel, inside] : by_submodel)
+    text += folded("Submodel " + code(submodel) + ": " + std::to_string(inside.size()) +
+                       (inside.size() == 1 ? " parameter" : " parameters"),
+                   html_table(titles, inside));
+  return html_section("parameters", "Parameters", text);
 }
 
 std::string equations_section(const ReportContent& content) {
   constexpr std::size_t kMostStates = 500;
   const Study& study = content.study;
-  std::string text = heading("equations", "State equations");
+  const auto section = [](const std::string& inside) { return html_section("equations", "State equations", inside); };
   if (study.equations().states.size() > kMostStates)
-    return text + "<p>" + std::to_string(study.equations().states.size()) +
-           " equations are too many to be read here: <code>bgsim equations " + xml_text(content.file) +
-           "</code> prints them.</p>\n" + kEnd;
-  const auto formula = [](const std::string& inside) { return "<math displaystyle=\"true\">" + inside + "</math>"; };
+    return section(paragraph(std::to_string(study.equations().states.size()) +
+                             " equations are too many to be read here: " + code("bgsim equations " + content.file) +
+                             " prints them."));
+  const auto formula = [](const std::string& inside) {
+    return xml_element("math", {{"displaystyle", "true"}}, inside);
+  };
+  std::string text;
   for (const EquationGroup& group : equations_mathml(study.model(), study.equations(), study.order())) {
     if (group.title != "state equations") text += xml_text_element("h3", capital(group.title));
-    text += "<div class=\"equations\">\n";
+    std::string lines;
     for (const EquationLine& line : group.lines) {
-      text += "<div class=\"left\">" + formula(line.left) + "</div><div class=\"right\" tabindex=\"0\">" +
-              formula("<mo>=</mo>" + line.right.front());
-      for (std::size_t i = 1; i < line.right.size(); ++i) text += " " + formula(line.right[i]);
-      text += "</div>\n";
+      std::string right = formula(xml_element("mo", "=") + line.right.front());
+      for (std::size_t i = 1; i < line.right.size(); ++i) right += " " + formula(line.right[i]);
+      lines += xml_element("div", {{"class", "left"}}, formula(line.left)) +
+               xml_element("div", {{"class", "right"}, {"tabindex", "0"}}, right) + "\n";
     }
-    text += "</div>\n";
+    text += xml_element("div", {{"class", "equations"}}, "\n" + lines) + "\n";
   }
-  return text + kEnd;
+  return section(text);
 }
 
 namespace {
@@ -161,8 +158,8 @@ namespace {
 std::string share_bar(double share) {
   constexpr double kLeast = 1e-4;  // below that the digits of a percentage say nothing
   const std::string text = share > 0.0 && share < kLeast ? "&lt; 0.01" : short_number(100.0 * share, 3);
-  return "<span class=\"bar\"><i style=\"width:" + short_number(100.0 * share, 3) + "%\"></i></span>" + text +
-         "&nbsp;%";
+  const std::string filled = xml_element("i", {{"style", "width:" + short_number(100.0 * share, 3) + "%"}}, "");
+  return xml_element("span", {{"class", "bar"}}, filled) + text + "&nbsp;%";
 }
 
 }  // namespace
@@ -170,10 +167,13 @@ std::string share_bar(double share) {
 std::string activity_section(const ReportContent& content) {
   constexpr std::size_t kMostRows = 60;
   const Model& model = content.study.model();
-  std::string text = heading("activity", "Activity of the elements");
-  text +=
-      "<p>Activity is the integral of |power| over the scene: how much energy an element turned over, whichever "
-      "way it went. What has little of it contributes little to the motion (<code>bgsim reduce</code>).</p>\n";
+  const auto section = [](const std::string& inside) {
+    return html_section("activity", "Activity of the elements", inside);
+  };
+  std::string text = paragraph(
+      "Activity is the integral of |power| over the scene: how much energy an element turned over, whichever way it "
+      "went. What has little of it contributes little to the motion (" +
+      code("bgsim reduce") + ").");
   std::vector<ElementId> order;
   std::map<ElementId, std::vector<const ElementActivity*>> by_element;
   for (std::size_t i = 0; i < content.scenes.size(); ++i)
@@ -183,7 +183,7 @@ std::string activity_section(const ReportContent& content) {
       cells.resize(content.scenes.size());
       cells[i] = &row;
     }
-  if (order.empty()) return text + "<p>No element of this model has one, or no run was audited.</p>\n" + kEnd;
+  if (order.empty()) return section(text + paragraph("No element of this model has one, or no run was audited."));
   Cells header{"Element", "Kind"};
   std::vector<std::size_t> numeric;
   for (const std::string& scene : scene_names(content)) {
@@ -193,7 +193,7 @@ std::string activity_section(const ReportContent& content) {
   std::vector<Cells> rows;
   for (std::size_t i = 0; i < std::min(order.size(), kMostRows); ++i) {
     const Element& element = model.elements[order[i].index()];
-    Cells row{xml_text_element("code", element.name), xml_text(kind_text(element.kind, element.modulated))};
+    Cells row{code(element.name), xml_text(kind_text(element.kind, element.modulated))};
     for (const ElementActivity* const activity : by_element[order[i]]) {
       row.push_back(activity != nullptr ? short_number(activity->activity, 4) : "");
       row.push_back(share_bar(activity != nullptr ? activity->share : 0.0));
@@ -201,8 +201,8 @@ std::string activity_section(const ReportContent& content) {
     rows.push_back(std::move(row));
   }
   text += html_table(header, rows, numeric);
-  if (order.size() > kMostRows) text += "<p>... and " + std::to_string(order.size() - kMostRows) + " more.</p>\n";
-  return text + kEnd;
+  if (order.size() > kMostRows) text += paragraph("... and " + std::to_string(order.size() - kMostRows) + " more.");
+  return section(text);
 }
 
 namespace {
@@ -262,7 +262,6 @@ void add_stage_times(std::vector<Cells>& rows, const ReportContent& content) {
 }  // namespace
 
 std::string statistics_section(const ReportContent& content) {
-  std::string text = heading("statistics", "Run statistics");
   Cells header = scene_names(content);
   header.insert(header.begin(), "");
   std::vector<Cells> rows;
@@ -272,11 +271,11 @@ std::string statistics_section(const ReportContent& content) {
     rows.push_back(std::move(row));
   }
   add_stage_times(rows, content);
-  text += html_table(header, rows);
+  std::string text = html_table(header, rows);
   for (const ReportedScene& scene : content.scenes)
     for (const std::string& note : scene.result.report.notes)
-      text += "<p class=\"note\"><b>" + xml_text(scene.inputs.scene) + ":</b> " + xml_text(note) + "</p>\n";
-  return text + kEnd;
+      text += note_paragraph(xml_text_element("b", scene.inputs.scene + ":") + " " + xml_text(note));
+  return html_section("statistics", "Run statistics", text);
 }
 
 namespace {
@@ -309,27 +308,26 @@ std::string settings_of(const ReportContent& content, const ReportedScene& scene
 
 std::string reproduction_section(const ReportContent& content) {
   constexpr std::size_t kLongestSource = 1U << 18U;
-  std::string text = heading("reproduce", "How to reproduce it");
-  text += "<p>bgsim " + xml_text(content.version) + ", " + xml_text(content.date) + ":</p>\n<pre tabindex=\"0\">" +
-          xml_text(command_line(content.command)) +
-          "</pre>\n<p>One scene's trace alone, as CSV:</p>\n<pre tabindex=\"0\">";
+  std::string lines;
   for (const ReportedScene& scene : content.scenes) {
     std::vector<std::string> words{"bgsim", content.file, "--scene", scene.inputs.scene, "--keep-all"};
     words.insert(words.end(), content.settings.begin(), content.settings.end());
-    text += xml_text(command_line(words)) + "\n";
+    lines += command_line(words) + "\n";
   }
-  text += "</pre>\n<dl>\n";
+  std::string settings;
   for (const ReportedScene& scene : content.scenes)
-    text += xml_text_element("dt", scene.inputs.scene) + xml_text_element("dd", settings_of(content, scene)) + "\n";
-  text += "</dl>\n<p>The model as it was read:</p>\n";
+    settings += xml_text_element("dt", scene.inputs.scene) + xml_text_element("dd", settings_of(content, scene)) + "\n";
+  std::string text = paragraph("bgsim " + xml_text(content.version) + ", " + xml_text(content.date) + ":") +
+                     preformatted(command_line(content.command)) + paragraph("One scene's trace alone, as CSV:") +
+                     preformatted(lines) + xml_element("dl", "\n" + settings) + "\n" +
+                     paragraph("The model as it was read:");
   for (const auto& [path, file] : source_texts(*content.study.model().sources)) {
-    const bool whole = file.size() <= kLongestSource;
-    text += folded(std::string(path),
-                   whole ? "<pre tabindex=\"0\">" + xml_text(file) + "</pre>\n"
-                         : "<p>Too long to be shown: " + std::to_string(file.size()) + " bytes.</p>\n",
-                   false);
+    const std::string inside = file.size() <= kLongestSource
+                                   ? preformatted(file)
+                                   : paragraph("Too long to be shown: " + std::to_string(file.size()) + " bytes.");
+    text += folded(xml_text(path), inside);
   }
-  return text + kEnd;
+  return html_section("reproduce", "How to reproduce it", text);
 }
 
 }  // namespace bgsim::cli
