@@ -70,7 +70,7 @@ Errors errors_of(const System& system, const RunResult& exact, Method method) {
 
 }  // namespace
 
-TEST_CASE("the error of outputs is estimated to within a factor of five, by every method") {
+TEST_CASE("the error of outputs is estimated to within a factor of five, by every method", "[long]") {
   for (const System& system : kSystems) {
     const RunResult exact = reference_of(system);
     for (const Method method :

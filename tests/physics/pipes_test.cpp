@@ -156,7 +156,8 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("grids of pipes, laminar and turbulent, have the solution of their laws at sources that pass through zero") {
+TEST_CASE("grids of pipes, laminar and turbulent, have the solution of their laws at sources that pass through zero",
+          "[long]") {
   for (unsigned seed = 0; seed < 6; ++seed)
     for (const Source& source : {Source{"Se", "10*sin(3*t)"}, Source{"Sf", "2*sin(3*t)"}}) {
       INFO("seed " << seed << ", " << source.kind);

@@ -54,7 +54,9 @@ TEST_CASE(
   hold_folder("models");
 }
 
-TEST_CASE("the shipped models agree with their references by Radau, too") { hold_folder("models", Method::radau); }
+TEST_CASE("the shipped models agree with their references by Radau, too", "[long]") {
+  hold_folder("models", Method::radau);
+}
 
 TEST_CASE("known traces are reproduced as closely as the scenes state, and energy balances close") {
   hold_folder("tests/data/models");

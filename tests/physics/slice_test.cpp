@@ -67,7 +67,7 @@ std::size_t hold_folder(const std::string& folder) {
   return cut_runs;
 }
 
-TEST_CASE("each output of each shipped model is the same when what it does not depend on is left out") {
+TEST_CASE("each output of each shipped model is the same when what it does not depend on is left out", "[long]") {
   CHECK(hold_folder("models") > 5);
 }
 

@@ -101,7 +101,7 @@ const char* const kOscillator = R"json({ "bgsim": 1, "name": "oscillator",
 
 }  // namespace
 
-TEST_CASE("a run continues from any snapshot bit for bit: models") {
+TEST_CASE("a run continues from any snapshot bit for bit: models", "[long]") {
   struct Case {
     const char *model, *scene;
     std::uint64_t every;

@@ -67,7 +67,7 @@ double bell(double x) { return std::exp(-x * x); }
 
 }  // namespace
 
-TEST_CASE("gates that smoothly moving states open and shut are found by every method") {
+TEST_CASE("gates that smoothly moving states open and shut are found by every method", "[long]") {
   // The midpoint rule knows each edge to 5e-6. Where cos(t) turns, an edge moves by a hundred times the oscillator's
   // own error, which is to be no matter here: so the tolerance is tight, and the steps of the clock are long all the
   // same.
@@ -89,7 +89,7 @@ TEST_CASE("gates that smoothly moving states open and shut are found by every me
         1e-9, 2e-4);
 }
 
-TEST_CASE("narrow smooth laws of states are seen by every method") {
+TEST_CASE("narrow smooth laws of states are seen by every method", "[long]") {
   // At the default tolerance of 1e-6: the error of ten to a hundred tolerances for each passage.
   check({{"100*exp(-((c.q - 5)*100)^2)", [](double c, double) { return 100 * bell((c - 5) * 100); }},
          {"100/(1 + ((c.q - 5)*300)^2)", [](double c, double) { return 100 / (1 + std::pow((c - 5) * 300, 2)); }},

@@ -6,7 +6,8 @@
 using namespace bgsim;
 using namespace bgsim::test;
 
-TEST_CASE("a gate of transistors runs at tight tolerances, and its errors are estimated beside borders of their laws") {
+TEST_CASE("a gate of transistors runs at tight tolerances, and its errors are estimated beside borders of their laws",
+          "[long]") {
   const std::string gate = "tests/data/models/nand_gate.json";
   const RunResult exact = compile_file(gate, with_method(Method::dirk5, 1e-9)).run();
   REQUIRE(exact.stop == StopReason::completed);

@@ -42,7 +42,7 @@ std::pair<double, double> place_in_frame(const std::string& svg, const std::stri
 
 }  // namespace
 
-TEST_CASE("in the drawings of all models no text, letter or stroke covers another") {
+TEST_CASE("in the drawings of all models no text, letter or stroke covers another", "[long]") {
   std::size_t seen = 0;
   for (const std::string folder : {"models", "docs/notation", "tests/data/models", "tests/data/drawings"})
     for (const std::string& path : test::models_in(folder)) {
