@@ -102,3 +102,40 @@ TEST_CASE("outputs that are wrong by more than a ten thousandth of their range a
   CHECK_FALSE(noted(without));
   CHECK(without.report.errors.why_not == "switched off");
 }
+
+TEST_CASE(
+    "outputs that are zero by structure are not noted for their rounding, but those that should be zero and are not") {
+  // Balances of laws, of a linear and of a nonlinear exchange, whose terms cancel but for rounding; and an invariant
+  // of the exact solution, which no method keeps.
+  const auto with_outputs = [](const std::vector<FedState>& states, double stop, const std::string& outputs) {
+    std::string text = model(states, stop);
+    const std::string head = "\"outputs\": { ";
+    return text.insert(text.find(head) + head.size(), outputs + ", ");
+  };
+  const std::string lotka = with_outputs(kSystems[0].states, kSystems[0].stop,
+                                         R"x("angle": "sin(x.q)*cos(y.q) + cos(x.q)*sin(y.q) - sin(x.q + y.q)",
+          "square": "(x.q + y.q)^2 - x.q^2 - 2*x.q*y.q - y.q^2",
+          "invariant": "x.q - log(x.q) + y.q - log(y.q) - (5 - log(6))")x");
+  const std::string exchange =
+      with_outputs({{"x", "1", "2*y.q - x.q"}, {"y", "0", "x.q - 2*y.q"}}, 10, R"x("sum": "x.q + y.q - 1")x");
+  const std::string turning =
+      with_outputs({{"x", "1", "y.q - z.q"}, {"y", "0", "z.q - x.q"}, {"z", "0", "x.q - y.q"}}, 600,
+                   R"x("sum": "x.q + y.q + z.q - 1", "radius": "x.q^2 + y.q^2 + z.q^2 - 1")x");
+  const auto notes_of = [](const RunResult& result) {
+    std::string text;
+    for (const std::string& note : result.report.notes)
+      if (note.find("estimated to be wrong") != std::string::npos) text += note;
+    return text;
+  };
+  for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
+    INFO(facts_of(method).name);
+    const std::string of_lotka = notes_of(run_text(lotka, with_method(method, 1e-6)));
+    CHECK(of_lotka.find("angle") == std::string::npos);
+    CHECK(of_lotka.find("square") == std::string::npos);
+    CHECK(of_lotka.find("invariant") != std::string::npos);
+    CHECK(notes_of(run_text(exchange, with_method(method, 1e-6))).empty());
+    const std::string of_turning = notes_of(run_text(turning, with_method(method, 1e-6)));
+    CHECK(of_turning.find("sum") == std::string::npos);
+    CHECK(of_turning.find("radius") != std::string::npos);
+  }
+}

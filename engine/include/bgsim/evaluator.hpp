@@ -117,6 +117,9 @@ class Evaluator {
   void dependent_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors,
                           std::span<const double> parameter_errors, double* bounds);
 
+  /// How far each output can be off at this point where the states are off by so much, and all operations are rounded.
+  void output_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors, double* bounds);
+
   /// The quantities of Program::must_not_jump, and how far each can be off if the time is off by @p time_error and all
   /// operations are rounded.
   bool continuous(double t, const double* x, Branch& branch, double time_error, double* values, double* bounds);

@@ -49,9 +49,14 @@ struct EnergyAudit {
 
 /// What the outputs of a run are estimated to be wrong by, by output: the largest over the recorded times.
 struct OutputErrors {
-  bool done = false;  ///< false if switched off or not possible; `why_not` says why
+  /// Errors above this part of an output's range are noted.
+  static constexpr double kLarge = 1e-4;
+  bool done = false;     ///< false if switched off or not possible; `why_not` says why
+  bool possible = true;  ///< false for systems of a kind for which there is none
   std::string why_not;
   std::vector<double> estimate, range, magnitude;  ///< error; largest less least value; largest magnitude
+  std::vector<double>
+      beyond_rounding;  ///< of the errors above kLarge, the largest to a factor of 2 that is no rounding
 };
 
 /// What a run took. Machine-readable form: report_json.

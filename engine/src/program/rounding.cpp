@@ -222,6 +222,15 @@ void Evaluator::dependent_rounding(double t, const double* x, Branch& branch, st
   impl.carry_errors_of(impl.program.dependents, branch, bounds);
 }
 
+void Evaluator::output_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors,
+                                double* bounds) {
+  Impl& impl = *impl_;
+  impl.begin_errors();
+  impl.set_point(t, x, branch);
+  std::copy(state_errors.begin(), state_errors.end(), impl.errors.begin() + impl.program.first_state);
+  impl.carry_errors_of(impl.program.outputs, branch, bounds);
+}
+
 bool Evaluator::continuous(double t, const double* x, Branch& branch, double time_error, double* values,
                            double* bounds) {
   Impl& impl = *impl_;

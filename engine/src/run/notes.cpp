@@ -65,14 +65,14 @@ std::optional<std::string> open_balance_note(const EnergyAudit& energy, double r
 
 std::optional<std::string> output_errors_note(const OutputErrors& errors, const std::vector<std::string>& names,
                                               double relative) {
-  constexpr double kLarge = 1e-4;
   constexpr std::size_t kMost = 5;
   if (!errors.done) return std::nullopt;
   std::vector<std::pair<double, std::size_t>> wrong;  // part of the range, output
   for (std::size_t k = 0; k < names.size(); ++k) {
     const double error = errors.estimate[k], range = errors.range[k];
-    // What stands still but for the tolerance has no range to compare with.
-    if (error > kLarge * range && error > relative * errors.magnitude[k]) wrong.emplace_back(error / range, k);
+    // What stands still but for the tolerance has no range to compare with, nor has what is zero but for rounding.
+    const double least = std::max(OutputErrors::kLarge * range, relative * errors.magnitude[k]);
+    if (error > least && 2.0 * errors.beyond_rounding[k] > least) wrong.emplace_back(error / range, k);
   }
   if (wrong.empty()) return std::nullopt;
   std::stable_sort(wrong.begin(), wrong.end(), [](const auto& a, const auto& b) { return a.first > b.first; });

@@ -79,6 +79,11 @@ std::string columns_text(const Trace& trace) {
   return text;
 }
 
+void errors_line(std::string& out, const OutputErrors& errors) {
+  if (errors.possible) return;
+  line(out, "errors", "not estimated: " + errors.why_not + "; a run at a tenth of the tolerance shows them");
+}
+
 void energy_lines(std::string& out, const RunReport& report) {
   const EnergyAudit& energy = report.energy;
   const LeftOut& left_out = report.left_out;
@@ -135,6 +140,7 @@ std::string report_text(const RunResult& result) {
              count_text(r.state_events, "change of a condition", "changes of conditions"));
   left_out_lines(out, r.left_out);
   energy_lines(out, r);
+  errors_line(out, r.errors);
   if (!result.trace.names.empty()) line(out, "outputs", columns_text(result.trace));
   if (!r.stage_seconds.empty()) {
     std::string stages;

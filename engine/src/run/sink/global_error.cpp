@@ -17,6 +17,7 @@ namespace {
 /// The propagation over a step is that of the L-stable SDIRK method of order two with this diagonal: a stiff error is
 /// forgotten, one that oscillates keeps its size.
 constexpr double kDiagonal = 1.0 - 1.0 / std::numbers::sqrt2;
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Gauss-Legendre on [0, 1].
@@ -47,11 +48,14 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Run
     why_not_ = "more than " + std::to_string(kDenseStates) + " states";
   else
     measuring_ = states > 0 && outputs > 0;
+  possible_ = !wanted || why_not_.empty() || states == 0;  // without states nothing is integrated
   if (!measuring_) return;
-  from_ = to_ = inputs.start;
+  from_ = to_ = start_ = inputs.start;
   error_.assign(states, 0.0);
   begin_error_.assign(states, 0.0);
   largest_.assign(outputs, 0.0);
+  bounded_.assign(outputs, 0.0);
+  beyond_.assign(outputs, 0.0);
   least_value_.assign(outputs, kInfinity);
   most_value_.assign(outputs, -kInfinity);
   all_.resize(states);
@@ -62,6 +66,8 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Run
   rates_before_.resize(states);
   entries_.resize(program.jacobian_pattern.row.size());
   row_.resize(outputs);
+  state_rounding_.resize(states);
+  rounding_.resize(outputs);
   const auto n = static_cast<Eigen::Index>(states);
   jacobian_.setZero(n, n);
   matrix_.setZero(n, n);
@@ -127,6 +133,7 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   std::swap(begin_error_, error_);
   from_ = from;
   to_ = to;
+  steps_ += 1.0;
   const double length = to - from;
   for (std::size_t i = 0; i < states; ++i)
     before_[static_cast<Eigen::Index>(i)] = begin_error_[i] + (polynomial_.at(i, from).first - x[i]);
@@ -182,7 +189,7 @@ void GlobalError::after_event(double t, const std::vector<double>& x, const Bran
   guards_.resize(evaluator_.guard_count());
   guards_off_.resize(guards_.size());
   // The guard at the event, where the exact states are, and a moment before: by so much the event comes early or late.
-  const double moment = std::max(1e-3 * (to_ - from_), 64.0 * std::numeric_limits<double>::epsilon() * std::abs(t));
+  const double moment = std::max(1e-3 * (to_ - from_), 64.0 * kEpsilon * std::abs(t));
   for (std::size_t i = 0; i < x.size(); ++i) y_[i] = x[i];
   if (!evaluator_.guards(t, y_.data(), branch_before_, guards_.data())) return;
   const double here = guards_[*guard];
@@ -212,15 +219,47 @@ void GlobalError::judge(double t, const double* y, const Branch& branch, const s
   if (!evaluator_.outputs(t, y_.data(), branch_, row_.data())) return;
   for (std::size_t k = 0; k < row.size(); ++k)
     if (const double size = std::abs(row[k] - row_[k]); std::isfinite(size)) largest_[k] = std::max(largest_[k], size);
+  hold_against_rounding(t, y, branch, row);
+}
+
+void GlobalError::hold_against_rounding(double t, const double* y, const Branch& branch,
+                                        const std::vector<double>& row) {
+  constexpr double kUnitsOfStep = 8.0;
+  const auto size = [&](std::size_t k) { return std::abs(row[k] - row_[k]); };
+  const auto due = [&](std::size_t k) {
+    return std::isfinite(size(k)) && size(k) > 2.0 * bounded_[k] &&
+           size(k) > OutputErrors::kLarge * (most_value_[k] - least_value_[k]);
+  };
+  bool any = false;
+  for (std::size_t k = 0; k < row.size() && !any; ++k) any = due(k);
+  if (!any) return;
+  // Both what was recorded and what it is compared with are rounded. Each step rounds the states by some units, which
+  // add up like a random walk; what rounding makes of the rates (a balance of forces at rest) at most all of the time.
+  branch_ = branch;
+  branch_.given = false;
+  if (!evaluator_.jacobian(t, y, branch_, entries_.data(), rate_rounding_)) rate_rounding_.clear();
+  for (std::size_t i = 0; i < state_rounding_.size(); ++i)
+    state_rounding_[i] = kUnitsOfStep * kEpsilon * std::sqrt(steps_ + 1.0) * std::abs(y[i]) +
+                         (rate_rounding_.empty() ? 0.0 : (t - start_) * rate_rounding_[i]);
+  branch_ = branch;
+  branch_.given = false;
+  evaluator_.output_rounding(t, y, branch_, state_rounding_, rounding_.data());
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    if (!due(k)) continue;
+    bounded_[k] = size(k);
+    if (size(k) > 2.0 * rounding_[k]) beyond_[k] = size(k);
+  }
 }
 
 OutputErrors GlobalError::finish(bool completed) {
   OutputErrors errors;
   if (measuring_ && !completed) give_up("the run did not come to its end");
   errors.why_not = why_not_;
+  errors.possible = possible_;
   if (!measuring_) return errors;
   errors.done = true;
   errors.estimate = largest_;
+  errors.beyond_rounding = beyond_;
   for (std::size_t k = 0; k < largest_.size(); ++k) {
     errors.range.push_back(std::max(0.0, most_value_[k] - least_value_[k]));
     errors.magnitude.push_back(std::max(std::abs(most_value_[k]), std::abs(least_value_[k])));

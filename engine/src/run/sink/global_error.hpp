@@ -25,6 +25,9 @@ namespace bgsim {
 /// change from x to x - e. An estimate, no bound. (Global error by defects: P. Zadunaisky, Numer. Math. 27, 1976; R. D.
 /// Skeel, Math. Comp. 38, 1982; both from memory.)
 ///
+/// An output that is zero by structure (a balance of laws) has rounding for its range. So where an error is the largest
+/// so far, twice the last that was looked at, and large for its output's range, it is held against a bound of rounding.
+///
 /// @note Costs, for each step, one to three rates, a Jacobian and a factorization of n x n.
 class GlobalError {
  public:
@@ -58,6 +61,9 @@ class GlobalError {
     archive("from", from_);
     archive("to", to_);
     archive("largest", largest_);
+    archive("bounded", bounded_);
+    archive("beyond rounding", beyond_);
+    archive("steps", steps_);
     archive("least", least_value_);
     archive("most", most_value_);
   }
@@ -66,15 +72,19 @@ class GlobalError {
   void give_up(const std::string& why);
   bool set_modes(double t, const std::vector<double>& y, Branch& branch);
   bool see_jacobian(double t);
+  void hold_against_rounding(double t, const double* y, const Branch& branch, const std::vector<double>& row);
 
   const Program& program_;
   Evaluator& evaluator_;
   bool measuring_;
+  bool possible_ = true;
   std::string why_not_;
   std::optional<std::string> lost_;
   std::vector<double> error_, begin_error_;  ///< by state: at to_ and from_
-  double from_ = 0.0, to_ = 0.0;
-  std::vector<double> largest_;                   ///< by output: of the error
+  double start_ = 0.0, from_ = 0.0, to_ = 0.0;
+  std::vector<double> largest_;           ///< by output: of the error
+  std::vector<double> bounded_, beyond_;  ///< by output: errors held against rounding; more than rounding
+  double steps_ = 0.0;
   std::vector<double> least_value_, most_value_;  ///< by output
   double seconds_ = 0.0;
 
@@ -82,7 +92,8 @@ class GlobalError {
   StepPolynomial polynomial_;
   std::vector<std::uint32_t> all_;
   Branch branch_;
-  std::vector<double> y_, middle_, rates_, entries_, rates_before_, guards_, guards_off_, row_;
+  std::vector<double> y_, middle_, rates_, entries_, rates_before_, guards_, guards_off_, row_, state_rounding_,
+      rate_rounding_, rounding_;
   std::vector<int> direction_;
   Branch branch_before_, branch_there_;
   Eigen::MatrixXd jacobian_, matrix_;
