@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <cmath>
+#include <numeric>
 #include <unordered_map>
 
 #include "expression/table_cell.hpp"
@@ -184,13 +185,29 @@ void Evaluator::Impl::fail_at(std::uint32_t slot, const std::string& target) {
   describe_origin(at);
 }
 
+std::string loop_words(const ProgramBlock& block) {
+  std::string names;
+  for (std::size_t i = 0; i < block.elements.size() && i < kMostLoopNames; ++i)
+    names += (i == 0 ? "" : ", ") + block.elements[i];
+  if (block.elements.size() > kMostLoopNames)
+    names += " and " + std::to_string(block.elements.size() - kMostLoopNames) + " more";
+  return "the loop through " + names;
+}
+
+std::string tear_words(const ProgramBlock& block, std::span<const double> tears, std::span<const std::size_t> which) {
+  std::string text;
+  for (std::size_t k = 0; k < which.size() && k < kMostLoopNames; ++k) {
+    char number[40];
+    std::snprintf(number, sizeof number, "%.6g", tears[which[k]]);
+    text += (k == 0 ? "" : ", ") + block.tears[which[k]] + " = " + number;
+  }
+  return which.size() > kMostLoopNames ? text + " and " + std::to_string(which.size() - kMostLoopNames) + " more"
+                                       : text;
+}
+
 void Evaluator::Impl::fail_loop(std::size_t block, LoopOutcome outcome) {
   const ProgramBlock& b = program.blocks[block];
-  std::string names;
-  constexpr std::size_t kMostNames = 8;
-  for (std::size_t i = 0; i < b.elements.size() && i < kMostNames; ++i) names += (i == 0 ? "" : ", ") + b.elements[i];
-  if (b.elements.size() > kMostNames) names += " and " + std::to_string(b.elements.size() - kMostNames) + " more";
-  const std::string target = "the loop through " + names;
+  const std::string target = loop_words(b);
   if (outcome == LoopOutcome::not_finite) {
     for (const std::uint32_t slot : b.residual.results)
       if (!std::isfinite(slots[slot])) return fail_at(slot, target);
@@ -201,11 +218,9 @@ void Evaluator::Impl::fail_loop(std::size_t block, LoopOutcome outcome) {
            target,
            b.elements,
            b.place};
-  for (std::size_t i = 0; i < b.tears.size() && i < kMostNames; ++i) {
-    char number[40];
-    std::snprintf(number, sizeof number, "%.6g", tears_of(block)[i]);
-    fault.what += (i == 0 ? "" : ", ") + b.tears[i] + " = " + number;
-  }
+  std::vector<std::size_t> all(std::min(b.tears.size(), kMostLoopNames));
+  std::iota(all.begin(), all.end(), 0U);
+  fault.what = tear_words(b, tears_of(block), all);
 }
 
 // --- the public face

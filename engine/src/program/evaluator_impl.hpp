@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,13 @@ namespace bgsim {
 
 /// A pivot this much smaller than the largest one of the equilibrated matrix is rounding: the loop is singular.
 inline constexpr double kSingularLoop = 1e-13;
+
+/// Elements and variables of a loop that a message names; the rest is counted.
+inline constexpr std::size_t kMostLoopNames = 8;
+/// "the loop through a, b and 3 more"
+std::string loop_words(const ProgramBlock& block);
+/// "a.e = 1, b.f = 2 and 3 more", of the variables @p which
+std::string tear_words(const ProgramBlock& block, std::span<const double> tears, std::span<const std::size_t> which);
 
 /// Scratch memory of one loop.
 struct LoopScratch {

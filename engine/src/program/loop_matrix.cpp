@@ -57,6 +57,9 @@ LoopMatrix::LoopMatrix(std::size_t size, const std::vector<std::pair<std::uint32
   sparse_ = std::make_unique<Sparse>();
   Sparse& s = *sparse_;
   s.common.scale = 0;  // it is equilibrated already
+  // Pivots as in dense factorization: entries of 1 beside slopes of 1e-11 (diodes that block) leave no digits to
+  // growth.
+  s.common.tol = 1.0;
   std::vector<std::size_t> order(entries.size());
   std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {

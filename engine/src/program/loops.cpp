@@ -2,6 +2,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numeric>
+#include <vector>
 
 #include "program/evaluator_impl.hpp"
 
@@ -193,16 +195,6 @@ std::vector<double> starts() {
   return result;
 }
 
-std::string solution_text(const ProgramBlock& block, std::span<const double> z) {
-  std::string result;
-  for (std::size_t i = 0; i < block.tears.size(); ++i) {
-    char number[40];
-    std::snprintf(number, sizeof number, "%.6g", z[i]);
-    result += (i == 0 ? "" : ", ") + block.tears[i] + " = " + number;
-  }
-  return result;
-}
-
 /// A solution of a loop, and how far its tears can be from where an exact computation would have put them.
 struct LoopSolution {
   std::vector<double> tears, unknown;
@@ -224,6 +216,28 @@ void drop_repeated(std::vector<LoopSolution>& solutions) {
     if (std::none_of(kept.begin(), kept.end(), [&](const auto& other) { return alike(solution, other); }))
       kept.push_back(std::move(solution));
   solutions = std::move(kept);
+}
+
+/// "the loop through r, r2: r.e = 0, found from the start 0; other solutions exist: r.e = 0.2". Of other solutions of a
+/// loop with many variables those that differ.
+std::string solutions_text(const ProgramBlock& block, double first_start, const std::vector<LoopSolution>& solutions) {
+  constexpr double kSame = 1e-6;
+  const std::vector<double>& first = solutions.front().tears;
+  std::vector<std::size_t> all(first.size());
+  std::iota(all.begin(), all.end(), 0U);
+  char number[40];
+  std::snprintf(number, sizeof number, "%.6g", first_start);
+  std::string line = loop_words(block) + ": " + tear_words(block, first, all) + ", found from the start " + number;
+  for (std::size_t k = 1; k < solutions.size(); ++k) {
+    const std::vector<double>& other = solutions[k].tears;
+    std::vector<std::size_t> which = all;
+    if (which.size() > kMostLoopNames)
+      std::erase_if(which, [&](std::size_t i) {
+        return std::abs(other[i] - first[i]) <= kSame * std::max(std::abs(other[i]), std::abs(first[i]));
+      });
+    line += (k == 1 ? "; other solutions exist: " : "; ") + tear_words(block, other, which);
+  }
+  return line;
 }
 
 }  // namespace
@@ -280,14 +294,7 @@ bool Evaluator::explore_loops(double t, const double* x, Branch& branch, std::ve
     }
     std::copy(solutions.front().tears.begin(), solutions.front().tears.end(), z.begin());
     impl.carry_errors_through(b);
-    std::string line = "the loop through ";
-    for (std::size_t k = 0; k < block.elements.size(); ++k) line += (k == 0 ? "" : ", ") + block.elements[k];
-    char number[40];
-    std::snprintf(number, sizeof number, "%.6g", first_start);
-    line += ": " + solution_text(block, solutions.front().tears) + ", found from the start " + number;
-    for (std::size_t k = 1; k < solutions.size(); ++k)
-      line += (k == 1 ? "; other solutions exist: " : "; ") + solution_text(block, solutions[k].tears);
-    found.push_back(std::move(line));
+    found.push_back(solutions_text(block, first_start, solutions));
   }
   impl.keep(branch);
   return true;
