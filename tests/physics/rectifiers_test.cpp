@@ -1,6 +1,9 @@
 // Circuits of exponential diodes, whose loops have one solution at each instant.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <functional>
+#include <random>
 
 #include "support/circuit.hpp"
 #include "support/run.hpp"
@@ -206,5 +209,53 @@ TEST_CASE("a loop that starts at zero comes to a solution as exact as its laws a
   for (std::size_t k = 0; k < run.trace.times.size(); ++k) {
     const double u = run.trace["u"][k], i = run.trace["i"][k];
     CHECK(std::abs(0.026 * std::log1p(i / 1e-3) + 0.5 * i - u) < 1e-12);
+  }
+}
+
+TEST_CASE("grids of diodes and resistors, to a thousand branches, balance the currents of their laws at every node") {
+  for (const int side : {6, 12, 23}) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(side));
+    std::uniform_real_distribution<double> part(0.0, 1.0);
+    struct Branch {
+      std::size_t from, to;
+      double ohms;  // 0: a diode
+    };
+    const auto count = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+    const auto node = [count](std::size_t i) { return i == 0 ? "a" : i + 1 == count ? "0" : "n" + std::to_string(i); };
+    std::vector<Branch> branches;
+    std::vector<Part> parts{{"s", "Se", "a", "0", R"x("effort": "5*sin(6283*t)")x"}};
+    const auto branch = [&](std::size_t from, std::size_t to, bool diode_here) {
+      if (diode_here && part(random) < 0.5) std::swap(from, to);
+      const double ohms = diode_here ? 0.0 : std::round(std::pow(10.0, 1.0 + 3.0 * part(random)));
+      const std::string law =
+          diode_here ? std::string(R"x("law": "f = 1e-12*(exp(e/0.026) - 1)")x") : resistor(std::to_string(ohms));
+      parts.push_back({"b" + std::to_string(branches.size()), "R", node(from), node(to), law});
+      branches.push_back({from, to, ohms});
+    };
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto width = static_cast<std::size_t>(side);
+      if ((i + 1) % width != 0) branch(i, i + 1, part(random) < 0.6);
+      if (i + width < count) branch(i, i + width, part(random) < 0.6);
+    }
+    std::string outputs;
+    for (std::size_t i = 0; i + 1 < count; ++i)
+      outputs += (i == 0 ? "\"" : ", \"") + node(i) + "\": \"" + node(i) + ".e\"";
+    const RunResult run = run_text(circuit(parts, outputs, R"("stop": 1e-3, "samples": 5)"));
+    INFO(side << " x " << side << ", " << branches.size() << " branches");
+    REQUIRE(run.stop == StopReason::completed);
+    for (std::size_t row = 0; row < run.trace.times.size(); ++row) {
+      std::vector<double> balance(count, 0.0);
+      double most = 0.0;
+      const auto potential = [&](std::size_t i) { return i + 1 == count ? 0.0 : run.trace.columns[i][row]; };
+      for (const Branch& b : branches) {
+        const double e = potential(b.from) - potential(b.to);
+        const double f = b.ohms == 0.0 ? 1e-12 * std::expm1(e / 0.026) : e / b.ohms;
+        balance[b.from] -= f;
+        balance[b.to] += f;
+        most = std::max(most, std::abs(f));
+      }
+      // Potentials are known to 1e-13 of 5 V, and a diode's current changes by e in 26 mV: 2e-11 of itself.
+      for (std::size_t i = 1; i + 1 < count; ++i) CHECK(std::abs(balance[i]) <= 1e-10 * most);
+    }
   }
 }

@@ -85,8 +85,10 @@ struct Evaluator::Impl {
   LoopOutcome solve(std::size_t block);
   LoopOutcome solve_linear(std::size_t block);
   enum class Steps : std::uint8_t { relative, resolved };
-  LoopOutcome solve_newton(std::size_t block, Steps steps = Steps::relative);
+  static constexpr int kMostIterations = 300;  ///< an exponential law gives up one decade of its argument at a time
+  LoopOutcome solve_newton(std::size_t block, Steps steps = Steps::relative, int most = kMostIterations);
   Eigen::VectorXd resolution(std::size_t block);
+  [[nodiscard]] bool has_exponentials(std::size_t block) const;
   LoopOutcome solve_limited(std::size_t block, bool from_zero);
   LoopOutcome solve_smoothed(std::size_t block);
   LoopOutcome solve_bracketed(std::size_t block);
@@ -130,6 +132,8 @@ struct Evaluator::Impl {
   bool pass_errors_through_loops(std::span<const double> of_residuals);
   Eigen::MatrixXd tears_by_residuals;  ///< d tears / d residuals, times the residuals' errors
 
+  [[nodiscard]] bool of_parameters(ExprId expression) const;
+  [[nodiscard]] std::string dependent_ports_words(ExprId quotient) const;
   void fail_at(std::uint32_t slot, const std::string& target);
   void fail_loop(std::size_t block, LoopOutcome outcome);
   [[nodiscard]] std::string text(ExprId expression) const;

@@ -47,6 +47,14 @@ double follow(double at, double wanted) {
 
 }  // namespace
 
+bool Evaluator::Impl::has_exponentials(std::size_t block) const {
+  const auto any_in = [](const std::vector<Instruction>& code) {
+    return std::any_of(code.begin(), code.end(), [](const Instruction& i) { return is_exponential(i.op); });
+  };
+  const ProgramBlock& b = program.blocks[block];
+  return std::any_of(b.residual.code.begin(), b.residual.code.end(), any_in);
+}
+
 LoopOutcome Evaluator::Impl::solve_limited(std::size_t block, bool from_zero) {
   const ProgramBlock& b = program.blocks[block];
   LoopScratch& scratch = loops[block];

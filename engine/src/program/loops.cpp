@@ -10,7 +10,7 @@
 namespace bgsim {
 namespace {
 
-constexpr int kMostIterations = 300;  ///< an exponential law gives up one decade of its argument at a time
+constexpr int kFewIterations = 40;
 constexpr double kSmallestDamping = 1e-12;
 /// A full Newton step of this relative size has converged: contraction is quadratic, so the next one is below rounding.
 constexpr double kConverged = 1e-13;
@@ -80,8 +80,19 @@ LoopOutcome Evaluator::Impl::solve(std::size_t block) {
   const std::span<double> z = tears_of(block);
   LoopScratch& scratch = loops[block];
   scratch.start.assign(z.begin(), z.end());
-  const LoopOutcome outcome = solve_newton(block);
+  // An iteration of a large loop is dear, and exponentials may take hundreds: where a few do not do they are limited.
+  const bool limit_first = z.size() > kLargestLocalBlock && has_exponentials(block);
+  LoopOutcome outcome = solve_newton(block, Steps::relative, limit_first ? kFewIterations : kMostIterations);
   if (outcome == LoopOutcome::solved) return outcome;
+  if (limit_first) {
+    for (const bool from_zero : {false, true}) {
+      std::copy(scratch.start.begin(), scratch.start.end(), z.begin());
+      if (solve_limited(block, from_zero) == LoopOutcome::solved) return LoopOutcome::solved;
+    }
+    std::copy(scratch.start.begin(), scratch.start.end(), z.begin());
+    outcome = solve_newton(block);
+    if (outcome == LoopOutcome::solved) return outcome;
+  }
   // Where the damped iteration ended it may be as near as rounding lets it come.
   if (outcome != LoopOutcome::not_finite && accept_by_rounding(block) == LoopOutcome::solved)
     return LoopOutcome::solved;
@@ -118,7 +129,7 @@ LoopOutcome Evaluator::Impl::solve_linear(std::size_t block) {
 /// rounding (the flow through a balanced bridge) has no size of its own: with resolved steps it is measured by what
 /// rounding makes of it.
 /// (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.3.)
-LoopOutcome Evaluator::Impl::solve_newton(std::size_t block, Steps steps) {
+LoopOutcome Evaluator::Impl::solve_newton(std::size_t block, Steps steps, int most) {
   LoopScratch& scratch = loops[block];
   const std::span<double> z = tears_of(block);
   const std::span<double> largest_of = std::span(largest).subspan(program.blocks[block].first_tear, z.size());
@@ -134,7 +145,7 @@ LoopOutcome Evaluator::Impl::solve_newton(std::size_t block, Steps steps) {
     std::fill(z.begin(), z.end(), 0.0);  // the last solution may lie outside the law's domain by now
     if (!load_residual(block)) return LoopOutcome::not_finite;
   }
-  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+  for (int iteration = 0; iteration < most; ++iteration) {
     ++counts.loop_iterations;
     if (const LoopOutcome outcome = factorize(block); outcome != LoopOutcome::solved) return outcome;
     newton_step(scratch.step);
