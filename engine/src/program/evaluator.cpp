@@ -145,6 +145,32 @@ void Evaluator::Impl::describe_origin(ExprId expression) {
   }
 }
 
+bool Evaluator::Impl::of_parameters(ExprId expression) const {
+  const ExprNode& node = program.pool[expression];
+  if (node.op == Op::constant) return true;
+  if (node.op == Op::symbol) {
+    const SymbolId symbol(node.a);
+    return std::find(program.parameters.begin(), program.parameters.end(), symbol) != program.parameters.end();
+  }
+  const std::uint32_t children[] = {node.a, node.b, node.c};
+  return std::all_of(children, children + arity(node.op), [&](std::uint32_t c) { return of_parameters(ExprId(c)); });
+}
+
+/// What a field's energy is divided by, where it is 0 whatever the states are: coils with a coupling of exactly 1.
+std::string Evaluator::Impl::dependent_ports_words(ExprId quotient) const {
+  const ExprNode& node = program.pool[quotient];
+  const Origin origin = program.origins[quotient.index()];
+  if (node.op != Op::div || !origin.element.valid() || !of_parameters(ExprId(node.b))) return {};
+  const Element& field = program.model->elements[origin.element.index()];
+  const std::uint32_t below = slot_of(ExprId(node.b));
+  if (field.ports.size() < 2 || !field.energy.valid() || below == kNoSlot || slots[below] != 0.0) return {};
+  std::string names;
+  for (const std::string& port : field.ports) names += (names.empty() ? "" : ", ") + port;
+  return " (the ports " + names + " of \"" + field.name +
+         "\" do not move independently with these parameters, like coils " +
+         "with a coupling of 1: what they store together is one C or I, and a TF leads from one port to the other)";
+}
+
 /// Follows the first argument that is not finite down to the operator that made it so out of finite arguments.
 void Evaluator::Impl::fail_at(std::uint32_t slot, const std::string& target) {
   fault = {Fault::Kind::not_finite, slots[program.time_slot], {}, target, {}, {}};
@@ -183,6 +209,7 @@ void Evaluator::Impl::fail_at(std::uint32_t slot, const std::string& target) {
     if (is_table(node.op)) fault.kind = Fault::Kind::outside_table;
   }
   describe_origin(at);
+  fault.what += dependent_ports_words(at);
 }
 
 std::string loop_words(const ProgramBlock& block) {

@@ -14,6 +14,12 @@ Diagnostic failure(std::string_view code, std::string situation) { return diagno
 
 std::string at(double t) { return " at t = " + number_text(t); }
 
+const char* const kLoopRule = "an algebraic loop needs values that satisfy all laws on it at once";
+const char* const kLoopHelp =
+    "where a law folds back the solution can end: put a small C or I on the loop, or check the laws";
+
+}  // namespace
+
 std::string first_names(const std::vector<std::string>& names) {
   std::string text;
   constexpr std::size_t kMost = 5;
@@ -21,12 +27,6 @@ std::string first_names(const std::vector<std::string>& names) {
   if (names.size() > kMost) text += " and " + std::to_string(names.size() - kMost) + " more";
   return text;
 }
-
-const char* const kLoopRule = "an algebraic loop needs values that satisfy all laws on it at once";
-const char* const kLoopHelp =
-    "where a law folds back the solution can end: put a small C or I on the loop, or check the laws";
-
-}  // namespace
 
 Diagnostic branch_failure(const ProgramBlock& loop, const std::string& variable, double t, double before,
                           double after) {

@@ -11,6 +11,9 @@
 
 namespace bgsim {
 
+/// "a", "b" and 3 more
+std::string first_names(const std::vector<std::string>& names);
+
 /// A law or a loop had no value: BG601 not finite, BG602 loop without solution, BG603 singular loop, BG608 table read
 /// outside its data.
 Diagnostic fault_failure(const Fault& fault);

@@ -116,7 +116,9 @@ std::string spent_mode_words(const SpentMode& mode) {
 }
 
 std::string unproven_note(const Relation& relation, double time) {
-  return "whether " + relation.text +
+  constexpr std::size_t kLongest = 160;  // a condition in a network contains the laws of its neighbours
+  const std::string text = relation.text.size() > kLongest ? relation.text.substr(0, kLongest) + " ..." : relation.text;
+  return "whether " + text +
          " changed within a step could not be decided within the work allowed, first near t = " + number_text(time, 4) +
          ": shorter steps (a smaller relative tolerance) decide it";
 }

@@ -62,6 +62,8 @@ PaceFacts PaceJudge::facts(const RunPosition& now, const Headway::Pace& pace) {
   if (longest_step_ > 0.0 && 2.0 * pace.progress * (1.0 + facts.rows) > longest_step_)
     facts.source_frequency = source_frequency_;
   if (now.integrator == nullptr) return facts;
+  const Integrator::Counts counts = now.integrator->counts();
+  facts.iteration_fails = 4 * counts.convergence_failures > counts.steps;
   std::vector<double> errors(now.integrator->size());
   now.integrator->weighted_errors(errors.data());
   const auto largest = static_cast<std::size_t>(std::max_element(errors.begin(), errors.end()) - errors.begin());

@@ -24,6 +24,7 @@ struct PaceFacts {
   std::string unknown;                  ///< state or variable of a loop with the largest estimated error
   std::optional<Place> place;           ///< of its element
   std::optional<FastestMotion> fastest;
+  bool iteration_fails = false;  ///< the integrator's, in more than every fourth step
 };
 
 Diagnostic slow_run_remark(const Program& program, const PaceFacts& facts);                          // BG616
