@@ -1,9 +1,11 @@
 // Laws with kinks that are strictly monotone, where causality asks for the variable that they are not written for.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 
 #include "support/circuit.hpp"
+#include "support/fed_states.hpp"
 #include "support/run.hpp"
 
 using namespace bgsim;
@@ -176,4 +178,18 @@ TEST_CASE("a law with kinks is solved for the parameters of its run, or refused"
   }
   CHECK_THROWS_WITH(run_text(text, with_parameters({"roff=-50"})), Catch::Contains("BG305"));
   CHECK_THROWS_WITH(run_text(text, with_parameters({"ron=-2", "roff=-50"})), Catch::Contains("BG305"));
+}
+
+TEST_CASE("a tank that empties by sqrt(max(q, 0)), which has no slope there, stays empty") {
+  const std::string text = fed_states({{"x", "1", "-sqrt(max(x.q, 0))"}}, "\"stop\": 4, \"samples\": 41");
+  for (const Method method : {Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau}) {
+    INFO(facts_of(method).name);
+    const RunResult run = run_text(text, with_method(method, 1e-6));
+    REQUIRE(run.stop == StopReason::completed);
+    for (std::size_t k = 0; k < run.trace.times.size(); ++k) {
+      const double left = std::max(0.0, 1.0 - run.trace.times[k] / 2.0);
+      // Some tens of steps at 1e-6.
+      CHECK(std::abs(run.trace.columns[0][k] - left * left) < 1e-4);
+    }
+  }
 }

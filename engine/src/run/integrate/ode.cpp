@@ -30,7 +30,11 @@ int OdeIntegrator::scaled_jacobian(double s, N_Vector y, N_Vector rates, SUNMatr
     // A slope without bound at a point that the solution only passes (sqrt at 0): take it a little further on.
     const double step = std::max(this->step(), 1e-9 * (limit_ - time_));
     N_VLinearSum(1.0, y, step / unit_, rates, moved);
-    if (!evaluator_.jacobian(t, values(moved), branch_, entries, rounding_)) return recoverable(t);
+    if (!evaluator_.jacobian(t, values(moved), branch_, entries, rounding_)) {
+      // One where it rests (sqrt(max(q, 0)) of an empty tank): over what the tolerance leaves open there is a slope.
+      const bool found = dense && difference_jacobian(t, values(y), values(rates), matrix);
+      return found ? 0 : recoverable(t);
+    }
   }
   see({t, values(y), pattern, entries, rounding_});
   if (unit_ != 1.0)
@@ -39,7 +43,7 @@ int OdeIntegrator::scaled_jacobian(double s, N_Vector y, N_Vector rates, SUNMatr
   return 0;
 }
 
-/// The Jacobian of special rates, by differences.
+/// The Jacobian by differences over the tolerances: of special rates, and where a law has no slope.
 bool OdeIntegrator::difference_jacobian(double t, const double* x, const double* at_x, SUNMatrix matrix) {
   const double root = std::sqrt(std::numeric_limits<double>::epsilon());
   std::vector<double> moved(x, x + size_);

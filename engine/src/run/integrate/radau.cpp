@@ -280,7 +280,12 @@ class RadauIntegrator final : public Integrator {
       // 0): take it a little further on.
       const double move = std::max({time_ - previous_, h, 1e-9 * (limit_ - time_)});
       for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + move * rate_[i];
-      if (!evaluate(at_.data())) return false;
+      // One where it rests (sqrt(max(q, 0)) of an empty tank): by differences.
+      if (!evaluate(at_.data())) {
+        if (!systems_->dense() || !difference_jacobian()) return false;
+        stale_ = kFresh;
+        return true;
+      }
     }
     if (look) {
       steps_since_look_ = 0;
@@ -292,7 +297,7 @@ class RadauIntegrator final : public Integrator {
     return true;
   }
 
-  /// Of special rates.
+  /// Over the tolerances: of special rates, and where a law has no slope.
   bool difference_jacobian() {
     const double root = std::sqrt(kRadauEps);
     at_ = y_;
