@@ -139,3 +139,20 @@ TEST_CASE(
     CHECK(of_turning.find("radius") != std::string::npos);
   }
 }
+
+TEST_CASE("outputs whose range is small beside their magnitude are noted, but not those that stand still") {
+  // exp(1e-4 t) as a ratio of two states, each known to 1e-6: within 1e-3 of the ratio's range of 1e-3.
+  const std::string states = model({{"a", "1", "-a.q"}, {"b", "1", "-1.0001*b.q"}}, 10);
+  const auto noted = [&states](const std::string& value, double relative) {
+    std::string text = states;
+    const std::string head = "\"outputs\": { ";
+    text.insert(text.find(head) + head.size(), "\"ratio\": \"" + value + "\", ");
+    const RunResult result = run_text(text, with_method(Method::bdf, relative));
+    return std::any_of(result.report.notes.begin(), result.report.notes.end(), [](const std::string& note) {
+      return note.find("wrong") != std::string::npos && note.find("\"ratio\"") != std::string::npos;
+    });
+  };
+  CHECK(noted("a.q/b.q", 1e-6));
+  CHECK_FALSE(noted("a.q/b.q", 1e-10));
+  CHECK_FALSE(noted("2 + 1e-9*a.q", 1e-6));
+}

@@ -71,7 +71,9 @@ std::optional<std::string> output_errors_note(const OutputErrors& errors, const 
   for (std::size_t k = 0; k < names.size(); ++k) {
     const double error = errors.estimate[k], range = errors.range[k];
     // What stands still but for the tolerance has no range to compare with, nor has what is zero but for rounding.
-    const double least = std::max(OutputErrors::kLarge * range, relative * errors.magnitude[k]);
+    constexpr double kStill = 10.0;  // tolerances
+    const double tolerance = relative * errors.magnitude[k];
+    const double least = std::max(OutputErrors::kLarge * range, range > kStill * tolerance ? 0.0 : tolerance);
     if (error > least && 2.0 * errors.beyond_rounding[k] > least) wrong.emplace_back(error / range, k);
   }
   if (wrong.empty()) return std::nullopt;
