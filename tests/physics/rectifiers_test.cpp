@@ -240,12 +240,14 @@ TEST_CASE("grids of diodes and resistors, to a thousand branches, balance the cu
     std::string outputs;
     for (std::size_t i = 0; i + 1 < count; ++i)
       outputs += (i == 0 ? "\"" : ", \"") + node(i) + "\": \"" + node(i) + ".e\"";
-    const RunResult run = run_text(circuit(parts, outputs, R"("stop": 1e-3, "samples": 5)"));
+    SimulateOptions only_trace;  // the audit evaluates the network hundreds of times
+    only_trace.energy_audit = false;
+    const RunResult run = run_text(circuit(parts, outputs, R"("stop": 1e-3, "samples": 5)"), {}, only_trace);
     INFO(side << " x " << side << ", " << branches.size() << " branches");
     REQUIRE(run.stop == StopReason::completed);
+    double most = 0.0, worst = 0.0;
     for (std::size_t row = 0; row < run.trace.times.size(); ++row) {
       std::vector<double> balance(count, 0.0);
-      double most = 0.0;
       const auto potential = [&](std::size_t i) { return i + 1 == count ? 0.0 : run.trace.columns[i][row]; };
       for (const Branch& b : branches) {
         const double e = potential(b.from) - potential(b.to);
@@ -254,8 +256,10 @@ TEST_CASE("grids of diodes and resistors, to a thousand branches, balance the cu
         balance[b.to] += f;
         most = std::max(most, std::abs(f));
       }
-      // Potentials are known to 1e-13 of 5 V, and a diode's current changes by e in 26 mV: 2e-11 of itself.
-      for (std::size_t i = 1; i + 1 < count; ++i) CHECK(std::abs(balance[i]) <= 1e-10 * most);
+      for (std::size_t i = 1; i + 1 < count; ++i) worst = std::max(worst, std::abs(balance[i]));
     }
+    // Variables are found to 1e-13 of the largest that they have been, and a diode's current changes by e in 26 mV.
+    INFO("worst balance " << worst << " of " << most);
+    CHECK(worst <= 1e-9 * most);
   }
 }
