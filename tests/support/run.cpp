@@ -13,7 +13,7 @@
 
 namespace bgsim::test {
 
-std::string in_project(const std::string& path) { return std::string(BGSIM_SOURCE_DIR) + "/" + path; }
+std::string in_project(const std::string& path) { return BGSIM_SOURCE_DIR "/" + path; }
 
 namespace {
 

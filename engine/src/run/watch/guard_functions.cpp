@@ -38,6 +38,9 @@ GuardFunctions::GuardFunctions(const Program& program, std::span<const double> p
       guards_.push_back({i, relation, 0});
     }
   }
+  const std::vector<std::uint32_t>& solved = program.rates.solves;
+  for (const std::uint32_t tear : enclosure_.tears())
+    unsolved_ = unsolved_ || std::find(solved.begin(), solved.end(), program.plan.block_of_tear[tear]) == solved.end();
 }
 
 void GuardFunctions::take_modes(const Branch& branch) {
@@ -50,6 +53,7 @@ void GuardFunctions::take_modes(const Branch& branch) {
 
 bool GuardFunctions::screened(const StepEnds& step, const Branch& branch, const std::vector<std::size_t>& guards) {
   take_modes(branch);
+  if (unsolved_ && !branch.given) return false;
   return screen_.passes(enclosure_, step, [&] {
     return std::all_of(guards.begin(), guards.end(), [&](std::size_t guard) { return stays(guard, jet(guard)); });
   });

@@ -58,6 +58,7 @@ class GuardFunctions final : public CrossingFunctions {
   StepPolynomial polynomial_;
   std::vector<std::uint32_t> unknowns_;  ///< of the polynomial: the states, then the tears if these are unknowns
   bool given_ = false;
+  bool unsolved_ = false;  ///< a guard depends on a loop that no rate needs: steps come without its solution
   std::vector<double> modes_;
   std::vector<Jet> states_, tears_;
   std::vector<std::pair<double, std::vector<double>>> solved_;  ///< loops' solutions within this step, by time
