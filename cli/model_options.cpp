@@ -55,6 +55,12 @@ void add_parameters_option(CLI::App& app, ReadOptions& options) {
       ->allow_extra_args(false);
 }
 
+void add_mode_option(CLI::App& app, std::string& mode) {
+  app.add_option("--mode", mode,
+                 "sides of switches, such as a=closed,b=open; the others as at the start of the first scene")
+      ->type_name("SIDES");
+}
+
 void add_time_options(CLI::App& app, ReadOptions& options) {
   // Not bound directly: CLI11 makes nothing of an empty text, which is to be refused.
   const auto text = [&app](const char* name, std::optional<std::string>& target, const char* about) {

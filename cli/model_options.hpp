@@ -12,6 +12,9 @@ namespace bgsim::cli {
 /// --parameters, may be given again.
 void add_parameters_option(CLI::App& app, ReadOptions& options);
 
+/// --mode: which sides the switches of a model are on.
+void add_mode_option(CLI::App& app, std::string& mode);
+
 /// --start, --stop, --samples and --interval.
 void add_time_options(CLI::App& app, ReadOptions& options);
 

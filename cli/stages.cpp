@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iostream>
 
+#include "bgsim/modes.hpp"
 #include "command.hpp"
 
 namespace bgsim::cli {
@@ -19,11 +20,12 @@ bool is_wrong_usage(const ModelError& error) {
   });
 }
 
-Study read_study(const std::string& path, const ReadOptions& reading) {
+Study read_study(const std::string& path, const ReadOptions& reading, const std::string& mode) {
   try {
-    Study study(path, reading);
+    const Study study(path, reading);
     print_warnings(study.model().warnings, study.model());
-    return study;
+    const Study begun = study.at_start();
+    return mode.empty() ? begun : begun.in_mode(parse_mode(begun.model(), mode, mode_of(begun.model())));
   } catch (const ModelError& error) {
     if (!is_wrong_usage(error)) throw;
     throw UsageError(render(error));
@@ -37,8 +39,13 @@ void derive_equations(const Study& study) {
   static_cast<void>(study.order());  // for its faults
 }
 
-Study study_of(const std::string& path, const ReadOptions& reading) {
-  Study study = read_study(path, reading);
+void print_mode(const Study& study) {
+  const Mode mode = mode_of(study.model());
+  if (!mode.empty()) std::cout << "in the mode " << mode_text(study.model(), mode) << ":\n";
+}
+
+Study study_of(const std::string& path, const ReadOptions& reading, const std::string& mode) {
+  Study study = read_study(path, reading, mode);
   assign_causality(study);
   derive_equations(study);
   return study;

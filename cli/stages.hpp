@@ -10,15 +10,18 @@
 
 namespace bgsim::cli {
 
-/// Reads the model and prints the warnings.
+/// Reads the model and prints the warnings. One with switches is in the mode that begins its first scene, changed by
+/// what @p mode ("a=closed,b=open") says.
 /// @throws ModelError as read_model does; UsageError for faults of what @p reading says alone.
-Study read_study(const std::string& path, const ReadOptions& reading);
+Study read_study(const std::string& path, const ReadOptions& reading, const std::string& mode = "");
 /// Assigns the causality, prints the warnings.
 void assign_causality(const Study& study);
 /// All that is left up to the order of the equations, prints the warnings.
 void derive_equations(const Study& study);
 /// The three of them.
-Study study_of(const std::string& path, const ReadOptions& reading);
+Study study_of(const std::string& path, const ReadOptions& reading, const std::string& mode = "");
+/// Prints which mode the following is about, of a model with switches.
+void print_mode(const Study& study);
 
 /// Whether nothing but the command line is at fault.
 bool is_wrong_usage(const ModelError& error);

@@ -22,11 +22,15 @@ Exit check_command(const Arguments& arguments) {
   add_read_options(app, reading);
   add_set_option(app, overrides);
   add_parameters_option(app, reading);
+  std::string mode;
+  add_mode_option(app, mode);
   app.footer("Example: bgsim check models/actuator.json");
   parse_arguments(app, arguments);
 
-  const Study study = read_study(file, reading);
+  const Study study = read_study(file, reading, mode);
   const Model& model = study.model();
+  std::cout << describe_modes(model, study.graph());
+  print_mode(study);
   assign_causality(study);
   // Results are printed before the next stage may refuse the model: the strokes help to understand why.
   std::cout << describe_causality(model, study.graph(), study.causality()) << std::endl;

@@ -7,6 +7,7 @@
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"
+#include "model_options.hpp"
 #include "options.hpp"
 #include "output_file.hpp"
 #include "scenes.hpp"
@@ -17,6 +18,7 @@ namespace bgsim::cli {
 namespace {
 
 struct DrawArguments {
+  std::string mode;
   std::string file, output;
   ReadOptions reading;
   DrawingOptions how;
@@ -38,6 +40,7 @@ DrawArguments parse_draw(const Arguments& arguments) {
   app.add_option("-o,--output", options.output,
                  "the picture, .svg, .png or .dot by its ending; - for SVG on standard output (default: NAME.svg)")
       ->type_name("FILE");
+  add_mode_option(app, options.mode);
   app.add_flag("--effort-flow", options.how.effort_flow, "effort and flow at each bond instead of its name");
   app.add_flag("--no-bond-names", options.no_names, "no names of bonds");
   app.add_option("--zoom", options.zoom, "scale of a PNG (default: 2)")->type_name("X")->check(CLI::Range(0.1, 20.0));
@@ -50,7 +53,7 @@ DrawArguments parse_draw(const Arguments& arguments) {
 
 Exit draw_command(const Arguments& arguments) {
   DrawArguments options = parse_draw(arguments);
-  const Study study = read_study(options.file, options.reading);
+  const Study study = read_study(options.file, options.reading, options.mode);
   const Model& model = study.model();
   if (options.output.empty()) options.output = file_name(model.name) + ".svg";
   const std::string ending =

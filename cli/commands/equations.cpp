@@ -22,6 +22,8 @@ Exit equations_command(const Arguments& arguments) {
   app.add_option("--output", columns, "one more output, any expression over the model's names; may be given again")
       ->type_name("NAME=EXPR")
       ->allow_extra_args(false);
+  std::string mode;
+  add_mode_option(app, mode);
   app.footer(
       "Examples:\n  bgsim equations models/bellow.json           as text\n  bgsim equations models/bellow.json --latex "
       "  as LaTeX");
@@ -31,7 +33,7 @@ Exit equations_command(const Arguments& arguments) {
     if (column.find('=') == std::string::npos)
       throw UsageError("--output \"" + column + "\" is not of the form NAME=EXPR");
   take_columns({{}, columns}, reading);
-  const Study study = study_of(file, reading);
+  const Study study = study_of(file, reading, mode);
   const auto text = latex ? equations_latex : equations_text;
   std::cout << text(study.model(), study.equations(), study.order());
   return Exit::done;

@@ -6,6 +6,7 @@
 #include "bgsim/describe.hpp"
 #include "bgsim/infer_units.hpp"
 #include "command.hpp"
+#include "model_options.hpp"
 #include "options.hpp"
 #include "stages.hpp"
 
@@ -22,8 +23,9 @@ Program whole_program(const Study& study) {
   return compile(study.shared_model(), study.equations(), study.order(), {outputs, true});
 }
 
-std::string stage_text(const std::string& file, const ReadOptions& reading, const std::string& stage) {
-  const Study study = read_study(file, reading);
+std::string stage_text(const std::string& file, const ReadOptions& reading, const std::string& stage,
+                       const std::string& mode) {
+  const Study study = read_study(file, reading, mode);
   const Model& model = study.model();
   if (stage == "model") return show_model(model);
   if (stage == "graph") return show_graph(model, study.graph());
@@ -42,7 +44,7 @@ std::string stage_text(const std::string& file, const ReadOptions& reading, cons
 }  // namespace
 
 Exit show_command(const Arguments& arguments) {
-  std::string file, stage;
+  std::string file, stage, mode;
   ReadOptions reading;
   CLI::App app("Prints the value of a stage of the pipeline for a model.", "bgsim show");
   app.add_option("model.json", file, "the model")->required();
@@ -51,9 +53,10 @@ Exit show_command(const Arguments& arguments) {
       ->type_name("NAME")
       ->required()
       ->check(CLI::IsMember(kStages));
+  add_mode_option(app, mode);
   app.footer("Example: bgsim show models/bellow.json --stage causality");
   parse_arguments(app, arguments);
-  std::cout << stage_text(file, reading, stage);
+  std::cout << stage_text(file, reading, stage, mode);
   return Exit::done;
 }
 

@@ -10,7 +10,7 @@ ENDS = {"study", "draw", "describe"}  # nothing includes these, not even each ot
 PUBLIC = {
     "base": "csv diagnostic id text unit xml",
     "expression": "expression",
-    "model": "constitutive method model output_times",
+    "model": "constitutive method model modes output_times",
     "graph": "bond_graph causality",
     "read": "input_file",
     "units": "infer_units",

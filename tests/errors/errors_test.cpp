@@ -39,6 +39,8 @@ const std::map<std::string, std::string> kWithoutModel{
     {"BG406", "no run linearizes; tested in tests/unit/linearize_test.cpp"},
     {"BG407", "no run linearizes; tested in tests/unit/linearize_test.cpp"},
     {"BG171", "no run of a model alone continues another; tested in tests/physics/snapshot_test.cpp"},
+    {"BG173", "no run of a model alone names a mode; tested in tests/unit/modes_test.cpp"},
+    {"BG620", "the laws that have been tied so far have common values, or end (BG601)"},
     {"BG611", "no run measures a trade; tested in tests/physics/trade_test.cpp"},
     {"BG612", "no run measures a trade; tested in tests/physics/trade_test.cpp"},
     {"BG137", "submodels of 10 million elements; tested in tests/unit/submodel_test.cpp"},
@@ -110,7 +112,7 @@ std::string messages(const std::string& path) {
   options.reading.allow_outside = false;  // as the command does
   std::string text;
   try {
-    const Study study(path, options.reading);
+    const Study study = Study(path, options.reading).at_start();
     const Model* const model = &study.model();
     const auto warn = [&](const std::vector<Diagnostic>& warnings) { text += rendered(warnings, *model->sources); };
     warn(model->warnings);
@@ -123,7 +125,8 @@ std::string messages(const std::string& path) {
     warn(inputs.warnings);
     options.run.remark = [&](const Diagnostic& remark) { warn({remark}); };
     const Simulation scene = study.scene(inputs, {.keep_all = true});
-    const RunResult result = simulate(scene.program(), inputs, options.run, options.clock);
+    const RunResult result = mode_of(*model).empty() ? simulate(scene.program(), inputs, options.run, options.clock)
+                                                     : scene.simulate(options.run);
     if (result.failure) text += render(*result.failure, *model->sources);
     if (path.substr(0, 4) == "BG15") hold_against_reference(*model, inputs, result);
   } catch (const ModelError& error) {

@@ -60,9 +60,11 @@ class TableauWriter {
         y(row_, flow(port)) = 1.0;
         tableau_.law_u(row_++, source_++) = -1.0;
         break;
+      case ElementKind::open_switch:
       case ElementKind::effort_detector:
         y(row_++, flow(port)) = 1.0;
         break;
+      case ElementKind::closed_switch:
       case ElementKind::flow_detector:
         y(row_++, effort(port)) = 1.0;
         break;

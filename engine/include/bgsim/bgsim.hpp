@@ -13,6 +13,7 @@
 #include "bgsim/method.hpp"
 #include "bgsim/output_times.hpp"
 #include "bgsim/model.hpp"
+#include "bgsim/modes.hpp"
 #include "bgsim/input_file.hpp"
 #include "bgsim/constitutive.hpp"
 #include "bgsim/bond_graph.hpp"

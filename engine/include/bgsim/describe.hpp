@@ -26,6 +26,10 @@ std::vector<Finding> causal_findings(const Model& model, const BondGraph& graph,
 
 /// `bgsim check`: the findings as text, and loops and through which elements they run.
 std::string describe_causality(const Model& model, const BondGraph& graph, const CausalGraph& causal);
+/// What each mode of the switches makes of the stores, and which modes the graph does not allow; empty without
+/// switches.
+/// @note Causality and equations are derived for each mode, of up to 12 switches.
+std::string describe_modes(const Model& model, const BondGraph& graph);
 std::string describe_loops(const Model& model, const EquationSystem& system, const BlockOrder& order);
 /// Which units are given, which follow from them, which remain unknown.
 std::string describe_units(const Model& model, const UnitReport& units);

@@ -86,6 +86,27 @@ struct Origin {
   SignalId signal;
 };
 
+/// A switch of the model, on the side that it is on in this system.
+struct SwitchEquation {
+  ElementId element;
+  ExprId leaves;  ///< 1 where the condition holds under which it goes to its other side, else 0
+};
+
+/// What an impulse into a dependent store is to a state: per unit of the impulse, what the state gains.
+struct ImpulseTerm {
+  std::uint32_t state = 0;      ///< index into EquationSystem::states
+  std::uint32_t dependent = 0;  ///< index into EquationSystem::dependent
+  ExprId factor;                ///< over unknowns, states, time and parameters
+};
+
+/// How the stores move at once where a mode begins. An impulse that moves a dependent store moves the states that the
+/// junctions, TF and GY between them connect it with, and nothing else: resistors, whose impulse would cost an energy
+/// without bound, take none.
+struct JumpEquations {
+  std::vector<ImpulseTerm> terms;  ///< by state, then dependent store
+  std::vector<ExprId> conjugates;  ///< effort of a C or flow of an I, port by port of `energy`'s displacements
+};
+
 /// What a run leaves out, since none of its outputs depends on it; and what its energy balance does not look at.
 struct LeftOut {
   std::vector<std::string> states;       ///< names, in model order
@@ -110,7 +131,9 @@ struct EquationSystem {
   std::vector<OutputEquation> outputs;  ///< by position in Model::outputs
   std::vector<EnergyPart> energy;
   std::vector<Continuous> continuous;
-  LeftOut left_out;  ///< by slice(); nothing before
+  std::vector<SwitchEquation> switches;  ///< in model order
+  JumpEquations jump;                    ///< empty in a model without switches
+  LeftOut left_out;                      ///< by slice(); nothing before
   std::vector<Diagnostic> warnings;
 };
 

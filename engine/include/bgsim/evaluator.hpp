@@ -119,6 +119,10 @@ class Evaluator {
 
   /// How far each output can be off at this point where the states are off by so much, and all operations are rounded.
   void output_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors, double* bounds);
+  /// By Program::switch_elements: 1 where a switch leaves the side that it is on in this program, else 0.
+  bool switches(double t, const double* x, Branch& branch, double* values);
+  /// By Program::jump: the factors of its terms, then the effort of each C and the flow of each I.
+  bool jump(double t, const double* x, Branch& branch, double* values);
 
   /// The quantities of Program::must_not_jump, and how far each can be off if the time is off by @p time_error and all
   /// operations are rounded.

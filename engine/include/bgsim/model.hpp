@@ -23,6 +23,8 @@ enum class ElementKind : std::uint8_t {
   flow_source,
   effort_detector,
   flow_detector,
+  open_switch,  ///< an Sw, which is one of two kinds, as its side is: see bgsim/modes.hpp
+  closed_switch,
   resistor,
   capacitor,
   inertia,
@@ -46,6 +48,8 @@ std::string kind_text(ElementKind kind, bool modulated);
 [[nodiscard]] bool is_source(ElementKind kind);
 /// What signals read an effort or flow at without taking power.
 [[nodiscard]] bool is_detector(ElementKind kind);
+/// An Sw: a source of no flow while it is open, of no effort while it is closed.
+[[nodiscard]] bool is_switch(ElementKind kind);
 /// What an element sets at its bond whatever the rest of the graph does: a source its own variable, a detector the
 /// other one, which it keeps at zero. None for all other kinds.
 [[nodiscard]] std::optional<Variable> imposed_variable(ElementKind kind);
@@ -112,9 +116,18 @@ struct InitialValue {
   bool conjugate = false;  ///< of the effort of a C or the flow of an I, from which the law gives what is stored
 };
 
+/// When an Sw goes to its other side. The conditions may depend on all that signals may depend on.
+struct SwitchLaw {
+  ExprId closes, opens;    ///< conditions; each matters on the other side alone
+  bool locks = false;      ///< written as "locked": `opens` is the condition that was written
+  bool remembers = false;  ///< written as "close" and "open"; else each of the two is the other's contrary
+  Place closes_place, opens_place;
+};
+
 /// An element as written. Which of the optional members are set follows from the kind:
 /// sources `coefficient` (effort or flow); R, C, I `coefficient` (resistance, capacitance, inertance) or one `law`;
-/// TF, GY `coefficient` (modulus); CC, II, IC `energy` or `laws`; RR `laws`; junctions nothing.
+/// TF, GY `coefficient` (modulus); CC, II, IC `energy` or `laws`; RR `laws`; Sw `switches` (and the coefficient 0);
+/// junctions nothing.
 struct Element {
   std::string name;  ///< full name, e.g. "left.orifice"
   ElementKind kind = ElementKind::resistor;
@@ -126,6 +139,7 @@ struct Element {
   std::vector<Variable> stored;    ///< of an IC: what each port holds, displacement or momentum; else empty
   SymbolId first_symbol;           ///< see port_variable()
   std::vector<InitialValue> initial;
+  std::optional<SwitchLaw> switches;
   double priority = 0.0;  ///< stores: larger gets integral causality first; ties by the model's order
   std::string about;
   Place place;              ///< of the element's key

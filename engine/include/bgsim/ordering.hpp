@@ -37,6 +37,8 @@ struct BlockOrder {
   std::vector<std::vector<ExprId>> port_powers;  ///< by EquationSystem::energy: of a field at each port; else empty
   std::vector<ExprId> stored;      ///< by EquationSystem::energy: a store's energy, none if it has no closed form
   std::vector<ExprId> continuous;  ///< by EquationSystem::continuous; none where the derivative is not needed
+  std::vector<ExprId> switches;    ///< by EquationSystem::switches
+  std::vector<ExprId> impulses, conjugates;  ///< by the terms and conjugates of EquationSystem::jump
   SystemClass system_class = SystemClass::explicit_ode;
 };
 

@@ -101,6 +101,15 @@ struct StateInfo {
   SignalId signal;         ///< whose integral it is; none for a store
 };
 
+/// How the stores move at once where the program's mode begins (see JumpEquations).
+struct JumpPlan {
+  struct Term {
+    std::uint32_t state = 0, dependent = 0;
+  };
+  std::vector<Term> terms;
+  Routine routine;  ///< results: the terms' factors, then the conjugates by the displacements of all energy parts
+};
+
 /// All that a run needs: it refers to nothing outside of itself, and nothing changes it.
 struct Program {
   std::shared_ptr<const Model> model;
@@ -135,8 +144,11 @@ struct Program {
   Routine displacements;                          ///< q or p of every store port, by energy part
   std::vector<std::uint32_t> first_displacement;  ///< by energy part, plus one at the end
   Routine dependents;                             ///< q or p of EquationSystem::dependent
-  Routine continuous;                             ///< by `must_not_jump`
-  Routine implicit_residual;                      ///< rates, then residuals of all blocks, with the tears as given
+  Routine switches;                               ///< by `switch_elements`: 1 where one leaves its side, else 0
+  std::vector<ElementId> switch_elements;
+  JumpPlan jump;
+  Routine continuous;         ///< by `must_not_jump`
+  Routine implicit_residual;  ///< rates, then residuals of all blocks, with the tears as given
   std::vector<ProgramBlock> blocks;
   std::vector<Relation> relations;
   std::vector<Diagnostic> must_not_jump;  ///< what is said if a quantity jumps whose derivative the rates contain

@@ -35,12 +35,14 @@ struct EnergyCourse {
 struct EnergyAudit {
   bool done = false;  ///< false if switched off or not possible; `why_not` says why
   std::string why_not;
-  double supplied = 0.0;    ///< by sources
-  double stored = 0.0;      ///< change of stored energy
-  double dissipated = 0.0;  ///< by R and RR
-  double exchanged = 0.0;   ///< through modulated stores, whose energy is no function of their state alone
-  double residual = 0.0;    ///< supplied - stored - dissipated - exchanged
-  double relative = 0.0;    ///< |residual| / largest of the terms' magnitudes and of the gross energy turned over
+  double supplied = 0.0;           ///< by sources
+  double stored = 0.0;             ///< change of stored energy
+  double dissipated = 0.0;         ///< by R and RR
+  double exchanged = 0.0;          ///< through modulated stores, whose energy is no function of their state alone
+  double switching = 0.0;          ///< lost in jumps, where switches tie stores to each other or cut them off
+  double residual = 0.0;           ///< supplied - stored - dissipated - exchanged - switching
+  double turnover = 0.0;           ///< largest of the terms' magnitudes and of the gross energy turned over
+  double relative = 0.0;           ///< |residual| / turnover
   double least_dissipation = 0.0;  ///< smallest power of a single R or RR met; negative: an active element
   std::string least_dissipation_element;
   std::vector<double> activity;  ///< by EquationSystem::energy: integral of |power|; see activities()
@@ -72,6 +74,8 @@ struct RunReport {
   std::uint64_t steps = 0, rate_evaluations = 0, jacobian_evaluations = 0, factorizations = 0, nonlinear_iterations = 0,
                 error_test_failures = 0, convergence_failures = 0, loop_iterations = 0;
   std::uint64_t time_events = 0, state_events = 0;
+  bool switches = false;                                      ///< the model has ideal switches
+  std::uint64_t mode_changes = 0, modes = 0;                  ///< how often they changed sides; how many modes were met
   std::vector<std::pair<std::string, double>> stage_seconds;  ///< wall time by stage, in order
   EnergyAudit energy;
   OutputErrors errors;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "bgsim/modes.hpp"
 #include "bgsim/simulate.hpp"
 #include "bgsim/slice.hpp"
 
@@ -16,6 +17,7 @@ namespace bgsim {
 /// Wall time by stage, in the order in which they ran.
 using StageSeconds = std::vector<std::pair<std::string, double>>;
 
+class ModePrograms;
 class Simulation;
 
 /// What of a scene is compiled.
@@ -53,6 +55,13 @@ class Study {
   /// The same for a scene that is worked out already.
   [[nodiscard]] Simulation scene(RunInputs inputs, const SceneOptions& options = {}) const;
 
+  /// The same model in another mode of its switches.
+  [[nodiscard]] Study in_mode(const Mode& closed) const;
+  /// In the mode in which a scene begins; itself if the model has no switches or no scenes.
+  /// @param name  empty for the first scene.
+  /// @throws ModelError as prepare_scene, and BG405.
+  [[nodiscard]] Study at_start(const std::string& name = "", const SceneOverrides& overrides = {}) const;
+
   /// Of the stages that have run so far.
   [[nodiscard]] StageSeconds seconds() const;
 
@@ -67,7 +76,10 @@ class Simulation {
  public:
   [[nodiscard]] const Model& model() const { return study_.model(); }
   [[nodiscard]] const RunInputs& inputs() const { return inputs_; }
-  [[nodiscard]] const Program& program() const { return compiled_->program; }
+  /// Of a model with switches: that of the mode in which the scene begins.
+  [[nodiscard]] const Program& program() const {
+    return compiled_->first != nullptr ? *compiled_->first : compiled_->program;
+  }
   /// Of slice and compile.
   [[nodiscard]] const StageSeconds& seconds() const { return compiled_->seconds; }
 
@@ -88,10 +100,13 @@ class Simulation {
   struct Compiled {
     std::optional<Slice> cut;  ///< none if nothing was left out
     Program program;
+    std::shared_ptr<ModePrograms> modes;  ///< of a model with switches, instead of `program`
+    const Program* first = nullptr;       ///< among these
     StageSeconds seconds;
   };
   Simulation(Study study, RunInputs inputs, const SceneOptions& options);
   void check(const RunInputs& inputs) const;
+  [[nodiscard]] RunResult run(const RunInputs& inputs, const SimulateOptions& options) const;
 
   Study study_;
   std::optional<SceneOverrides> overrides_;  ///< as the scene was asked for; none if it was worked out elsewhere

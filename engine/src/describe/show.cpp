@@ -2,6 +2,7 @@
 
 #include "base/text.hpp"
 #include "bgsim/describe.hpp"
+#include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
 #include "graph/causal_explanation.hpp"
 #include "model/element_kinds.hpp"
@@ -31,7 +32,11 @@ std::string show_element(const Model& model, const Element& element) {
               (element.stored.empty() ? "" : std::string(": ") + letter(element.stored[port]));
     text += ")";
   }
-  if (element.coefficient.valid()) text += ", " + coefficient_words(element) + " " + write(element.coefficient);
+  if (element.switches) {
+    text += ", " + side_text(element, is_closed(element));
+    text += ", closes if " + write(element.switches->closes) + ", opens if " + write(element.switches->opens);
+  } else if (element.coefficient.valid())
+    text += ", " + coefficient_words(element) + " " + write(element.coefficient);
   if (element.energy.valid()) text += ", energy " + write(element.energy);
   for (const Law& law : element.laws)
     text += ", " + (law.zero ? "0" : symbol_name(model, port_variable(element, law.port, law.variable))) + " = " +

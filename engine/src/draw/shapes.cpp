@@ -31,7 +31,7 @@ bool Curve::straight() const { return length(control - 0.5 * (begin + end)) < 0.
 
 Letters letters(const Element& element) {
   const std::string text = kind_text(element.kind, element.modulated);
-  if (!imposed_variable(element.kind)) return {text, {}};
+  if (!imposed_variable(element.kind) || is_switch(element.kind)) return {text, {}};
   return {text.substr(0, text.size() - 1), text.substr(text.size() - 1)};
 }
 double letters_width(const Letters& letters) {

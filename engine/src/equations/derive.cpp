@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "bgsim/equations.hpp"
+#include "bgsim/modes.hpp"
 #include "equations/borders.hpp"
 #include "equations/derivative_faults.hpp"
+#include "equations/impulses.hpp"
 #include "equations/junctions.hpp"
 #include "expression/graph.hpp"
 #include "expression/signed_power.hpp"
@@ -42,10 +44,13 @@ class Derivation {
       wish_ = Wish{output.place, {}};
       system_.outputs.push_back({output.name, translate(output.value), output.unit});
     }
+    write_switches();
     claim({});
     write_derivatives();
     claim({});
     if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
+    if (!system_.switches.empty()) system_.jump.terms = impulse_terms(model_, graph_, system_);
+    claim({});
     return std::move(system_);
   }
 
@@ -228,6 +233,8 @@ class Derivation {
     switch (element.kind) {
       case ElementKind::effort_source:
       case ElementKind::flow_source:
+      case ElementKind::open_switch:
+      case ElementKind::closed_switch:
         return write_source(id);
       case ElementKind::effort_detector:
       case ElementKind::flow_detector:
@@ -259,6 +266,29 @@ class Derivation {
     define(variables[graph_[port].bond.index()], (*translate_)(element.coefficient), id, element.place);
     const ExprId power = system_.pool.mul(effort(port), flow(port));
     add_energy({EnergyPart::Role::source, id, signed_by(!graph_[port].head, power), {}, {}, {}, {}, false});
+  }
+
+  /// The condition under which each switch leaves the side that it is on.
+  void write_switches() {
+    for (std::size_t i = 0; i < model_.elements.size(); ++i) {
+      const Element& element = model_.elements[i];
+      if (!element.switches) continue;
+      const bool closed = is_closed(element);
+      wish_ = Wish{closed ? element.switches->opens_place : element.switches->closes_place, {}};
+      const ExprId leaves = (*translate_)(closed ? element.switches->opens : element.switches->closes);
+      ExprPool& pool = system_.pool;
+      system_.switches.push_back({ElementId(i), pool.select(leaves, pool.constant(1.0), pool.constant(0.0))});
+      claim({ElementId(i), {}});
+    }
+    if (system_.switches.empty()) return;
+    for (const EnergyPart& part : system_.energy) {
+      if (part.role != EnergyPart::Role::store) continue;
+      for (std::size_t k = 0; k < graph_.port_count(part.element); ++k) {
+        const PortId port = graph_.port(part.element, k);
+        const bool displacement = stores_displacement(model_.elements[part.element.index()], k);
+        system_.jump.conjugates.push_back(displacement ? effort(port) : into(port));
+      }
+    }
   }
 
   /// Takes no power, so it has no part in the energy audit.

@@ -33,6 +33,9 @@ class Ordering {
       for (const ExprId power : part.port_powers) order_.port_powers.back().push_back(resolve(power));
       order_.stored.push_back(part.energy.valid() && !part.modulated ? resolve(part.energy) : ExprId{});
     }
+    for (const SwitchEquation& at : system_.switches) order_.switches.push_back(resolve(at.leaves));
+    for (const ImpulseTerm& term : system_.jump.terms) order_.impulses.push_back(resolve(term.factor));
+    for (const ExprId e : system_.jump.conjugates) order_.conjugates.push_back(resolve(e));
     for (const Continuous& quantity : system_.continuous)
       order_.continuous.push_back(needed_[equation_of(quantity.derivative)] ? resolve(quantity.value) : ExprId{});
     order_.origins.resize(order_.pool.size());
@@ -73,6 +76,9 @@ class Ordering {
     for (const OutputEquation& output : system_.outputs) need_all(output.value);
     for (const EnergyPart& part : system_.energy) need_all(part.power);
     for (const DependentStore& store : system_.dependent) need(equation_of(store.symbol));
+    for (const SwitchEquation& at : system_.switches) need_all(at.leaves);
+    for (const ImpulseTerm& term : system_.jump.terms) need_all(term.factor);
+    for (const ExprId e : system_.jump.conjugates) need_all(e);
     while (!open.empty()) {
       const std::uint32_t equation = open.back();
       open.pop_back();

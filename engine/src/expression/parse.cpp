@@ -62,7 +62,7 @@ class Parser {
   Parser(std::string_view text, ExprPool& pool, const ExpressionScope& scope)
       : text_(text), pool_(pool), scope_(scope) {}
 
-  ExprId parse() {
+  ExprId parse(Operand::Kind wanted) {
     bool operand_next = true;
     for (skip_space(); at_ < text_.size(); skip_space()) operand_next = operand_next ? read_operand() : read_operator();
     if (operand_next) missing_operand(text_.size(), text_.size());
@@ -72,7 +72,7 @@ class Parser {
     }
     reduce_all(0);
     const Operand result = operands_.back();
-    want(result, Operand::Kind::number, "the expression");
+    want(result, wanted, "the expression");
     return result.id;
   }
 
@@ -481,7 +481,11 @@ std::string_view trimmed(std::string_view text, std::size_t& begin) {
 }  // namespace
 
 ExprId parse_expression(std::string_view text, ExprPool& pool, const ExpressionScope& scope) {
-  return Parser(text, pool, scope).parse();
+  return Parser(text, pool, scope).parse(Operand::Kind::number);
+}
+
+ExprId parse_condition(std::string_view text, ExprPool& pool, const ExpressionScope& scope) {
+  return Parser(text, pool, scope).parse(Operand::Kind::condition);
 }
 
 LawText split_law(std::string_view text) {

@@ -37,6 +37,8 @@ struct ExpressionScope {
 /// type
 ///         (a condition where a number is meant or the reverse), BG125 nesting deeper than 1000.
 ExprId parse_expression(std::string_view text, ExprPool& pool, const ExpressionScope& scope);
+/// Parses a condition: BG124 where the text is a number.
+ExprId parse_condition(std::string_view text, ExprPool& pool, const ExpressionScope& scope);
 
 /// Splits "lhs = rhs" at its one equals sign; offsets are bytes of @p text.
 /// @throws ExpressionError BG126 if there is not exactly one.

@@ -244,7 +244,7 @@ std::string stroke_reason_text(const Model& model, const BondGraph& graph, std::
   const std::string port = words.port(words.port_at(stroke.element, bond));
   switch (stroke.reason) {
     case StrokeReason::source:
-      return in_quotes(element.name) + (kind_words(element).starts_with('e') ? " is an " : " is a ") +
+      return in_quotes(element.name) + (kind_words(element).find_first_of("eo") == 0 ? " is an " : " is a ") +
              kind_words(element);
     case StrokeReason::one_way_law:
       return "the law of " + port + " can give its " + words.given_at(stroke.element, bond) + " only";

@@ -13,6 +13,9 @@ constexpr std::array kEffortKeys{Keys("kind"), Keys("about"), Keys("effort")};
 constexpr std::array kFlowWays{Keys("flow")};
 constexpr std::array kFlowKeys{Keys("kind"), Keys("about"), Keys("flow")};
 constexpr std::array kDetectorKeys{Keys("kind"), Keys("about")};
+constexpr std::array kSwitchWays{Keys("closed"), Keys("locked"), Keys("close")};
+constexpr std::array kSwitchKeys{Keys("kind"),  Keys("about"), Keys("closed"), Keys("locked"),
+                                 Keys("close"), Keys("open"),  Keys("initial")};
 constexpr std::array kResistorWays{Keys("resistance"), Keys("law")};
 constexpr std::array kResistorKeys{Keys("kind"), Keys("about"), Keys("resistance"), Keys("law")};
 constexpr std::array kCapacitorWays{Keys("capacitance"), Keys("law")};
@@ -75,6 +78,24 @@ constexpr std::array kRows{
             .variable = Variable::flow,
             .hangs = Hangs::above,
             .keys = kDetectorKeys},
+    KindRow{.kind = Kind::open_switch,
+            .text = "Sw",
+            .words = "open switch",
+            .family = Family::source,
+            .variable = Variable::flow,
+            .switches = true,
+            .hangs = Hangs::above,
+            .ways = kSwitchWays,
+            .keys = kSwitchKeys},
+    KindRow{.kind = Kind::closed_switch,
+            .text = "Sw",
+            .words = "closed switch",
+            .family = Family::source,
+            .variable = Variable::effort,
+            .switches = true,
+            .hangs = Hangs::above,
+            .ways = kSwitchWays,
+            .keys = kSwitchKeys},
     KindRow{.kind = Kind::resistor,
             .text = "R",
             .family = Family::resistor,
@@ -188,7 +209,8 @@ std::optional<WrittenKind> written_kind(std::string_view text) {
 
 std::vector<std::string> kind_texts() {
   std::vector<std::string> texts;
-  for (const KindRow& row : kRows) texts.emplace_back(row.text);
+  for (const KindRow& row : kRows)
+    if (texts.empty() || texts.back() != row.text) texts.emplace_back(row.text);
   for (const KindRow& row : kRows)
     if (row.modulation == Modulation::with_m) texts.push_back(kind_text(row.kind, true));
   return texts;
@@ -218,6 +240,7 @@ std::string one_port_of(ElementKind field) {
 bool is_junction(ElementKind kind) { return kind_row(kind).family == Family::junction; }
 bool is_store(ElementKind kind) { return kind_row(kind).family == Family::store; }
 bool is_source(ElementKind kind) { return kind_row(kind).family == Family::source; }
+bool is_switch(ElementKind kind) { return kind_row(kind).switches; }
 bool is_detector(ElementKind kind) { return kind_row(kind).family == Family::detector; }
 
 bool stores_displacement(const Element& element, std::size_t port) {

@@ -44,7 +44,8 @@ struct KindRow {
   std::optional<Variable> variable{};
   Ports ports = Ports::one;
   Modulation modulation = Modulation::never;
-  bool crosses = false;  ///< a two-port that relates the effort of each port to the flow of the other
+  bool switches = false;  ///< an ideal switch: one row for each side, with one text
+  bool crosses = false;   ///< a two-port that relates the effort of each port to the flow of the other
   std::span<const CoefficientUnit> units{};  ///< of the coefficient, all of them at once; none: it has none
   Hangs hangs = Hangs::nowhere;
   std::span<const std::string_view> ways{};  ///< "resistance", "law"; the coefficient's key first; none: nothing to say

@@ -289,6 +289,16 @@ bool Evaluator::dependents(double t, const double* x, Branch& branch, double* va
          impl_->take(impl_->program.dependents, values, "a dependent store", {});
 }
 
+bool Evaluator::switches(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run_or_given(impl_->program.switches, t, x, branch) &&
+         impl_->take(impl_->program.switches, values, "the condition of a switch", {});
+}
+
+bool Evaluator::jump(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run(impl_->program.jump.routine, t, x, branch) &&
+         impl_->take(impl_->program.jump.routine, values, "what jumps with a switch", {});
+}
+
 bool Evaluator::displacements(double t, const double* x, Branch& branch, double* values) {
   return impl_->run_or_given(impl_->program.displacements, t, x, branch) &&
          impl_->take(impl_->program.displacements, values, "what is stored", {});

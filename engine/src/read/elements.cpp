@@ -2,6 +2,7 @@
 #include <array>
 
 #include "base/codes.hpp"
+#include "bgsim/modes.hpp"
 #include "read/reader.hpp"
 
 namespace bgsim {
@@ -28,7 +29,9 @@ void Reader::parse_element(std::size_t index) {
     Element& element = model_.elements[index];
     const std::string_view key = file[*way].key;
     element.coefficient_place = file.place(*way);
-    if (key == "energy") {
+    if (is_switch(element.kind)) {
+      parse_switch(index, *way);
+    } else if (key == "energy") {
       parse_energy(index, *way);
     } else if (key == "law") {
       if (expect(file, *way, JsonKind::string, "\"law\"")) parse_law(index, *way);
@@ -41,6 +44,56 @@ void Reader::parse_element(std::size_t index) {
   if (!is_store(model_.elements[index].kind)) return;
   if (const NodeId initial = file.find(node, "initial"); initial.valid()) parse_initial(index, initial);
   if (const NodeId priority = file.find(node, "priority"); priority.valid()) parse_priority(index, priority);
+}
+
+/// An ideal switch: "closed" or "locked" with one condition, or "close" and "open" with one each.
+void Reader::parse_switch(std::size_t index, NodeId way) {
+  const auto [scope, node] = element_text_[index];
+  const Document& file = document(scopes_[scope]);
+  const Context context{scope, nullptr, nullptr};
+  Element& element = model_.elements[index];
+  element.coefficient = model_.pool.constant(0.0);
+  SwitchLaw law;
+  const std::string_view key = file[way].key;
+  const NodeId open = file.find(node, "open"), initial = file.find(node, "initial");
+  if (key == "close") {
+    law.remembers = true;
+    if (!open.valid())
+      return missing(file, node, "the switch " + in_quotes(file[node].key) + " has \"close\", but no \"open\"",
+                     file.key_place(way), "add \"open\": the condition under which it opens again",
+                     "a switch with hysteresis has a condition for either way");
+    const ExprId close = condition(context, way, "\"close\"");
+    law.opens = condition(context, open, "\"open\"");
+    // Where both hold, the switch is open: otherwise it would change sides without end.
+    if (close.valid() && law.opens.valid())
+      law.closes = model_.pool.make(Op::logical_and, close, model_.pool.make(Op::logical_not, law.opens));
+    law.closes_place = file.place(way);
+    law.opens_place = file.place(open);
+    if (initial.valid() && expect(file, initial, JsonKind::string, "the \"initial\" of a switch")) {
+      const std::string_view side = file[initial].text;
+      if (side != "open" && side != "closed")
+        return problem("BG113", "a switch is \"open\" or \"closed\" at the start, not " + in_quotes(side),
+                       file.place(initial), suggestion(side, {"open", "closed"}));
+      if (side == "closed") set_closed(element, true);
+    }
+  } else {
+    for (const NodeId other : {open, initial})
+      if (other.valid())
+        return problem(
+            "BG112",
+            "the switch " + in_quotes(file[node].key) + " has " + in_quotes(key) + " and " + in_quotes(file[other].key),
+            file.key_place(other),
+            "leave it out, or write \"close\" and \"open\": the conditions under which it changes sides",
+            "one condition says at each instant which side the switch is on",
+            {{file.key_place(way), "it is defined here first"}});
+    const ExprId written = condition(context, way, in_quotes(key));
+    if (!written.valid()) return;
+    law.locks = key == "locked";
+    law.closes = law.locks ? model_.pool.make(Op::logical_not, written) : written;
+    law.opens = law.locks ? written : model_.pool.make(Op::logical_not, written);
+    law.closes_place = law.opens_place = file.place(way);
+  }
+  if (law.closes.valid() && law.opens.valid()) element.switches = law;
 }
 
 /// The one key that says what the element does.

@@ -18,8 +18,18 @@ ExprId Reader::expression(const Context& context, NodeId value, const std::strin
   return {};
 }
 
+/// A condition such as "x > 1 and t < T", which is no number.
+ExprId Reader::condition(const Context& context, NodeId value, const std::string& what) {
+  const Document& file = document(scopes_[context.scope]);
+  if (file[value].kind == JsonKind::string) return parse(context, value, file[value].text, 0, parse_condition);
+  problem("BG113", what + " must be a condition in quotes, not " + json_kind_name(file[value].kind), file.place(value),
+          "write a comparison: \"t >= 0.1\", \"cap.e > 5 and t > T\"; one that always holds is \"t > t - 1\"");
+  return {};
+}
+
 /// Parses a part of a text that begins at byte @p offset of it.
-ExprId Reader::parse(const Context& context, NodeId value, std::string_view text, std::size_t offset) {
+ExprId Reader::parse(const Context& context, NodeId value, std::string_view text, std::size_t offset,
+                     Parse parse_text) {
   ExpressionScope scope;
   scope.time = model_.time;
   scope.name = [&](std::string_view name) { return meaning(context, name); };
@@ -29,7 +39,7 @@ ExprId Reader::parse(const Context& context, NodeId value, std::string_view text
   };
   refusal_.reset();
   try {
-    const ExprId result = parse_expression(text, model_.pool, scope);
+    const ExprId result = parse_text(text, model_.pool, scope);
     return context.constant == nullptr || only_parameters(context, value, result) ? result : ExprId{};
   } catch (const ExpressionError& error) {
     expression_fault(context, value, text, offset, error);

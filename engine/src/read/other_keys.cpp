@@ -56,6 +56,15 @@ constexpr std::array kFlowKeys{
         "a source of flow has the key \"flow\" in every domain"},
     Key{" effort voltage force torque pressure ", "Sf gives a flow; a source of effort is of kind \"Se\" or \"MSe\""},
 };
+constexpr std::array kSwitchKeys{
+    Key{" condition gate control signal state on when if fire command ",
+        "an Sw is closed while its condition holds: \"closed\": \"t >= 0.1\""},
+    Key{" off opened open_when ", "write \"closed\": \"not (...)\", or \"close\" and \"open\" for a hysteresis"},
+    Key{" lock engaged engage brake clutch ", "an Sw is rigid while \"locked\" holds: \"locked\": \"t >= 0.1\""},
+    Key{" resistance Ron r_on ron R ", "an ideal switch has no resistance: put an R beside it"},
+    Key{" start initially ",
+        "the side at the start is \"initial\": \"open\" or \"closed\", with \"close\" and \"open\" only"},
+};
 constexpr std::array kTransformerKeys{
     Key{" ratio n N m r gain factor transmission transmission_ratio gear gear_ratio turns turns_ratio lever area "
         "radius ",
@@ -185,7 +194,8 @@ constexpr std::array kKinds{
         "a detector of flow is of kind \"Df\", at a 1-junction"},
     Key{" ss source_sensor ", "a port to the outside is a junction in \"ports\""},
     Key{" diode d thyristor ", "a diode is an \"R\" with a law such as \"f = Is*(exp(e/Vt) - 1)\""},
-    Key{" sw switch x0 x1 ", "there are no ideal switches: write an \"MR\" whose law has an if(condition, ..., ...)"},
+    Key{" sw switch x0 x1 clutch brake breaker ",
+        "an ideal switch is an \"Sw\" with a condition: \"closed\" or \"locked\""},
     Key{" ce re chemical ", "write it as a \"C\" or \"R\" with its \"law\""},
     Key{" rs_thermal mrs rst ", "heat is not followed by itself: write an \"RR\" with a thermal port"},
     Key{" mcc mii mrr ", "fields may use any variable: leave the M out"},
@@ -216,6 +226,9 @@ std::string own_value_key(ElementKind kind) {
       return "an effort source says it as \"effort\"";
     case ElementKind::flow_source:
       return "a flow source says it as \"flow\"";
+    case ElementKind::open_switch:
+    case ElementKind::closed_switch:
+      return "an Sw has a condition: \"closed\", \"locked\", or \"close\" and \"open\"";
     case ElementKind::resistor:
       return "an R has a \"resistance\" (e = R f) or a \"law\" such as \"f = G*e\"";
     case ElementKind::capacitor:
@@ -247,6 +260,9 @@ std::string instead_of_own_key(ElementKind kind, std::string_view key) {
       return help_for(kEffortKeys, key);
     case ElementKind::flow_source:
       return help_for(kFlowKeys, key);
+    case ElementKind::open_switch:
+    case ElementKind::closed_switch:
+      return help_for(kSwitchKeys, key);
     case ElementKind::resistor:
       return help_for(kResistorKeys, key);
     case ElementKind::capacitor:

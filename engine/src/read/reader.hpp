@@ -139,7 +139,10 @@ class Reader {
 
   // expressions (reader_expressions.cpp)
   ExprId expression(const Context& context, NodeId value, const std::string& what);
-  ExprId parse(const Context& context, NodeId value, std::string_view text, std::size_t offset);
+  using Parse = ExprId (*)(std::string_view, ExprPool&, const ExpressionScope&);
+  ExprId parse(const Context& context, NodeId value, std::string_view text, std::size_t offset,
+               Parse parse_text = parse_expression);
+  ExprId condition(const Context& context, NodeId value, const std::string& what);
   bool only_parameters(const Context& context, NodeId value, ExprId expression);
   std::optional<ExprId> meaning(const Context& context, std::string_view name);
   std::optional<ExprId> quantity(const Context& context, const Entity& entity, std::string_view name);
@@ -171,6 +174,7 @@ class Reader {
   void parse_signal(std::size_t index);
   void parse_element(std::size_t index);
   std::optional<NodeId> chosen_way(std::size_t index);
+  void parse_switch(std::size_t index, NodeId way);
   void parse_energy(std::size_t index, NodeId value);
   void parse_laws(std::size_t index, NodeId value);
   void parse_law(std::size_t index, NodeId value);

@@ -117,6 +117,10 @@ void Reader::check_equalities() {
   for (const Element& element : model_.elements) {
     check(element.coefficient, element.coefficient_place);
     check(element.energy, element.coefficient_place);
+    if (element.switches) {
+      check(element.switches->closes, element.switches->closes_place);
+      check(element.switches->opens, element.switches->opens_place);
+    }
     for (const Law& law : element.laws) check(law.right, law.place);
   }
   for (const Output& output : model_.outputs) check(output.value, output.place);

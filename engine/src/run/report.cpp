@@ -94,6 +94,7 @@ void energy_lines(std::string& out, const RunReport& report) {
   }
   std::string terms = "supplied " + number_text(energy.supplied, 6) + " = stored " + number_text(energy.stored, 6) +
                       " + dissipated " + number_text(energy.dissipated, 6);
+  if (report.switches) terms += " + switching " + number_text(energy.switching, 6);
   if (energy.exchanged != 0.0) terms += " + exchanged " + number_text(energy.exchanged, 6);
   line(out, "energy", terms + unit);
   line(out, "", "residual " + number_text(energy.residual, 3) + ", relative " + number_text(energy.relative, 3));
@@ -138,6 +139,10 @@ std::string report_text(const RunResult& result) {
     line(out, "events",
          count_text(r.time_events, "known time", "known times") + ", " +
              count_text(r.state_events, "change of a condition", "changes of conditions"));
+  if (r.switches)
+    line(out, "switches",
+         count_text(r.mode_changes, "change of the mode", "changes of the mode") + ", " +
+             count_text(r.modes, "mode", "modes") + " met");
   left_out_lines(out, r.left_out);
   energy_lines(out, r);
   errors_line(out, r.errors);
@@ -180,10 +185,15 @@ std::string report_json(const RunResult& result) {
                     {"loop_iterations", r.loop_iterations},
                     {"time_events", r.time_events},
                     {"state_events", r.state_events}};
+  if (r.switches) {
+    json["counts"]["mode_changes"] = r.mode_changes;
+    json["counts"]["modes"] = r.modes;
+  }
   if (r.energy.done) {
     json["energy"] = {{"supplied", r.energy.supplied},     {"stored", r.energy.stored},
                       {"dissipated", r.energy.dissipated}, {"exchanged", r.energy.exchanged},
                       {"residual", r.energy.residual},     {"relative", r.energy.relative}};
+    if (r.switches) json["energy"]["switching"] = r.energy.switching;
     if (!r.energy.least_dissipation_element.empty())
       json["energy"]["least_dissipation"] = {{"element", r.energy.least_dissipation_element},
                                              {"power", r.energy.least_dissipation}};

@@ -56,6 +56,16 @@ class Run {
 
   RunResult execute();
 
+  /// Whether the run has ended before its time because a switch leaves the side that it is on in this program.
+  [[nodiscard]] bool left_mode() const { return left_mode_; }
+  /// Whether that was after a change of a condition on states, not at a known time or at the start.
+  [[nodiscard]] bool left_by_states() const { return left_by_states_; }
+  /// By Program::switch_elements: not 0 where one leaves it.
+  [[nodiscard]] const std::vector<double>& leaving() const { return leaves_; }
+  /// How large the states have been in programs of other modes; by state.
+  void know_scales(std::vector<double> scales) { known_scales_ = std::move(scales); }
+  [[nodiscard]] double largest(std::size_t state) const { return tolerances_.largest(state); }
+
  private:
   bool begin();
   bool choose_integrator();
@@ -73,6 +83,7 @@ class Run {
   bool loops_stall();
   void give_loops();
   bool change_form(bool implicit);
+  bool stays_in_mode();
   void go_to(double t);
   void audit_to(double t);
   bool follow_grid();
@@ -138,6 +149,8 @@ class Run {
   int strayed_ = 0;          ///< how often there
   std::optional<double> next_known_;
   std::vector<double> y_;  ///< scratch
+  std::vector<double> leaves_, known_scales_;
+  bool left_mode_ = false, left_by_states_ = false;
   double integration_seconds_ = 0.0;
 };
 

@@ -87,7 +87,7 @@ void Run::report() {
       note(unproven_note(program_.relations[events_.undecided()[i]], events_.undecided_at()[i]));
     if (const auto unseen = defects_.unseen())
       note(unseen_law_note(program_.state_names[unseen->first], unseen->second));
-    if (result_.stop == StopReason::completed)
+    if (result_.stop == StopReason::completed && !left_mode_)
       note(fast_sources_note(schedule_.sources().frequency, inputs_.stop - inputs_.start, steps_));
   }
   for (const auto& [relation, since] : evaluator_.undecided_relations())
@@ -99,7 +99,8 @@ void Run::report() {
     report.energy = audit_.finish(t_, x_.data(), branch_);
     if (options_.energy_audit && !report.energy.done && clock_.end() != RunClock::End::none)
       report.energy.why_not = "the run was ended within a step";
-    if (result_.stop == StopReason::completed) note(open_balance_note(report.energy, inputs_.relative));
+    if (result_.stop == StopReason::completed && program_.switch_elements.empty())
+      note(open_balance_note(report.energy, inputs_.relative));
   }
   report.errors = errors_.finish(result_.stop == StopReason::completed);
   if (errors_.lost() && result_.stop == StopReason::completed)

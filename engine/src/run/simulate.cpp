@@ -6,7 +6,9 @@
 #include <limits>
 #include <utility>
 
+#include "base/codes.hpp"
 #include "base/stopwatch.hpp"
+#include "bgsim/text.hpp"
 #include "run/failures.hpp"
 #include "run/run.hpp"
 #include "run/watch/onset.hpp"
@@ -37,14 +39,26 @@ RunResult Run::execute() {
   return std::move(result_);
 }
 
+/// Whether all switches stay on their side. If not, the run ends here, before anything is recorded of this instant.
+bool Run::stays_in_mode() {
+  if (program_.switch_elements.empty()) return true;
+  leaves_.resize(program_.switch_elements.size());
+  if (!events_.prepare(t_, x_.data(), branch_) || !evaluator_.switches(t_, x_.data(), branch_, leaves_.data()))
+    return fail_with_fault();
+  left_mode_ = std::any_of(leaves_.begin(), leaves_.end(), [](double leaves) { return leaves != 0.0; });
+  return !left_mode_;
+}
+
 bool Run::integrate() {
   const bool resumed = !options_.resume.empty();
+  if (!resumed && !stays_in_mode()) return false;
   if (!resumed && !emit_here()) return false;
   if (!(inputs_.stop > t_)) return !resumed || choose_integrator();
   if (!resumed && !implicit_)
     if (auto failure = too_fast_state(evaluator_, inputs_, x_.data(), branch_)) return fail(std::move(*failure));
   if (!plan()) return false;
   if (!resumed) {
+    if (!known_scales_.empty()) tolerances_.accept(t_, known_scales_);
     tolerances_.estimate(evaluator_, t_, x_.data(), branch_, schedule_.samples(t_));
     mode_order_.begin(t_);
   }
@@ -66,8 +80,9 @@ bool Run::integrate_to(double limit) {
     if (fresh_ && !start_here(limit)) return false;
     if (!integrator_->advance()) {
       if (integrator_->failure().too_accurate) return fail(accuracy_failure(t_, inputs_.relative));
-      if (!rescue() && !eliminate_loops())
+      if (!rescue() && !left_mode_ && !eliminate_loops())
         return jump_ ? fail(std::move(*jump_)) : fail_as_stuck(integrator_->failure().words);
+      if (left_mode_) return false;
       continue;
     }
     ++steps_;
@@ -176,7 +191,7 @@ bool Run::take_time_event() {
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   due_ = between_ = false;
-  return true;
+  return stays_in_mode();
 }
 
 bool Run::take_state_event() {
@@ -197,7 +212,9 @@ bool Run::take_state_event() {
   tolerances_.forget_noise();  // of rates beyond the event, evaluated on the side before it
   between_ = false;
   fresh_ = true;
-  return emit_here();
+  if (stays_in_mode()) return emit_here();
+  left_by_states_ = left_mode_;
+  return false;
 }
 
 /// A step in which a loop came to another of its solutions is made again, ever shorter: the iteration may have strayed.
@@ -223,7 +240,7 @@ bool Run::rescue() {
     continuity_.before(t_, x_.data(), branch_);
     if (events_.take_across(t_, x_.data(), branch_)) {
       jump_ = continuity_.after(t_, x_.data(), branch_);
-      return !jump_;
+      return !jump_ && stays_in_mode();
     }
   }
   if (steps_ < rescued_at_ + kStepsBetween) return false;
@@ -259,7 +276,14 @@ RunResult simulate(const Program& program, const RunInputs& inputs, const Simula
 }
 
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock) {
-  return Run(program, inputs, options, std::move(clock)).execute();
+  Run run(program, inputs, options, std::move(clock));
+  RunResult result = run.execute();
+  if (!run.left_mode() || result.stop != StopReason::completed) return result;
+  result.stop = StopReason::failed;
+  result.failure = diagnostic_of("BG619", "at t = " + number_text(result.report.reached) + " a switch leaves its side",
+                                 {}, "a program is that of one mode of the switches",
+                                 "run the scene by Simulation::simulate, which goes on to the next mode");
+  return result;
 }
 
 }  // namespace bgsim

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
 #include "model/element_kinds.hpp"
 #include "study/cut_graph.hpp"
@@ -240,7 +241,10 @@ class FlatWriter {
     if (field && element.stored.empty()) json["ports"] = element.ports;
     for (std::size_t port = 0; port < element.stored.size(); ++port)
       json["ports"][element.ports[port]] = std::string(1, letter(element.stored[port]));
-    if (element.coefficient.valid()) json[coefficient_words(element)] = value(element.coefficient, user);
+    if (element.switches)
+      write_switch(json, element, user);
+    else if (element.coefficient.valid())
+      json[coefficient_words(element)] = value(element.coefficient, user);
     if (element.energy.valid()) json["energy"] = value(element.energy, user);
     Json laws = Json::array();
     for (const Law& law : element.laws) laws.push_back(law_text(element, law, user));
@@ -257,6 +261,17 @@ class FlatWriter {
     if (element.priority != 0.0) json["priority"] = element.priority;
     add_texts(json, {}, element.about);
     return json;
+  }
+
+  void write_switch(Json& json, const Element& element, const std::string& user) {
+    const SwitchLaw& law = *element.switches;
+    if (!law.remembers) {
+      json[law.locks ? "locked" : "closed"] = value(law.locks ? law.opens : law.closes, user);
+      return;
+    }
+    json["close"] = value(law.closes, user);
+    json["open"] = value(law.opens, user);
+    if (is_closed(element)) json["initial"] = "closed";
   }
 
   std::string law_text(const Element& element, const Law& law, const std::string& user) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/codes.hpp"
+#include "bgsim/modes.hpp"
 #include "model/element_kinds.hpp"
 #include "run/failures.hpp"
 #include "study/flat_model.hpp"
@@ -313,6 +314,13 @@ class Reducer {
 
 }  // namespace
 
-Reduction reduce(const Study& study, const ReduceOptions& options) { return Reducer(study, options).run(); }
+Reduction reduce(const Study& study, const ReduceOptions& options) {
+  if (!switches_of(study.model()).empty())
+    throw ModelError({diagnostic_of("BG610", "a model with switches cannot be reduced", {},
+                                    "an element is cut by what it does in one program; another mode may need it",
+                                    "reduce the model with a switch on one side: an Se or Sf of 0 in its place")},
+                     study.model().sources);
+  return Reducer(study, options).run();
+}
 
 }  // namespace bgsim

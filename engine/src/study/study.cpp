@@ -4,10 +4,12 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/codes.hpp"
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
 #include "equations/solvable_causality.hpp"
 #include "graph/law_numbers.hpp"
+#include "study/mode_programs.hpp"
 
 namespace bgsim {
 
@@ -117,6 +119,16 @@ Simulation Study::scene(RunInputs inputs, const SceneOptions& options) const {
 Simulation::Simulation(Study study, RunInputs inputs, const SceneOptions& options)
     : study_(std::move(study)), inputs_(std::move(inputs)) {
   const auto compiled = std::make_shared<Compiled>();
+  if (!switches_of(model()).empty()) {
+    // What one mode leaves out another may need: nothing is left out.
+    compiled->modes =
+        std::make_shared<ModePrograms>(study_.shared_model(), CompileOptions{inputs_.outputs, options.energy_audit});
+    compiled->first = timed(compiled->seconds, "compile", [&] {
+      return &compiled->modes->at(compiled->modes->start(inputs_).mode, inputs_.parameters);
+    });
+    compiled_ = compiled;
+    return;
+  }
   const EquationSystem& system = study_.equations();
   const BlockOrder& order = study_.order();
   if (!options.keep_all)
@@ -134,6 +146,7 @@ Simulation::Simulation(Study study, RunInputs inputs, const SceneOptions& option
 
 /// Laws that hold for some parameters only; initial values of what is left out: the run does not see them.
 void Simulation::check(const RunInputs& inputs) const {
+  if (compiled_->modes) return;  // each mode is looked at when the run comes to it
   check_laws(study_.model(), study_.graph(), study_.causality(), inputs.parameters);
   if (compiled_->cut) check_start(study_.shared_model(), study_.equations(), study_.order(), *compiled_->cut, inputs);
 }
@@ -150,15 +163,36 @@ Simulation Simulation::with(std::string_view name, double value) const {
   return result;
 }
 
-RunResult Simulation::simulate(const SimulateOptions& options) const {
-  return bgsim::simulate(program(), inputs_, options);
-}
+RunResult Simulation::simulate(const SimulateOptions& options) const { return run(inputs_, options); }
 
 RunResult Simulation::simulate(const RunInputs& inputs, const SimulateOptions& options) const {
   if (inputs.outputs != inputs_.outputs)
     throw std::invalid_argument("the inputs ask for other outputs than those compiled");
   check(inputs);
-  return bgsim::simulate(program(), inputs, options);
+  return run(inputs, options);
+}
+
+RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& options) const {
+  if (!compiled_->modes) return bgsim::simulate(program(), inputs, options);
+  if (!options.resume.empty() || options.snapshot)
+    throw ModelError(
+        {diagnostic_of("BG171", "the run of a model with switches cannot be stored and continued", {},
+                       "a snapshot holds the state of a run of one program; switches go from one to another",
+                       "run the scene as a whole, or begin another one with initial values")},
+        model().sources);
+  ModePrograms& modes = *compiled_->modes;
+  return simulate_switched([&](const Mode& mode) -> const Program& { return modes.at(mode, inputs.parameters); },
+                           modes.start(inputs), inputs, options, wall_seconds);
+}
+
+Study Study::in_mode(const Mode& closed) const {
+  return Study(std::make_shared<const Model>(bgsim::in_mode(model(), closed)));
+}
+
+Study Study::at_start(const std::string& name, const SceneOverrides& overrides) const {
+  if (switches_of(model()).empty() || model().scenes.empty()) return *this;
+  const RunInputs inputs = prepare_scene(model(), name, overrides);
+  return in_mode(ModePrograms(shared_model(), {{}, false}).start(inputs).mode);
 }
 
 }  // namespace bgsim

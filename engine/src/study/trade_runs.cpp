@@ -4,6 +4,7 @@
 #include <cmath>
 #include <ctime>
 
+#include "base/codes.hpp"
 #include "run/failures.hpp"
 
 namespace bgsim {
@@ -38,6 +39,10 @@ RunInputs with_setting(const RunInputs& inputs, const TradeSetting& setting) {
 
 TradeRuns::TradeRuns(const Program& program, const RunInputs& inputs, const TradeOptions& options)
     : program_(program), inputs_(inputs), options_(options) {
+  if (!program.switch_elements.empty())
+    throw TradeFailure(diagnostic_of("BG610", "methods cannot be compared on a model with switches", {},
+                                     "the errors of a setting are those of the runs of one program",
+                                     "run the scene with two tolerances, --relative, and compare the traces"));
   const OutputTimes& times = inputs.output_times;
   for (std::size_t i = 0; i < times.size(); ++i) {
     judged_times_.push_back(times[i]);

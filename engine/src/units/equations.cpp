@@ -176,6 +176,11 @@ class UnitBuilder {
     if (is_junction(e.kind)) return;
     const ElementId id(index);
     if (e.coefficient.valid()) coefficient(id, e);
+    if (e.switches) {
+      static_cast<void>(expression({UnitSite::Kind::element, id.value}, e.switches->closes, e.switches->closes_place));
+      if (e.switches->remembers)
+        static_cast<void>(expression({UnitSite::Kind::element, id.value}, e.switches->opens, e.switches->opens_place));
+    }
     if (e.energy.valid()) energy(id, e);
     // Laws of resistors hold constants that are fitted, and are the last ones to be believed.
     const std::uint32_t depth = is_resistor(e.kind) ? kFitted : 0;

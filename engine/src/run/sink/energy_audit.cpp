@@ -272,6 +272,7 @@ EnergyAudit EnergyAuditor::finish(double t, const double* x, const Branch& branc
   }
   if (!course_.times.empty() && course_.times.back() < t) append(t, end);
   audit.course = std::move(course_);
+  audit.turnover = largest;
   audit.relative = largest > 0.0 ? std::abs(audit.residual) / largest : 0.0;
   if (least_part_) {
     audit.least_dissipation = least_power_;

@@ -1,0 +1,114 @@
+#include "equations/impulses.hpp"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+#include <unordered_map>
+
+#include "expression/graph.hpp"
+#include "model/element_kinds.hpp"
+
+namespace bgsim {
+namespace {
+
+using Row = std::map<std::uint32_t, ExprId>;  ///< by dependent store
+
+class Impulses {
+ public:
+  Impulses(const Model& model, const BondGraph& graph, EquationSystem& system) : model_(model), system_(system) {
+    for (std::uint32_t d = 0; d < system.dependent.size(); ++d) {
+      const DependentStore& store = system.dependent[d];
+      const bool displacement = stores_displacement(model.elements[store.element.index()], store.port);
+      const PortId port = graph.port(store.element, store.port);
+      const std::size_t bond = graph[port].bond.index();
+      // A flow counts into the store; the bond's may count the other way.
+      const bool against = displacement && !graph[port].head;
+      rows_[displacement ? system.flows[bond] : system.efforts[bond]] = {
+          {d, system.pool.constant(against ? -1.0 : 1.0)}};
+    }
+  }
+
+  std::vector<ImpulseTerm> run() {
+    std::vector<ImpulseTerm> terms;
+    if (system_.dependent.empty()) return terms;
+    for (std::uint32_t i = 0; i < system_.states.size(); ++i) {
+      through_signals_ = system_.states[i].signal.valid();
+      for (const auto& [dependent, factor] : row_of(system_.states[i].rate)) terms.push_back({i, dependent, factor});
+    }
+    return terms;
+  }
+
+ private:
+  /// Whether impulses pass through the equation of an unknown: those of junctions, TF and GY; and of signals on the way
+  /// to an integral, but not to a modulus, which a flow without bound would leave undefined.
+  [[nodiscard]] bool passes(SymbolId symbol, bool from_signal) const {
+    if (system_.symbols[symbol.index()].kind != SystemSymbol::Kind::unknown || rows_.contains(symbol)) return false;
+    const Equation& equation = equation_of(symbol);
+    if (equation.implicit || !equation.expression.valid()) return false;
+    if (!equation.element.valid()) return through_signals_ && from_signal;
+    return passes_power(model_.elements[equation.element.index()].kind);
+  }
+  [[nodiscard]] bool is_signal(SymbolId symbol) const { return !equation_of(symbol).element.valid(); }
+
+  [[nodiscard]] const Equation& equation_of(SymbolId symbol) const {
+    return system_.equations[system_.symbols[symbol.index()].index];
+  }
+
+  Row row_of(ExprId root) {
+    struct Level {
+      SymbolId symbol;
+      bool signal = false;
+      std::vector<SymbolId> needs;
+      std::size_t next = 0;
+    };
+    const auto needs_of = [this](ExprId e) { return symbols_in(system_.pool, std::vector{e}); };
+    std::vector<Level> stack{{SymbolId{}, true, needs_of(root), 0}};
+    while (stack.size() > 1 || stack.back().next < stack.back().needs.size()) {
+      Level& top = stack.back();
+      if (top.next < top.needs.size()) {
+        const SymbolId symbol = top.needs[top.next++];
+        if (!passes(symbol, top.signal)) continue;
+        const auto on_the_way = [symbol](const Level& level) { return level.symbol == symbol; };
+        if (std::any_of(stack.begin(), stack.end(), on_the_way))
+          throw std::logic_error("junctions depend on each other in a circle");
+        stack.push_back({symbol, is_signal(symbol), needs_of(equation_of(symbol).expression), 0});
+        continue;
+      }
+      const Level done = std::move(top);
+      stack.pop_back();
+      rows_[done.symbol] = sum(equation_of(done.symbol).expression, done.signal);
+    }
+    return sum(root, true);
+  }
+
+  /// The row of an expression, with those of its unknowns known.
+  Row sum(ExprId e, bool from_signal) {
+    ExprPool& pool = system_.pool;
+    const auto moves = [&](SymbolId symbol) {
+      const auto found = rows_.find(symbol);
+      return found != rows_.end() && !found->second.empty() && (from_signal || !is_signal(symbol));
+    };
+    Row row;
+    for (const auto& [symbol, partial] : gradient(pool, e, moves))
+      for (const auto& [dependent, factor] : rows_.at(symbol)) {
+        const ExprId term = pool.mul(partial, factor);
+        const auto [entry, is_new] = row.emplace(dependent, term);
+        if (!is_new) entry->second = pool.add(entry->second, term);
+      }
+    std::erase_if(row, [&](const auto& entry) { return pool.is_constant(entry.second, 0.0); });
+    return row;
+  }
+
+  const Model& model_;
+  EquationSystem& system_;
+  std::unordered_map<SymbolId, Row> rows_;
+  bool through_signals_ = false;
+};
+
+}  // namespace
+
+std::vector<ImpulseTerm> impulse_terms(const Model& model, const BondGraph& graph, EquationSystem& system) {
+  return Impulses(model, graph, system).run();
+}
+
+}  // namespace bgsim

@@ -1,0 +1,423 @@
+#include "run/switched.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "base/codes.hpp"
+#include "bgsim/text.hpp"
+#include "run/failures.hpp"
+#include "run/jump.hpp"
+#include "run/run.hpp"
+#include "run/watch/headway.hpp"
+
+namespace bgsim {
+namespace {
+
+constexpr double kRounding = 1e-9;  ///< of the energies that a jump's loss is the difference of
+
+class SwitchedRun {
+ public:
+  SwitchedRun(const ProgramOfMode& program_of, const SwitchedStart& start, const RunInputs& inputs,
+              const SimulateOptions& options, const Clock& clock)
+      : program_of_(program_of),
+        inputs_(inputs),
+        options_(options),
+        clock_(clock),
+        mode_(start.mode),
+        stored_(start.stored),
+        headway_(inputs.stop),
+        begin_(clock()) {
+    stored_.t = inputs.start;
+  }
+
+  RunResult execute() {
+    result_.report.switches = true;
+    while (stretch()) {
+    }
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  // --- one stretch
+
+  /// From the present instant on in the present mode; false if the run ends with it.
+  bool stretch() {
+    const Program* program = program_here();
+    if (program == nullptr || !jump_into_mode(*program)) return false;
+    const SimulateOptions options = options_here();
+    const RunInputs inputs = inputs_here(*program);
+    Run run(*program, inputs, options, clock_);
+    run.know_scales(scales(*program));
+    const RunResult part = run.execute();
+    for (std::size_t i = 0; i < program->states.size(); ++i) {
+      double& scale = scale_[key(program->states[i])];
+      scale = std::max(scale, run.largest(i));
+    }
+    add(part);
+    if (!part.stored.values.empty()) stored_ = part.stored;
+    if (part.stop != StopReason::completed || !run.left_mode()) return false;
+    if (stored_.values.size() != program->states.size() + program->dependent.size())
+      return fail(no_jump_failure("what the dependent stores hold has no value", stored_.t));
+    if (program->state_names.size() == 1 && program->state_names.front() == kModeClock)
+      std::erase_if(stored_.values, [&](const auto& value) { return value.signal == program->states.front().signal; });
+    if (run.left_by_states()) changes_.push_back(stored_.t);
+    return change_mode(run.leaving(), *program);
+  }
+
+  const Program* program_here() {
+    try {
+      const Program& program = program_of_(mode_);
+      met_.insert(mode_);
+      if (result_.trace.names.empty()) {
+        result_.trace.names = program.output_names;
+        result_.trace.units = program.output_units;
+        result_.trace.columns.resize(program.output_names.size());
+        names_ = program.model;
+      }
+      return &program;
+    } catch (const ModelError& error) {
+      Diagnostic diagnostic = error.diagnostics.front();
+      diagnostic.notes.insert(diagnostic.notes.begin(), Note{std::nullopt, "in this mode " + diagnostic.situation});
+      diagnostic.code = "BG619";
+      diagnostic.severity = Severity::error;
+      diagnostic.situation = "at t = " + number_text(stored_.t) +
+                             " the switches come to a mode that the graph does not "
+                             "allow: " +
+                             mode_words();
+      fail(std::move(diagnostic));
+      return nullptr;
+    }
+  }
+
+  [[nodiscard]] std::string mode_words() const { return names_ ? mode_text(*names_, mode_) : "the first one"; }
+
+  /// What the stores hold as the mode begins.
+  bool jump_into_mode(const Program& program) {
+    Evaluator evaluator(program, inputs_.parameters);
+    Jump jump = jump_into(evaluator, stored_.t, stored_);
+    if (jump.failure) return fail(std::move(*jump.failure));
+    x_ = std::move(jump.x);
+    if (!jump.moved) return true;
+    if (jump.loss < -kRounding * jump.scale)
+      return fail(diagnostic_of(
+          "BG621",
+          "at t = " + number_text(stored_.t) + " the switches come to \"" + mode_words() +
+              "\", and the jump of the stores would create " + number_text(-jump.loss, 4) + " of energy",
+          {}, "what a switch ties together loses energy or keeps it",
+          "a store of negative capacitance or inertance, or a law that falls, is among those that are tied"));
+    EnergyAudit& energy = result_.report.energy;
+    energy.supplied += jump.supplied;
+    energy.stored += jump.stored;
+    energy.exchanged += jump.exchanged;
+    energy.switching += std::max(0.0, jump.loss);
+    energy.turnover += jump.scale;
+    tell_lone_jumps(jump);
+    return true;
+  }
+
+  /// A store whose content vanishes at once, with nothing that takes it up.
+  void tell_lone_jumps(const Jump& jump) {
+    constexpr std::size_t kTold = 4;
+    if (locking_) return;
+    for (const LoneJump& lone : jump.lone) {
+      if (std::abs(lone.after) > kRounding * std::abs(lone.before)) continue;
+      // Less than the tolerance of what it has been: an ideal switch that opens where the current passes zero.
+      const auto scale = scale_.find(key(lone.store));
+      if (scale != scale_.end() && std::abs(lone.before) <= inputs_.relative * scale->second) continue;
+      ++lone_jumps_;
+      if (told_of_.size() >= kTold || !told_of_.insert(lone.name).second) continue;
+      std::string text = "at t = " + number_text(stored_.t) + " " + lone.name + " goes from " +
+                         number_text(lone.before, 6) + " to 0 at once (" + mode_words() + "): ";
+      if (!options_.energy_audit) {
+        text += "no other store takes it up";
+      } else {
+        text += number_text(std::max(0.0, jump.loss), 6) + " of energy is lost in the switch";
+      }
+      const bool momentum = lone.name.back() == 'p';
+      text += momentum ? "; what stores a momentum, such as a coil, needs a way on for its flow when a switch opens"
+                       : "; what stores a displacement, such as a capacitor, is short-circuited";
+      result_.report.notes.push_back(std::move(text));
+    }
+  }
+  [[nodiscard]] SimulateOptions options_here() {
+    SimulateOptions options = options_;
+    options.error_estimate = false;
+    if (options_.remark)
+      options.remark = [this](const Diagnostic& remark) {
+        if (!std::exchange(remarked_, true)) options_.remark(remark);
+      };
+    if (!options_.rows)
+      options.rows = [this](double t, std::span<const double> row) {
+        result_.trace.times.push_back(t);
+        for (std::size_t i = 0; i < row.size(); ++i) result_.trace.columns[i].push_back(row[i]);
+      };
+    if (options_.max_steps > 0) options.max_steps = options_.max_steps - result_.report.steps;
+    if (options_.time_limit > 0.0) options.time_limit = std::max(1e-9, options_.time_limit - (clock_() - begin_));
+    return options;
+  }
+
+  [[nodiscard]] RunInputs inputs_here(const Program& program) const {
+    RunInputs inputs = inputs_;
+    inputs.start = stored_.t;
+    inputs.output_times = inputs_.output_times.without_first(result_.rows);
+    inputs.initial.clear();
+    for (std::size_t i = 0; i < program.states.size(); ++i) {
+      const StateInfo& state = program.states[i];
+      inputs.initial.push_back({state.element, state.port, x_[i], state.place, state.signal});
+    }
+    std::sort(inputs.initial.begin(), inputs.initial.end(), [](const auto& a, const auto& b) {
+      return std::tuple(a.element, a.port, a.signal) < std::tuple(b.element, b.port, b.signal);
+    });
+    return inputs;
+  }
+
+  // --- from mode to mode
+
+  /// Where some switches leave their sides. False if that leads nowhere.
+  bool change_mode(const std::vector<double>& leaving, const Program& program) {
+    if (stored_.t > instant_) departures_.clear();
+    instant_ = stored_.t;
+    departures_.push_back({mode_, stored_.values});
+    locking_ = false;
+    for (std::size_t i = 0; i < leaving.size(); ++i) {
+      if (leaving[i] == 0.0) continue;
+      mode_[i] = !mode_[i];
+      const Element& element = program.model->elements[program.switch_elements[i].index()];
+      locking_ = locking_ || element.switches->locks;
+    }
+    ++result_.report.mode_changes;
+    return !runs_in_circles(program) && !chatters(program) && !takes_too_long();
+  }
+
+  /// A mode that comes back within one instant, with the stores as they were when it was left.
+  bool runs_in_circles(const Program& program) {
+    constexpr std::size_t kMostInOneInstant = 1000, kShown = 6;
+    const auto same = [this](const Departure& from) { return from.mode == mode_ && same_values(from.stored); };
+    const auto first = std::find_if(departures_.begin(), departures_.end(), same);
+    if (first == departures_.end() && departures_.size() < kMostInOneInstant) return false;
+    std::string cycle;
+    const auto count = static_cast<std::size_t>(departures_.end() - first);
+    for (std::size_t i = departures_.size() - std::min(count > 0 ? count : kShown, kShown); i < departures_.size(); ++i)
+      cycle += "\"" + mode_text(*program.model, departures_[i].mode) + "\", ";
+    cycle += "\"" + mode_text(*program.model, mode_) + "\"";
+    fail(diagnostic_of("BG604", "at t = " + number_text(stored_.t) + " the modes of the switches repeat: " + cycle,
+                       place_of_switches(program),
+                       "at one instant switches change sides until none leaves the side that it is on",
+                       "a condition that its own switch makes false needs two thresholds: \"close\" and \"open\""));
+    return true;
+  }
+
+  [[nodiscard]] bool same_values(const std::vector<RunInputs::Initial>& values) const {
+    if (values.size() != stored_.values.size()) return false;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (std::abs(values[i].value - stored_.values[i].value) >
+          kRounding * std::max(std::abs(values[i].value), std::abs(stored_.values[i].value)))
+        return false;
+    return true;
+  }
+
+  /// A hundred changes in a row, on average less than 1e-9 of the scene apart: as with other events, an end is not in
+  /// sight.
+  bool chatters(const Program& program) {
+    constexpr std::size_t kInARow = 100;
+    constexpr double kNear = 1e-9;
+    if (changes_.size() > kInARow) changes_.pop_front();
+    if (changes_.size() < kInARow || changes_.back() < stored_.t) return false;
+    const double gap = (changes_.back() - changes_.front()) / kInARow;
+    if (gap > kNear * (inputs_.stop - inputs_.start)) return false;
+    fail(diagnostic_of("BG604",
+                       "the switches change sides without end near t = " + number_text(stored_.t) + ": " +
+                           std::to_string(kInARow) + " changes of the mode within " +
+                           number_text(changes_.back() - changes_.front(), 3) + ", at last to \"" +
+                           mode_text(*program.model, mode_) + "\"",
+                       place_of_switches(program), "between two changes of the mode the time goes on",
+                       "give the switch two thresholds that are apart: \"close\" and \"open\""));
+    return true;
+  }
+
+  /// At the pace that the stretches keep the run takes longer than a run may.
+  bool takes_too_long() {
+    constexpr double kJudged = 8.0;
+    const double seconds = clock_() - begin_;
+    headway_.add(seconds, stored_.t, result_.report.steps + result_.rows + result_.report.mode_changes);
+    if (options_.time_limit > 0.0 || !(options_.longest_run > 0.0)) return false;
+    const auto pace = headway_.pace(std::max(kJudged, seconds / kJudged));
+    if (!pace || !(pace->rest > options_.longest_run)) return false;
+    fail(diagnostic_of("BG617",
+                       "at t = " + number_text(stored_.t) + " the run is busy with changes of the mode, " +
+                           std::to_string(result_.report.mode_changes) + " so far; at this pace it would take " +
+                           number_text(pace->rest, 2) + " s more",
+                       {}, "a run that takes longer than a day is ended",
+                       "make the scene shorter, or the switching slower; --time-limit sets another limit"));
+    return true;
+  }
+
+  [[nodiscard]] static std::optional<Place> place_of_switches(const Program& program) {
+    if (program.switch_elements.empty()) return std::nullopt;
+    return program.model->elements[program.switch_elements.front().index()].place;
+  }
+
+  bool fail(Diagnostic diagnostic) {
+    result_.stop = StopReason::failed;
+    result_.failure = std::move(diagnostic);
+    return false;
+  }
+
+  // --- sums
+
+  using Key = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
+  static Key key(const StateInfo& state) { return {state.element.value, state.port, state.signal.value}; }
+  [[nodiscard]] std::vector<double> scales(const Program& program) const {
+    std::vector<double> result;
+    if (scale_.empty()) return result;
+    for (const StateInfo& state : program.states) {
+      const auto found = scale_.find(key(state));
+      result.push_back(found == scale_.end() ? 0.0 : found->second);
+    }
+    return result;
+  }
+
+  /// A stretch's result to the whole run's.
+  void add(const RunResult& part) {
+    RunReport& report = result_.report;
+    const RunReport& own = part.report;
+    result_.stop = part.stop;
+    result_.failure = part.failure;
+    result_.rows += part.rows;
+    report.model = own.model;
+    report.scene = own.scene;
+    report.method = own.method;
+    report.method_reason = own.method_reason;
+    const bool clock = own.absolute.size() == 1 && own.absolute.front().first == kModeClock;
+    report.states = std::max(report.states, own.states - (clock ? 1 : 0));
+    report.algebraic = std::max(report.algebraic, own.algebraic);
+    report.loops = std::max(report.loops, own.loops);
+    report.step = own.step;
+    report.relative = own.relative;
+    report.reached = own.reached;
+    report.steps += own.steps;
+    report.rate_evaluations += own.rate_evaluations;
+    report.jacobian_evaluations += own.jacobian_evaluations;
+    report.factorizations += own.factorizations;
+    report.nonlinear_iterations += own.nonlinear_iterations;
+    report.error_test_failures += own.error_test_failures;
+    report.convergence_failures += own.convergence_failures;
+    report.loop_iterations += own.loop_iterations;
+    report.time_events += own.time_events;
+    report.state_events += own.state_events;
+    for (const auto& [state, tolerance] : own.absolute) {
+      if (clock) break;
+      const auto same = [&name = state](const auto& entry) { return entry.first == name; };
+      const auto found = std::find_if(report.absolute.begin(), report.absolute.end(), same);
+      if (found == report.absolute.end())
+        report.absolute.emplace_back(state, tolerance);
+      else
+        found->second = tolerance;
+    }
+    for (const auto& [stage, seconds] : own.stage_seconds) {
+      const auto same = [&name = stage](const auto& entry) { return entry.first == name; };
+      const auto found = std::find_if(report.stage_seconds.begin(), report.stage_seconds.end(), same);
+      if (found == report.stage_seconds.end())
+        report.stage_seconds.emplace_back(stage, seconds);
+      else
+        found->second += seconds;
+    }
+    constexpr std::size_t kMostNotes = 20;
+    for (const std::string& note : own.notes)
+      if (report.notes.size() < kMostNotes &&
+          std::find(report.notes.begin(), report.notes.end(), note) == report.notes.end())
+        report.notes.push_back(note);
+    add_energy(own.energy);
+  }
+
+  void add_energy(const EnergyAudit& own) {
+    EnergyAudit& energy = result_.report.energy;
+    if (!own.done) {
+      audited_ = false;
+      energy.why_not = own.why_not;
+      return;
+    }
+    EnergyCourse& course = energy.course;
+    const EnergyCourse& piece = own.course;
+    for (std::size_t i = 0; i < piece.times.size(); ++i) {
+      course.times.push_back(piece.times[i]);
+      course.supplied.push_back(energy.supplied + piece.supplied[i]);
+      course.stored.push_back(energy.stored + piece.stored[i]);
+      course.dissipated.push_back(energy.dissipated + energy.switching + piece.dissipated[i]);
+      course.exchanged.push_back(energy.exchanged + piece.exchanged[i]);
+      course.residual.push_back(energy.residual + piece.residual[i]);
+    }
+    energy.supplied += own.supplied;
+    energy.stored += own.stored;
+    energy.dissipated += own.dissipated;
+    energy.exchanged += own.exchanged;
+    energy.residual += own.residual;
+    energy.turnover += own.turnover;
+    energy.activity.resize(own.activity.size());
+    for (std::size_t i = 0; i < own.activity.size(); ++i) energy.activity[i] += own.activity[i];
+    if (own.least_dissipation < energy.least_dissipation || energy.least_dissipation_element.empty()) {
+      energy.least_dissipation = own.least_dissipation;
+      energy.least_dissipation_element = own.least_dissipation_element;
+    }
+  }
+
+  void finish() {
+    RunReport& report = result_.report;
+    report.start = inputs_.start;
+    report.stop = inputs_.stop;
+    report.relative = inputs_.relative;
+    report.reached = std::max(report.reached, inputs_.start);
+    report.modes = met_.size();
+    report.errors.possible = false;
+    report.errors.why_not = "the model has switches";
+    EnergyAudit& energy = report.energy;
+    energy.done = audited_ && options_.energy_audit && !result_.report.model.empty();
+    if (!energy.done && energy.why_not.empty()) energy.why_not = "the run did not start";
+    if (energy.turnover > 0.0) energy.relative = std::abs(energy.residual) / energy.turnover;
+    if (lone_jumps_ > told_of_.size())
+      report.notes.push_back("stores emptied by a switch at once: " + std::to_string(lone_jumps_) + " times in all");
+    result_.stored = stored_;
+  }
+
+  struct Departure {
+    Mode mode;
+    std::vector<RunInputs::Initial> stored;
+  };
+
+  const ProgramOfMode& program_of_;
+  const RunInputs& inputs_;
+  const SimulateOptions& options_;
+  const Clock& clock_;
+  Mode mode_;
+  Stored stored_;  ///< where the last stretch ended
+  Headway headway_;
+  double begin_;
+  std::shared_ptr<const Model> names_;
+  RunResult result_;
+  std::vector<double> x_;        ///< by state of the present program: after the jump
+  std::map<Key, double> scale_;  ///< largest magnitude of each state, in whatever mode
+  std::set<Mode> met_;
+  std::vector<Departure> departures_;  ///< from modes, within the present instant
+  double instant_ = -std::numeric_limits<double>::infinity();
+  std::deque<double> changes_;  ///< times of the latest that conditions on states made
+  bool locking_ = false;        ///< the last change was one of a switch that is written as locked
+  bool audited_ = true, remarked_ = false;
+  std::size_t lone_jumps_ = 0;
+  std::set<std::string> told_of_;  ///< stores that have jumped alone
+};
+
+}  // namespace
+
+RunResult simulate_switched(const ProgramOfMode& program_of, const SwitchedStart& start, const RunInputs& inputs,
+                            const SimulateOptions& options, const Clock& clock) {
+  return SwitchedRun(program_of, start, inputs, options, clock).execute();
+}
+
+}  // namespace bgsim

@@ -1,0 +1,48 @@
+/// The programs of a model with switches, by mode.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "bgsim/modes.hpp"
+#include "bgsim/program.hpp"
+#include "run/switched.hpp"
+
+namespace bgsim {
+
+/// Causality, equations and program of each mode, made when it is first asked for, and kept. From several threads.
+class ModePrograms {
+ public:
+  ModePrograms(std::shared_ptr<const Model> model, CompileOptions options)
+      : model_(std::move(model)), options_(std::move(options)) {}
+
+  /// @throws ModelError where the graph does not allow the mode, or its laws these parameters.
+  const Program& at(const Mode& mode, const std::vector<double>& parameters);
+
+  /// The mode of a scene's start, and what all stores hold there before any switch ties them to each other. Conditions
+  /// are evaluated in a model in which a resistor stands for each switch, which every graph allows. A switch whose
+  /// condition depends on efforts or flows that switches take part in is open at first; the run goes on from there.
+  /// @throws ModelError BG405.
+  SwitchedStart start(const RunInputs& inputs);
+
+ private:
+  struct Made {
+    std::shared_ptr<const Model> model;
+    BondGraph graph;
+    CausalGraph causal;
+    Program program;
+    std::vector<bool> certain;  ///< by switch: its condition depends on no effort or flow that switches take part in
+  };
+  static std::unique_ptr<Made> make(std::shared_ptr<const Model> model, const CompileOptions& options);
+
+  std::shared_ptr<const Model> model_;
+  CompileOptions options_;
+  std::mutex mutex_;
+  std::map<Mode, std::unique_ptr<Made>> made_;
+  std::unique_ptr<Made> without_switches_;
+  bool looked_without_ = false;
+};
+
+}  // namespace bgsim
