@@ -95,11 +95,6 @@ class Partials {
         if (first) return Partial{pool_.mul(b, pool_.pow(a, pool_.sub(b, c(1.0)))), {}};
         if (pool_.is_constant(a, 0.0)) return std::nullopt;  // 0^b is 0, whatever b > 0 is
         return Partial{pool_.mul(self, f(Op::log, a)), {}};
-      case Op::min:
-      case Op::max: {
-        const ExprId takes_a = pool_.make(node.op == Op::min ? Op::le : Op::ge, a, b);
-        return Partial{first ? pool_.select(takes_a, c(1.0), c(0.0)) : pool_.select(takes_a, c(0.0), c(1.0)), {}};
-      }
       case Op::atan2: {
         const ExprId square = pool_.add(pool_.mul(a, a), pool_.mul(b, b));
         return first ? Partial{b, square} : Partial{pool_.neg(a), square};
@@ -111,7 +106,7 @@ class Partials {
       case Op::mod:
         return first ? Partial{} : Partial{pool_.neg(f(Op::floor, pool_.div(a, b))), {}};
       default:
-        return std::nullopt;  // comparisons, logic
+        return std::nullopt;  // comparisons, logic; min and max are branches
     }
   }
 
@@ -169,15 +164,22 @@ class Reverse {
         if (active(node.a)) give(node.a, g, partials.of_one(node, self));
         return;
       case 2:
+        if (node.op == Op::min || node.op == Op::max) {
+          const ExprId takes_a = pool_.make(node.op == Op::min ? Op::le : Op::ge, ExprId(node.a), ExprId(node.b));
+          return choose(takes_a, node.a, node.b, g);
+        }
         if (active(node.a)) give(node.a, g, partials.of_two(node, self, 0));
         if (active(node.b)) give(node.b, g, partials.of_two(node, self, 1));
         return;
-      default: {
-        const ExprId zero = pool_.constant(0.0);
-        if (active(node.b)) accumulate(node.b, pool_.select(ExprId(node.a), g, zero));
-        if (active(node.c)) accumulate(node.c, pool_.select(ExprId(node.a), zero, g));
-      }
+      default:
+        choose(ExprId(node.a), node.b, node.c, g);
     }
+  }
+  /// The branch that is not taken gets 0, even where g has no value: sqrt(max(x, 0)) for x < 0.
+  void choose(ExprId condition, std::uint32_t then, std::uint32_t otherwise, ExprId g) {
+    const ExprId zero = pool_.constant(0.0);
+    if (active(then)) accumulate(then, pool_.select(condition, g, zero));
+    if (active(otherwise)) accumulate(otherwise, pool_.select(condition, zero, g));
   }
   void give(std::uint32_t argument, ExprId g, const std::optional<Partial>& partial) {
     if (!partial) return;

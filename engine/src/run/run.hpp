@@ -78,6 +78,7 @@ class Run {
   bool take_time_event();
   bool take_state_event();
   bool go_back();
+  bool leave_law();
   bool rescue();
   bool eliminate_loops();
   bool loops_stall();

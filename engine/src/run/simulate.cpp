@@ -111,8 +111,10 @@ bool Run::start_here(double limit) {
 /// The integrator's last step: made again, cut at an event, or accepted.
 bool Run::take_step() {
   if (auto jump = implicit_ ? std::nullopt : loops_.check(*integrator_)) return go_back() || fail(std::move(*jump));
-  if (!vitality_.look(integrator_->step(), integrator_->time()))
+  if (!vitality_.look(integrator_->step(), integrator_->time())) {
+    if (leave_law()) return jump_ ? fail(std::move(*jump_)) : stays_in_mode();
     return eliminate_loops() || fail_as_stuck("time no longer advances");
+  }
   const double* end = integrator_->end();
   const double* tears = integrator_->branch().given ? end + x_.size() : integrator_->branch().tears.data();
   const StepEnds ends{t_, integrator_->time(), x_.data(), end, branch_.tears.data(), tears};
@@ -185,7 +187,6 @@ bool Run::take_time_event() {
   between_ = true;
   ++time_events_;
   jumped_at_ = t_;
-  if (schedule_.sources().is_edge(t_)) tolerances_.forget_noise();
   continuity_.before(t_, x_.data(), branch_);
   if (auto singularity = schedule_.pass(t_, branch_)) return fail(std::move(*singularity));
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
@@ -230,19 +231,25 @@ bool Run::go_back() {
   return true;
 }
 
-/// What may go on although the integrator gave up: past a border that the laws on this side end at, or, once, with a
-/// fresh start where a kink spoiled what the integrator remembered.
+/// Past a border that the laws on this side end at: no step gets there, and those that come near grow ever shorter.
+/// True if there is one; jump_ is set if the laws make a jump there.
+bool Run::leave_law() {
+  if (integrator_->last_fault().kind == Fault::Kind::none) return false;
+  continuity_.before(t_, x_.data(), branch_);
+  if (!events_.take_across(t_, x_.data(), branch_)) return false;
+  fresh_ = true;
+  vitality_ = {};
+  jump_ = continuity_.after(t_, x_.data(), branch_);
+  return true;
+}
+
+/// What may go on although the integrator gave up: past a border, or, once, with a fresh start where a kink spoiled
+/// what the integrator remembered.
 bool Run::rescue() {
   constexpr std::uint64_t kStepsBetween = 10;
   if (clock_.end() != RunClock::End::none) return false;
   fresh_ = true;
-  if (integrator_->failure().fault) {
-    continuity_.before(t_, x_.data(), branch_);
-    if (events_.take_across(t_, x_.data(), branch_)) {
-      jump_ = continuity_.after(t_, x_.data(), branch_);
-      return !jump_ && stays_in_mode();
-    }
-  }
+  if (integrator_->failure().fault && leave_law()) return !jump_ && stays_in_mode();
   if (steps_ < rescued_at_ + kStepsBetween) return false;
   rescued_at_ = steps_;
   return true;

@@ -73,6 +73,7 @@ class ArkodeIntegrator final : public OdeBy<Arkode> {
 
  private:
   static constexpr int kStepsBetweenLooks = 50, kPredictorOfFullOrder = 1, kMostIterations = 6, kCubic = 3;
+  static constexpr double kIterationError = 0.03;
 
   /// ARKODE with the state as it is in y_, at time_.
   void begin_here() {
@@ -109,6 +110,11 @@ class ArkodeIntegrator final : public OdeBy<Arkode> {
       // its trivial predictor the bellow's orifice costs eight times the steps at 1e-6.
       ARKStepSetPredictorMethod(memory(), kPredictorOfFullOrder);
       ARKStepSetMaxNonlinIters(memory(), kMostIterations);
+      // Each matrix is made of slopes of its own step: with those of a law's end, where they are infinite, Newton's
+      // corrections are small wherever the stages are, and the rates deduced from these are anything.
+      ARKStepSetJacEvalFrequency(memory(), 1);
+      // Of the tolerance; ARKODE's tenth is an error that its own test does not see.
+      ARKStepSetNonlinConvCoef(memory(), kIterationError);
     }
   }
 

@@ -300,6 +300,4 @@ std::optional<double> SourcePlan::next_edge(double t) const {
   return next == edges.end() ? std::nullopt : std::optional(*next);
 }
 
-bool SourcePlan::is_edge(double t) const { return std::binary_search(edges.begin(), edges.end(), t); }
-
 }  // namespace bgsim

@@ -40,7 +40,6 @@ struct SourcePlan {
   double longest_step = 0.0;
 
   [[nodiscard]] std::optional<double> next_edge(double t) const;
-  [[nodiscard]] bool is_edge(double t) const;
 };
 
 /// The place of the one coefficient that follows time, or of the one element whose laws do; none if there are several.

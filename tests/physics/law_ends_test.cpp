@@ -1,0 +1,78 @@
+// Laws that end somewhere: where a store runs empty, or where no flow is too small for them.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+
+#include "support/run.hpp"
+
+namespace bgsim {
+namespace {
+
+using namespace test;
+
+/// A capacitor of 1 F and 1 C that is emptied by f = e^power as long as e > 0.
+std::string emptied_by(const std::string& power) {
+  return R"x({"bgsim": 1, "name": "emptied",
+    "elements": {"c": {"kind": "C", "capacitance": 1, "initial": {"q": 1}}, "n": {"kind": "0"},
+                 "r": {"kind": "R", "law": "f = if(e > 0, e^()x" +
+         power + R"x(), 0)"}},
+    "bonds": [{"from": "n", "to": "c"}, {"from": "n", "to": "r"}],
+    "scenes": {"s": {"stop": 4, "samples": 201}}, "outputs": {"q": "c.q"}})x";
+}
+
+}  // namespace
+
+TEST_CASE("a store whose law ends where it is empty stays empty, by every method") {
+  // q' = -q^a: q = (1 - (1 - a) t)^(1/(1 - a)) until that is 0. The rates beyond are no numbers, so no step gets there
+  // before the condition has changed. An error of the tolerance, 1e-6, grows to a hundred times of it where a < 0.
+  for (const double power : {0.5, 0.3, -0.2})
+    for (const Method method : {Method::bdf, Method::erk5, Method::dirk4, Method::radau}) {
+      INFO(power << ' ' << method_name(method));
+      const RunResult run = run_text(emptied_by(std::to_string(power)), with_method(method));
+      REQUIRE(run.stop == StopReason::completed);
+      for (std::size_t k = 0; k < run.trace.times.size(); ++k) {
+        const double left = std::max(0.0, 1.0 - (1.0 - power) * run.trace.times[k]);
+        CHECK(std::abs(run.trace["q"][k] - std::pow(left, 1.0 / (1.0 - power))) < 1e-4);
+      }
+    }
+}
+
+TEST_CASE("a tank from which a pump draws beyond empty goes on, however its orifice is written, by every method") {
+  // q' = -0.2 - sqrt(q) with u = sqrt(q): t = 2 (1 - u) - 0.4 log(1.2/(u + 0.2)), and from u = 0 on q' = -0.2. The
+  // orifice's slope is infinite where the tank is empty, and the rate is not 0 there.
+  const auto when = [](double u) { return 2.0 * (1.0 - u) - 0.4 * std::log(1.2 / (u + 0.2)); };
+  for (const std::string law : {"if(e > 0, sqrt(e), 0)", "sqrt(max(e, 0))", "max(0, e)^0.5", "sqrt(if(e > 0, e, 0))"})
+    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
+      INFO(law << ' ' << method_name(method));
+      const RunResult run = run_text(R"x({"bgsim": 1, "name": "pumped",
+        "elements": {"c": {"kind": "C", "capacitance": 1, "initial": {"q": 1}}, "n": {"kind": "0"},
+                     "r": {"kind": "R", "law": "f = )x" +
+                                         law + R"x("}, "pump": {"kind": "Sf", "flow": -0.2}},
+        "bonds": [{"from": "n", "to": "c"}, {"from": "n", "to": "r"}, {"from": "pump", "to": "n"}],
+        "scenes": {"s": {"stop": 6, "samples": 201}}, "outputs": {"q": "c.q"}})x",
+                                     with_method(method));
+      REQUIRE(run.stop == StopReason::completed);
+      for (std::size_t k = 0; k < run.trace.times.size(); ++k) {
+        const double t = run.trace.times[k], q = run.trace["q"][k], u = std::sqrt(std::max(q, 0.0));
+        const double error = t < when(0.0) ? (t - when(u)) * (0.2 + u) : q + 0.2 * (t - when(0.0));
+        CHECK(std::abs(error) < 1e-4);  // a hundred tolerances in some fifty steps
+      }
+    }
+}
+
+TEST_CASE("a loop starts whose law is no number at no flow, and whose condition waits for its solution") {
+  // 10 + t = f + log(f - 3) + 1, where f > 4; the store is as good as empty.
+  const RunResult run = run_text(R"x({"bgsim": 1, "name": "far from zero",
+    "elements": {"s": {"kind": "Se", "effort": "10 + t"}, "j": {"kind": "1"}, "lin": {"kind": "R", "resistance": 1},
+                 "r": {"kind": "R", "law": "e = log(f - 3) + if(f > 4, 1, 0)"}, "c": {"kind": "C", "capacitance": 1e9}},
+    "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "lin"}, {"from": "j", "to": "r"}, {"from": "j", "to": "c"}],
+    "scenes": {"s": {"stop": 1, "samples": 11}}, "outputs": {"f": "r.f", "u": "c.e"}})x");
+  REQUIRE(run.stop == StopReason::completed);
+  for (std::size_t k = 0; k < run.trace.times.size(); ++k) {
+    const double f = run.trace["f"][k], u = run.trace["u"][k];
+    CHECK(std::abs(f + std::log(f - 3.0) + 1.0 + u - 10.0 - run.trace.times[k]) <
+          1e-9);  // loops are solved to rounding
+  }
+}
+
+}  // namespace bgsim
