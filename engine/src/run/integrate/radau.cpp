@@ -24,7 +24,7 @@ constexpr double kRadauEps = std::numeric_limits<double>::epsilon();
 
 class RadauIntegrator final : public Integrator {
  public:
-  RadauIntegrator(const Program &program, Evaluator &evaluator, Tolerances &tolerances, const RunInputs &inputs)
+  RadauIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
       : Integrator(inputs.stop - inputs.start),
         program_(program),
         evaluator_(evaluator),
@@ -33,16 +33,16 @@ class RadauIntegrator final : public Integrator {
         loops_(!program.blocks.empty()) {
     size_ = program.state_names.size();
     order_ = kDegree;
-    for (auto *const vector : {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &increment_, &bend_})
+    for (auto* const vector : {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &increment_, &bend_})
       vector->assign(size_, 0.0);
-    for (auto *const vectors : {&z_, &w_, &right_, &divided_})
-      for (std::vector<double> &vector : *vectors) vector.assign(size_, 0.0);
+    for (auto* const vectors : {&z_, &w_, &right_, &divided_})
+      for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
     entries_.resize(program.jacobian_pattern.row.size());
     if (systems_->dense()) {
       full_.assign(size_ * size_, 0.0);
       stages_ = std::make_unique<RadauStages>(
-          size_, [this](std::size_t k, const double *x, double *out) { return rates_of_stage(k, x, out); },
-          [this](std::size_t k, const double *x, double *full) { return jacobian_of_stage(k, x, full); });
+          size_, [this](std::size_t k, const double* x, double* out) { return rates_of_stage(k, x, out); },
+          [this](std::size_t k, const double* x, double* full) { return jacobian_of_stage(k, x, full); });
     }
     // As RADAU5 does: the error that is held is of order 3, that of the steps'
     // ends of order 5. But what is recorded between them is not, and nobody
@@ -54,7 +54,7 @@ class RadauIntegrator final : public Integrator {
     newton_part_ = std::min(kNewtonPart, std::max(std::sqrt(held), kNewtonPart / looser_));
   }
 
-  bool restart(double t, const double *x, const Branch &branch, double limit) override {
+  bool restart(double t, const double* x, const Branch& branch, double limit) override {
     std::copy(x, x + size_, y_.begin());
     begin_ = y_;
     branch_ = branch;
@@ -114,7 +114,7 @@ class RadauIntegrator final : public Integrator {
       double error = estimate_error(h);
       // Where slopes change within the step no order says that its end is
       // better than the estimate.
-      const double share = bent_ ? looser_ : 1.0;
+      const double share = bent_ || rejected_ ? looser_ : 1.0;
       error *= share;
       if (error < 1.0) {
         const double within = correct(h);
@@ -143,7 +143,7 @@ class RadauIntegrator final : public Integrator {
     return fail(words_);
   }
 
-  void interpolate(double t, double *y) override {
+  void interpolate(double t, double* y) override {
     if (by_hand_ || t == time_ || !(time_ > previous_)) {
       std::copy(y_.begin(), y_.end(), y);
       return;
@@ -156,12 +156,12 @@ class RadauIntegrator final : public Integrator {
     for (std::size_t i = 0; i < size_; ++i) y[i] = collocation(i, u - 1.0) + bubble * bend_[i];
   }
 
-  [[nodiscard]] const double *end() const override { return y_.data(); }
+  [[nodiscard]] const double* end() const override { return y_.data(); }
   [[nodiscard]] Counts counts() const override { return counts_; }
   [[nodiscard]] std::string method() const override {
     return std::string("Radau IIA of order 5, ") + (systems_->dense() ? "dense" : "sparse");
   }
-  void weighted_errors(double *error) override {
+  void weighted_errors(double* error) override {
     for (std::size_t i = 0; i < size_; ++i) error[i] = std::abs(error_[i] * weight_[i]);
   }
 
@@ -176,7 +176,7 @@ class RadauIntegrator final : public Integrator {
   static constexpr double kNoSpeed = 1.0;
   enum Jacobian { kNoJacobian, kOld, kFresh };
 
-  bool rates(double t, const double *x, Branch &branch, double *out) {
+  bool rates(double t, const double* x, Branch& branch, double* out) {
     ++counts_.rates;
     return special_rates_ ? special_rates_(t, x, branch, out) : evaluator_.rates(t, x, branch, out);
   }
@@ -189,13 +189,13 @@ class RadauIntegrator final : public Integrator {
     note_fault(t);
     return fail(kStateEquationsText);
   }
-  bool fail(const char *words) {
+  bool fail(const char* words) {
     failure_.words = words;
     failure_.fault = faulted_;
     return false;
   }
   /// @return  the next length to try.
-  double shorten(double h, double factor, const char *why) {
+  double shorten(double h, double factor, const char* why) {
     ++counts_.convergence_failures;
     words_ = why;
     rejected_ = true;
@@ -204,7 +204,7 @@ class RadauIntegrator final : public Integrator {
     return factor * h;
   }
 
-  [[nodiscard]] double norm(const std::vector<double> &x) const {
+  [[nodiscard]] double norm(const std::vector<double>& x) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < size_; ++i) sum += (x[i] * weight_[i]) * (x[i] * weight_[i]);
     return std::sqrt(sum / static_cast<double>(size_));
@@ -263,15 +263,16 @@ class RadauIntegrator final : public Integrator {
 
   bool see_jacobian(double h) {
     ++counts_.jacobians;
-    const Sparsity &pattern = program_.jacobian_pattern;
-    factored_ = 0.0;
+    const Sparsity& pattern = program_.jacobian_pattern;
+    const double factored = std::exchange(factored_, 0.0);
     if (special_rates_ && systems_->dense()) {
+      seen_.clear();
       if (!difference_jacobian()) return false;
       stale_ = kFresh;
       return true;
     }
     const bool look = !special_rates_ && steps_since_look_ >= kStepsBetweenLooks;
-    const auto evaluate = [&](const double *x) {
+    const auto evaluate = [&](const double* x) {
       return look ? evaluator_.jacobian(time_, x, branch_, entries_.data(), rounding_)
                   : evaluator_.jacobian(time_, x, branch_, entries_.data());
     };
@@ -283,6 +284,7 @@ class RadauIntegrator final : public Integrator {
       // One where it rests (sqrt(max(q, 0)) of an empty tank): by differences.
       if (!evaluate(at_.data())) {
         if (!systems_->dense() || !difference_jacobian()) return false;
+        seen_.clear();
         stale_ = kFresh;
         return true;
       }
@@ -290,8 +292,10 @@ class RadauIntegrator final : public Integrator {
     if (look) {
       steps_since_look_ = 0;
       tolerances_.see({time_, y_.data(), pattern, entries_.data(), rounding_},
-                      [this](double t, const double *x, double *f) { return evaluator_.rates(t, x, branch_, f); });
+                      [this](double t, const double* x, double* f) { return evaluator_.rates(t, x, branch_, f); });
     }
+    if (entries_ == seen_) factored_ = factored;
+    seen_ = entries_;
     if (systems_->dense()) spread_entries(full_.data());
     stale_ = kFresh;
     return true;
@@ -303,7 +307,7 @@ class RadauIntegrator final : public Integrator {
     at_ = y_;
     for (std::size_t j = 0; j < size_; ++j) {
       const double move = std::max(root * std::abs(y_[j]), tolerances_.absolute(j));
-      double *column = full_.data() + j * size_;
+      double* column = full_.data() + j * size_;
       std::fill(column, column + size_, 0.0);
       if (move == 0.0) continue;
       at_[j] = y_[j] + move;
@@ -357,7 +361,7 @@ class RadauIntegrator final : public Integrator {
       ++counts_.iterations;
       for (std::size_t i = 0; i < size_; ++i) {
         const double f0 = h * right_[0][i], f1 = h * right_[1][i], f2 = h * right_[2][i];
-        const auto &b = radau::kBack;
+        const auto& b = radau::kBack;
         right_[0][i] = b[0][0] * f0 + b[0][1] * f1 + b[0][2] * f2 - radau::kGamma * w_[0][i];
         right_[1][i] = b[1][0] * f0 + b[1][1] * f1 + b[1][2] * f2 - radau::kAlpha * w_[1][i] + radau::kBeta * w_[2][i];
         right_[2][i] = b[2][0] * f0 + b[2][1] * f1 + b[2][2] * f2 - radau::kAlpha * w_[2][i] - radau::kBeta * w_[1][i];
@@ -380,7 +384,7 @@ class RadauIntegrator final : public Integrator {
         if (at_end >= 1.0) return 0.8 * std::pow(std::clamp(at_end, 1e-4, 20.0), -1.0 / (4.0 + left));
       }
       before = std::max(change, kRadauEps);
-      const auto &t = radau::kTransform;
+      const auto& t = radau::kTransform;
       for (std::size_t i = 0; i < size_; ++i) {
         const double a = w_[0][i] += right_[0][i], b = w_[1][i] += right_[1][i], c = w_[2][i] += right_[2][i];
         z_[0][i] = t[0][0] * a + t[0][1] * b + t[0][2] * c;
@@ -416,13 +420,13 @@ class RadauIntegrator final : public Integrator {
     bent_ = true;
     return found;
   }
-  bool rates_of_stage(std::size_t k, const double *x, double *out) {
+  bool rates_of_stage(std::size_t k, const double* x, double* out) {
     const double t = time_ + radau::kAt[k] * stages_step_;
     if (rates(t, x, loops_ ? stage_branch_[k] : branch_, out)) return true;
     note_fault(t);
     return false;
   }
-  bool jacobian_of_stage(std::size_t k, const double *x, double *full) {
+  bool jacobian_of_stage(std::size_t k, const double* x, double* full) {
     const double t = time_ + radau::kAt[k] * stages_step_;
     if (!evaluator_.jacobian(t, x, loops_ ? stage_branch_[k] : branch_, entries_.data())) {
       note_fault(t);
@@ -431,8 +435,8 @@ class RadauIntegrator final : public Integrator {
     spread_entries(full);
     return true;
   }
-  void spread_entries(double *full) const {
-    const Sparsity &pattern = program_.jacobian_pattern;
+  void spread_entries(double* full) const {
+    const Sparsity& pattern = program_.jacobian_pattern;
     std::fill(full, full + size_ * size_, 0.0);
     for (std::size_t column = 0; column < size_; ++column)
       for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
@@ -448,7 +452,7 @@ class RadauIntegrator final : public Integrator {
   /// this is large at a first step or after a rejection, it is filtered once
   /// more: the formula alone is not bounded for stiff components.
   double estimate_error(double h) {
-    const auto &e = radau::kError;
+    const auto& e = radau::kError;
     for (std::size_t i = 0; i < size_; ++i) {
       increment_[i] = e[0] * z_[0][i] + e[1] * z_[1][i] + e[2] * z_[2][i];
       error_[i] = increment_[i] + h * rate_[i];
@@ -507,8 +511,10 @@ class RadauIntegrator final : public Integrator {
     last_ = h;
     extrapolates_ = true;
     first_ = rejected_ = false;
-    stale_ = speed_ <= kServes ? kOld : kNoJacobian;
-    if (stale_ == kOld && next >= h && next <= kSame * h) next = h;
+    // A rate that one iteration leaves unknown says nothing: with slopes that are far too steep by now any guess passes
+    // for converged, and for exact. (A tank that runs empty: the slope of its root is beyond all bounds.)
+    stale_ = iterations_ > 1 && speed_ <= kServes ? kOld : kNoJacobian;
+    if (speed_ <= kServes && next >= h && next <= kSame * h) next = h;
     next_ = next;
   }
 
@@ -546,9 +552,9 @@ class RadauIntegrator final : public Integrator {
     return std::isfinite(size) ? size : 1e10;
   }
 
-  const Program &program_;
-  Evaluator &evaluator_;
-  Tolerances &tolerances_;
+  const Program& program_;
+  Evaluator& evaluator_;
+  Tolerances& tolerances_;
   std::unique_ptr<RadauSystems> systems_;
   std::unique_ptr<RadauStages> stages_;  ///< null for sparse systems
   double stages_step_ = 0.0;             ///< that stages_ solves for
@@ -562,9 +568,9 @@ class RadauIntegrator final : public Integrator {
   std::array<std::vector<double>, 3> divided_;  ///< of the last step
   Branch branch_at_begin_, probe_;
   std::array<Branch, 3> stage_branch_;
-  std::vector<double> entries_, full_, rounding_;
-  double next_ = 0.0;      ///< the next step; 0: not known
-  double factored_ = 0.0;  ///< step that systems_ is for; 0: none
+  std::vector<double> entries_, seen_, full_, rounding_;  ///< seen_: what the systems are made of
+  double next_ = 0.0;                                     ///< the next step; 0: not known
+  double factored_ = 0.0;                                 ///< step that systems_ is for; 0: none
   Jacobian stale_ = kNoJacobian;
   bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false, extrapolates_ = false;
   double speed_ = kNoSpeed,
@@ -575,7 +581,7 @@ class RadauIntegrator final : public Integrator {
   std::uint64_t accepted_ = 0;  ///< since the restart
   double accepted_step_ = 0.0, accepted_error_ = 0.0, last_ = 1.0;
   int steps_since_look_ = 0;
-  const char *words_ = kErrorTestText;
+  const char* words_ = kErrorTestText;
   Counts counts_;
   // Scratch
   std::vector<double> at_, error_, increment_, bend_;
@@ -584,8 +590,8 @@ class RadauIntegrator final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_radau_integrator(const Program &program, Evaluator &evaluator, Tolerances &tolerances,
-                                                  const RunInputs &inputs) {
+std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
+                                                  const RunInputs& inputs) {
   return std::make_unique<RadauIntegrator>(program, evaluator, tolerances, inputs);
 }
 

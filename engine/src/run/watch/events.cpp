@@ -437,6 +437,7 @@ bool EventWatch::take_across(double t, const double* x, Branch& branch) {
   for (std::size_t i = 0; i < doubt.size(); ++i) {
     direction_[i] = 0;
     if (border_[i] || side_[i] == 0 || hold_[i] > 0.0 || !(std::abs(values_[i]) < doubt[i])) continue;
+    if (denominators_.has(i) && is_singular_at(t, x, branch)) continue;
     direction_[i] = -side_[i];
     side_[i] = -side_[i];
     hold_[i] = kClearly * doubt[i];
@@ -449,6 +450,19 @@ bool EventWatch::take_across(double t, const double* x, Branch& branch) {
   ++count_;
   event_time_ = t;
   return settle(t, x, branch) && judge_rhythm(t, x, branch);
+}
+
+/// Whether rates grow without bound on the way on which they lead to a point.
+bool EventWatch::is_singular_at(double t, const double* x, const Branch& branch) {
+  constexpr double kRoundings = 1e4 * 0x1p-52;
+  const std::size_t states = program_.state_names.size();
+  const auto rates = [&](double at, const double* point, double* result) {
+    probe_ = branch;
+    return evaluator_.rates(at, point, probe_, result);
+  };
+  Approach line{
+      t, kRoundings * std::max(std::abs(t), span_ * kRoundings), {x, x + states}, std::vector<double>(states)};
+  return !rates(t, x, line.slope.data()) || grows_without_bound(line, states, rates);
 }
 
 /// By how much each guard is changed when a state is by its tolerance. Empty if a guard cannot be evaluated.

@@ -119,6 +119,7 @@ class EventWatch {
   std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
   std::optional<std::pair<double, double>> bracket_by_samples(Integrator& integrator, double from, double to);
   bool judge_rhythm(double t, const double* x, const Branch& branch);
+  bool is_singular_at(double t, const double* x, const Branch& branch);
   [[nodiscard]] std::vector<double> doubts(double t, const double* x, const Branch& branch);
   [[nodiscard]] std::vector<double> shaken(double t, const double* x, Branch branch, const std::vector<double>& f);
   bool rest_at_kinks(double t, const double* x, const Branch& branch);
