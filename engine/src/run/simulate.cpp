@@ -59,7 +59,10 @@ bool Run::integrate() {
   if (!plan()) return false;
   if (!resumed) {
     if (!known_scales_.empty()) tolerances_.accept(t_, known_scales_);
-    tolerances_.estimate(evaluator_, t_, x_.data(), branch_, schedule_.samples(t_));
+    // Where the scales of all states are known, what sources will do later is of no interest, and takes a search.
+    const bool known = !known_scales_.empty() &&
+                       std::all_of(known_scales_.begin(), known_scales_.end(), [](double s) { return s > 0.0; });
+    tolerances_.estimate(evaluator_, t_, x_.data(), branch_, known ? std::vector<double>{} : schedule_.samples(t_));
     mode_order_.begin(t_);
   }
   next_snapshot_ = steps_ + options_.snapshot_steps;
