@@ -71,9 +71,12 @@ Mode parse_mode(const Model& model, std::string_view text, Mode mode) {
       if (element.name != name) continue;
       known = true;
       const std::string_view side = equals == std::string_view::npos ? std::string_view() : part.substr(equals + 1);
-      if (side != side_text(element, true) && side != side_text(element, false))
-        fail("\"" + std::string(part) + "\" does not say which side the switch is on",
-             "write " + name + "=" + side_text(element, true) + " or " + name + "=" + side_text(element, false));
+      if (side != side_text(element, true) && side != side_text(element, false)) {
+        std::string help = "write ";
+        help.append(name).append("=").append(side_text(element, true)).append(" or ");
+        help.append(name).append("=").append(side_text(element, false));
+        fail("\"" + std::string(part) + "\" does not say which side the switch is on", help);
+      }
       mode[i] = side == side_text(element, true);
     }
     if (known) continue;

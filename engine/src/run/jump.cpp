@@ -22,7 +22,7 @@ class Projection {
       : program_(evaluator.program()), evaluator_(evaluator), t_(t), branch_(first_branch(program_)) {
     for (const StateInfo& state : program_.states) before_.push_back(value_of(before, state));
     for (const StateInfo& store : program_.dependent) dependent_before_.push_back(value_of(before, store));
-    x_ = before_;
+    x_.assign(before_.begin(), before_.end());
     dependent_.resize(dependent_before_.size());
     const std::size_t ports = program_.jump.routine.results.size() - program_.jump.terms.size();
     factors_.resize(program_.jump.terms.size() + ports);

@@ -329,7 +329,7 @@ class RadauIntegrator final : public Integrator {
     }
     const double ratio = h / last_;
     for (std::size_t i = 0; i < size_; ++i) {
-      std::array<double, 3> z;
+      std::array<double, 3> z{};
       for (std::size_t k = 0; k < 3; ++k) z[k] = collocation_from_end(i, radau::kAt[k] * ratio);
       for (std::size_t k = 0; k < 3; ++k) {
         z_[k][i] = z[k];
@@ -413,7 +413,7 @@ class RadauIntegrator final : public Integrator {
     const double reached = std::max(newton_part_, 10.0 * kRadauEps * norm(y_) / looser_);
     const bool found = stages_->solve(h, y_.data(), z_, weight_.data(), looser_ * reached);
     counts_.iterations += stages_->iterations();
-    counts_.jacobians += 3 * stages_->iterations();
+    counts_.jacobians += 3L * stages_->iterations();
     counts_.factorizations += stages_->iterations();
     speed_ = converged_ = kNoSpeed;
     iterations_ = 1;
