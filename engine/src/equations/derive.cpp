@@ -11,8 +11,8 @@
 #include "equations/derivative_faults.hpp"
 #include "equations/impulses.hpp"
 #include "equations/junctions.hpp"
+#include "equations/law_forms.hpp"
 #include "expression/graph.hpp"
-#include "expression/signed_power.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
@@ -355,61 +355,17 @@ class Derivation {
     if (solved.wanted != Variable::effort && solved.wanted != Variable::flow) return;
     ExprPool& pool = system_.pool;
     const ExprId right = (*translate_)(law.right), solution = (*translate_)(solved.solution);
-    ExprId form;
-    bool steep = false;
+    LawForm form;
     if (solved.use == LawUse::inverted) {
-      const bool conditions = has_conditions(solution);
-      const auto power = signed_power(pool, right, unknown);
-      steep = power && power->power > 1.0 && conditions;
-      if (power && (power->power > 1.0 || conditions))
-        form = power_form(left, *power, as_expression(unknown));
-      else if (levels_off(solution, right) || (conditions && !has_conditions(right)))
-        form = pool.sub(left, right);
+      form = form_of_inverted(pool, left, right, unknown, solution);
     } else if (solved.use == LawUse::as_written) {
       const std::size_t bond = graph_[port].bond.index();
-      const SymbolId other = (solved.wanted == Variable::effort ? system_.flows : system_.efforts)[bond];
-      if (const auto power = signed_power(pool, right, other); power && (power->power < 1.0 || has_conditions(right)))
-        form = power_form(left, *power, as_expression(other));
-      else if (const auto inverse = invert(pool, right, other, left); inverse && levels_off(right, *inverse))
-        form = pool.sub(as_expression(other), *inverse);
+      form = form_of_written(pool, left, right,
+                             (solved.wanted == Variable::effort ? system_.flows : system_.efforts)[bond]);
     }
     Equation& equation = system_.equations[system_.symbols[unknown.index()].index];
-    equation.loop_form = form;
-    equation.always_loop = steep;
-  }
-
-  /// y = c sign(x) |x|^n without a root: its slope has a bound at 0, where that of the root has none. A valve that is
-  /// shut (c = 0) lets nothing through, whatever x is.
-  ExprId power_form(ExprId y, const SignedPower& law, ExprId x) {
-    ExprPool& pool = system_.pool;
-    if (law.power >= 1.0) return pool.sub(y, pool.mul(law.factor, odd_power(pool, x, law.power)));
-    const bool never_shut = pool.is_constant(law.factor) && !pool.is_constant(law.factor, 0.0);
-    const ExprId shut = pool.make(Op::eq, law.factor, pool.constant(0.0));
-    const ExprId factor = never_shut ? law.factor : pool.select(shut, pool.constant(1.0), law.factor);
-    const ExprId form = pool.sub(x, odd_power(pool, pool.div(y, factor), 1.0 / law.power));
-    return never_shut ? form : pool.select(shut, y, form);
-  }
-
-  /// Whether there are conditions in it that the run watches.
-  [[nodiscard]] bool has_conditions(ExprId root) const {
-    const std::vector<ExprId> nodes = reachable(system_.pool, {&root, 1});
-    return std::any_of(nodes.begin(), nodes.end(), [this](ExprId e) {
-      const Op op = system_.pool[e].op;
-      return op == Op::select || op == Op::sign || op == Op::step || is_comparison(op);
-    });
-  }
-
-  /// Whether the inverse of a law is defined over a part of the numbers only: the law goes towards a limit, where the
-  /// inverse has no digits left (the voltage of a diode that blocks).
-  [[nodiscard]] bool levels_off(ExprId inverse, ExprId law) const {
-    const auto count = [this](ExprId root) {
-      const std::vector<ExprId> nodes = reachable(system_.pool, {&root, 1});
-      return std::count_if(nodes.begin(), nodes.end(), [this](ExprId e) {
-        const Op op = system_.pool[e].op;
-        return op == Op::log || op == Op::log1p || op == Op::log10 || op == Op::atanh;
-      });
-    };
-    return count(inverse) > count(law);
+    equation.loop_form = form.zero;
+    equation.always_loop = form.always;
   }
 
   void write_transformer(ElementId id) {

@@ -118,13 +118,13 @@ class SwitchedRun {
     energy.exchanged += jump.exchanged;
     energy.switching += std::max(0.0, jump.loss);
     energy.turnover += jump.scale;
-    tell_lone_jumps(jump);
+    note_lone_jumps(jump);
     return true;
   }
 
   /// A store whose content vanishes at once, with nothing that takes it up.
-  void tell_lone_jumps(const Jump& jump) {
-    constexpr std::size_t kTold = 4;
+  void note_lone_jumps(const Jump& jump) {
+    constexpr std::size_t kMostNoted = 4;
     if (locking_) return;
     for (const LoneJump& lone : jump.lone) {
       if (std::abs(lone.after) > kRounding * std::abs(lone.before)) continue;
@@ -132,7 +132,7 @@ class SwitchedRun {
       const auto scale = scale_.find(key(lone.store));
       if (scale != scale_.end() && std::abs(lone.before) <= inputs_.relative * scale->second) continue;
       ++lone_jumps_;
-      if (told_of_.size() >= kTold || !told_of_.insert(lone.name).second) continue;
+      if (noted_.size() >= kMostNoted || !noted_.insert(lone.name).second) continue;
       std::string text = "at t = " + number_text(stored_.t) + " " + lone.name + " goes from " +
                          number_text(lone.before, 6) + " to 0 at once (" + mode_words() + "): ";
       if (!options_.energy_audit) {
@@ -391,7 +391,7 @@ class SwitchedRun {
     energy.done = audited_ && options_.energy_audit && !result_.report.model.empty();
     if (!energy.done && energy.why_not.empty()) energy.why_not = "the run did not start";
     if (energy.turnover > 0.0) energy.relative = std::abs(energy.residual) / energy.turnover;
-    if (lone_jumps_ > told_of_.size())
+    if (lone_jumps_ > noted_.size())
       report.notes.push_back("stores emptied by a switch at once: " + std::to_string(lone_jumps_) + " times in all");
     result_.stored = stored_;
   }
@@ -420,7 +420,7 @@ class SwitchedRun {
   bool locking_ = false;        ///< the last change was one of a switch that is written as locked
   bool audited_ = true, remarked_ = false, one_step_ = false;
   std::size_t lone_jumps_ = 0;
-  std::set<std::string> told_of_;  ///< stores that have jumped alone
+  std::set<std::string> noted_;  ///< stores that have jumped alone
 };
 
 }  // namespace
