@@ -235,6 +235,7 @@ TEST_CASE("a limited order makes short work of a fast mode that hardly dies") {
   CompiledModel model = compile_text(text);
   const RunResult limited = model.run();
   model.inputs.max_order = 0;
+  model.inputs.method = Method::bdf;
   const RunResult free = model.run();
   REQUIRE(free.stop == StopReason::completed);
   REQUIRE(limited.stop == StopReason::completed);

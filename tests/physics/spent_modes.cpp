@@ -47,7 +47,7 @@ TEST_CASE("the angles in which BDF is stable are those of its boundary locus") {
 }
 
 TEST_CASE("a weakly damped mode that is over limits the order of BDF, and the report names it") {
-  const RunResult limited = run_text(ringing(""));
+  const RunResult limited = run_text(ringing(R"(, "method": "bdf")"));
   CHECK(limited.report.method == "CVODE BDF of order up to 2, dense");
   CHECK(limited.report.method_reason.find("an eigenmode of 1e+04 rad per unit of time, which dies out in 0.01") !=
         std::string::npos);
@@ -63,6 +63,6 @@ TEST_CASE("an oscillation that is part of the solution limits no order") {
   const RunResult undamped = run_text(R"({ "bgsim": 1, "name": "lc", "elements": { "loop": { "kind": "1" },
       "l": { "kind": "I", "inertance": 1 }, "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } } },
       "bonds": [ { "from": "loop", "to": "l" }, { "from": "loop", "to": "c" } ],
-      "outputs": { "q": "c.q" }, "scenes": { "main": { "stop": 1000, "samples": 3 } } })");
+      "outputs": { "q": "c.q" }, "scenes": { "main": { "stop": 1000, "samples": 3, "method": "bdf" } } })");
   CHECK(undamped.report.method == "CVODE BDF, dense");
 }

@@ -1,3 +1,5 @@
+// When a run changes its method where it is: to BDF, or to the other form of its loops.
+//
 // Whether the loops' variables are unknowns of the integrator (IDA), or found inside the rates. Each form runs what the
 // other cannot, so a run may change from one to the other where it is.
 //
@@ -22,16 +24,26 @@ bool Run::eliminate_loops() {
   return change_form(false);
 }
 
-/// Whether the integrator's iteration fails in more than every fourth step, with loops inside the rates: where it does,
-/// the other form has little to lose. Once in a run.
-bool Run::loops_stall() {
+/// What Radau IIA failed at is tried by BDF before it is an error, if `auto` has chosen. False if it had not.
+bool Run::take_multistep() {
+  if (implicit_ || !one_step_ || clock_.end() != RunClock::End::none) return false;
+  multistep_at_ = t_;
+  return change_form(false);
+}
+
+/// Whether the integrator's iteration fails in more than every fourth step with loops inside the rates, or four times a
+/// step by Radau IIA: where it does, the other form, or the other method, has little to lose. Each once in a run.
+/// (Radau fails about once a step where friction is smoothed to less than its tolerance, and is right there; BDF takes
+/// such friction for a force of one sign.)
+bool Run::iteration_stalls() {
   constexpr std::uint64_t kSteps = 256;
-  constexpr long kMost = 64;
-  if (implicit_ || inputs_.method != Method::automatic || program_.blocks.empty() || given_at_ || eliminated_at_ ||
-      events_.holding() || steps_ < next_look_)
+  const long most = one_step_ ? 1024 : 64;
+  const bool other_form = !program_.blocks.empty() && !given_at_ && !eliminated_at_;
+  if (implicit_ || inputs_.method != Method::automatic || !(one_step_ || other_form) || events_.holding() ||
+      steps_ < next_look_)
     return false;
   const long failures = counts().convergence_failures;
-  const bool stall = next_look_ > 0 && failures > failures_seen_ + kMost;
+  const bool stall = next_look_ > 0 && failures > failures_seen_ + most;
   next_look_ = steps_ + kSteps;
   failures_seen_ = failures;
   return stall;

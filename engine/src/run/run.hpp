@@ -81,7 +81,8 @@ class Run {
   bool leave_law();
   bool rescue();
   bool eliminate_loops();
-  bool loops_stall();
+  bool take_multistep();
+  bool iteration_stalls();
   void give_loops();
   bool change_form(bool implicit);
   bool stays_in_mode();
@@ -143,6 +144,8 @@ class Run {
   bool due_ = false;                                ///< t_ is a known time, whose event is not taken yet
   bool between_ = false;                            ///< an event is being taken: not a point to go on from
   std::optional<double> given_at_, eliminated_at_;  ///< from here on loops are unknowns of the integrator, or not
+  std::optional<double> multistep_at_;              ///< from here on `auto` is BDF, where it was Radau IIA
+  bool one_step_ = false;                           ///< it is Radau IIA now
   long failures_seen_ = 0;
   std::uint64_t steps_ = 0, next_look_ = 0, time_events_ = 0, next_estimate_ = 20, rescued_at_ = 0, next_snapshot_ = 0;
   double jumped_at_ = 0.0;   ///< where something last changed at once

@@ -16,6 +16,7 @@ void Run::carry(Archive& archive) {
   archive("implicit", implicit_);
   archive("given at", given_at_);
   archive("eliminated at", eliminated_at_);
+  archive("multistep at", multistep_at_);
   archive("next look", next_look_);
   archive("failures seen", failures_seen_);
   archive("due", due_);
@@ -65,7 +66,7 @@ bool Run::resume() {
   } catch (const SnapshotError& error) {
     refuse(error.what());
   }
-  if (given_at_ || eliminated_at_) change_form(implicit_);
+  if (given_at_ || eliminated_at_ || multistep_at_) change_form(implicit_);
   if (t_ > inputs_.stop) refuse("the snapshot is of t = " + number_text(t_) + ", after the end of the scene");
   return true;
 }

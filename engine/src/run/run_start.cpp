@@ -1,4 +1,5 @@
 // What happens before the first step.
+#include "run/choose.hpp"
 #include "run/failures.hpp"
 #include "run/integrate/separability.hpp"
 #include "run/notes.hpp"
@@ -33,7 +34,9 @@ bool Run::begin() {
 /// False if the method asked for cannot be used on this system.
 bool Run::choose_integrator() {
   RunReport& report = result_.report;
-  const MethodFacts& facts = facts_of(inputs_.method);
+  const MethodChoice choice = choose_method(program_, inputs_, multistep_at_);
+  one_step_ = !implicit_ && inputs_.method == Method::automatic && choice.method == Method::radau;
+  const MethodFacts& facts = facts_of(implicit_ ? inputs_.method : choice.method);
   if (implicit_) {
     if (facts.family != MethodFamily::multistep) return fail(needs_explicit_form_failure(facts.name));
     integrator_ = make_ida_integrator(program_, evaluator_, tolerances_, inputs_);
@@ -42,11 +45,11 @@ bool Run::choose_integrator() {
                            : program_.plan.explicit_form ? "a loop is too large to be solved inside the state equations"
                                                          : "eliminating the loops would fill the Jacobian";
   } else {
-    if (inputs_.method == Method::verlet) {
+    if (choice.method == Method::verlet) {
       NotSeparable obstacle;
       if (!separate(program_, obstacle)) return fail(not_separable_failure(program_, obstacle));
       integrator_ = make_verlet_integrator(program_, evaluator_, inputs_);
-    } else if (inputs_.method == Method::ida) {
+    } else if (choice.method == Method::ida) {
       integrator_ = make_ida_explicit_integrator(program_, evaluator_, tolerances_, inputs_);
     } else if (facts.family == MethodFamily::collocation) {
       integrator_ = make_radau_integrator(program_, evaluator_, tolerances_, inputs_);
@@ -55,10 +58,7 @@ bool Run::choose_integrator() {
     } else {
       integrator_ = make_arkode_integrator(program_, evaluator_, tolerances_, inputs_);
     }
-    report.method_reason = eliminated_at_                        ? eliminated_loops_words(*eliminated_at_)
-                           : inputs_.method != Method::automatic ? "asked for"
-                           : program_.blocks.empty()             ? "state equations without loops"
-                                                                 : "loops are solved inside the state equations";
+    report.method_reason = eliminated_at_ ? eliminated_loops_words(*eliminated_at_) : choice.reason;
   }
   report.step = inputs_.step;
   if (const double longest = schedule_.sources().longest_step; longest > 0.0) integrator_->limit_step(longest);

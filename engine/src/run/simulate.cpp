@@ -83,7 +83,7 @@ bool Run::integrate_to(double limit) {
     if (fresh_ && !start_here(limit)) return false;
     if (!integrator_->advance()) {
       if (integrator_->failure().too_accurate) return fail(accuracy_failure(t_, inputs_.relative));
-      if (!rescue() && !left_mode_ && !eliminate_loops())
+      if (!rescue() && !left_mode_ && !eliminate_loops() && (jump_ || !take_multistep()))
         return jump_ ? fail(std::move(*jump_)) : fail_as_stuck(integrator_->failure().words);
       if (left_mode_) return false;
       continue;
@@ -116,7 +116,7 @@ bool Run::take_step() {
   if (auto jump = implicit_ ? std::nullopt : loops_.check(*integrator_)) return go_back() || fail(std::move(*jump));
   if (!vitality_.look(integrator_->step(), integrator_->time())) {
     if (leave_law()) return jump_ ? fail(std::move(*jump_)) : stays_in_mode();
-    return eliminate_loops() || fail_as_stuck("time no longer advances");
+    return eliminate_loops() || take_multistep() || fail_as_stuck("time no longer advances");
   }
   const double* end = integrator_->end();
   const double* tears = integrator_->branch().given ? end + x_.size() : integrator_->branch().tears.data();
@@ -152,8 +152,8 @@ bool Run::take_step() {
     tolerances_.estimate(evaluator_, t_, x_.data(), branch_, {});
   }
   fresh_ = defects_.is_limit(t_) || events_.is_limit(t_);
-  if (loops_stall()) give_loops();
-  if (mode_order_.look(t_, x_.data(), branch_, steps_)) {
+  if (iteration_stalls() && !take_multistep()) give_loops();
+  if (!one_step_ && mode_order_.look(t_, x_.data(), branch_, steps_)) {
     integrator_->limit_order(mode_order_.spent()->order);
     fresh_ = true;
   }
@@ -216,6 +216,7 @@ bool Run::take_state_event() {
   tolerances_.forget_noise();  // of rates beyond the event, evaluated on the side before it
   between_ = false;
   fresh_ = true;
+  if (events_.stays_within_tolerance()) take_multistep();
   if (stays_in_mode()) return emit_here();
   left_by_states_ = left_mode_;
   return false;

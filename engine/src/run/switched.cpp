@@ -165,12 +165,6 @@ class SwitchedRun {
 
   [[nodiscard]] RunInputs inputs_here(const Program& program) {
     RunInputs inputs = inputs_;
-    // A multistep method begins with order 1 after each change of the mode, and its steps there are what the result is
-    // wrong by: a boost converter by 1e-4 of its range at 1e-6 after 2,000 changes, by 1e-9 with Radau's order of 5.
-    constexpr std::size_t kFewStates = 8;
-    one_step_ = inputs.method == Method::automatic && inputs.max_order == 0 && program.blocks.empty() &&
-                program.plan.explicit_form && program.state_names.size() <= kFewStates;
-    if (one_step_) inputs.method = Method::radau;
     inputs.start = stored_.t;
     inputs.output_times = inputs_.output_times.without_first(result_.rows);
     inputs.initial.clear();
@@ -301,9 +295,7 @@ class SwitchedRun {
     report.scene = own.scene;
     if (!own.method.empty()) {  // a mode that begins at the stop makes no step
       report.method = own.method;
-      report.method_reason = one_step_
-                                 ? "few states: a one-step method goes on at full order after each change of the mode"
-                                 : own.method_reason;
+      report.method_reason = own.method_reason;
     }
     const bool clock = own.absolute.size() == 1 && own.absolute.front().first == kModeClock;
     report.states = std::max(report.states, own.states - (clock ? 1 : 0));
@@ -418,7 +410,7 @@ class SwitchedRun {
   double instant_ = -std::numeric_limits<double>::infinity();
   std::deque<double> changes_;  ///< times of the latest that conditions on states made
   bool locking_ = false;        ///< the last change was one of a switch that is written as locked
-  bool audited_ = true, remarked_ = false, one_step_ = false;
+  bool audited_ = true, remarked_ = false;
   std::size_t lone_jumps_ = 0;
   std::set<std::string> noted_;  ///< stores that have jumped alone
 };

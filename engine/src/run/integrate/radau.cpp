@@ -65,6 +65,7 @@ class RadauIntegrator final : public Integrator {
     first_ = true;
     rejected_ = false;
     extrapolates_ = false;
+    nearer_extrapolated_ = true;
     stale_ = kNoJacobian;
     factored_ = 0.0;
     speed_ = kNoSpeed;
@@ -106,7 +107,13 @@ class RadauIntegrator final : public Integrator {
         }
         factored_ = h;
       }
-      const double reduction = iterate(h);
+      double reduction = iterate(h, nearer_extrapolated_);
+      // Where what the polynomial promises leads nowhere, the step's beginning may be near enough, or the other way
+      // round.
+      if (reduction < 1.0 && !faulted_ && extrapolates_) {
+        const double other = iterate(h, !nearer_extrapolated_);
+        reduction = std::max(reduction, other);
+      }
       if (reduction < 1.0 && !iterate_by_stages(h)) {
         h = shorten(h, reduction, faulted_ ? kStateEquationsText : kIterationText);
         continue;
@@ -318,9 +325,11 @@ class RadauIntegrator final : public Integrator {
     return true;
   }
 
-  /// Where Newton's iteration begins: on the polynomial of the step before.
-  void begin_iteration(double h) {
-    if (!extrapolates_) {
+  /// Where Newton's iteration begins: on the polynomial of the step before, or at rest. What is held within a narrow
+  /// stretch of a steep law (friction smoothed to less than its tolerance) is lost there by what any polynomial of
+  /// states is wrong by.
+  void begin_iteration(double h, bool extrapolated) {
+    if (!extrapolated || !extrapolates_) {
       for (std::size_t k = 0; k < 3; ++k) {
         std::fill(z_[k].begin(), z_[k].end(), 0.0);
         std::fill(w_[k].begin(), w_[k].end(), 0.0);
@@ -338,12 +347,25 @@ class RadauIntegrator final : public Integrator {
     }
   }
 
+  /// Whether the stages that were found are nearer to the polynomial of the step before than to the step's beginning.
+  [[nodiscard]] bool extrapolation_is_nearer(double h) const {
+    const double ratio = h / last_;
+    double from_polynomial = 0.0, from_rest = 0.0;
+    for (std::size_t i = 0; i < size_; ++i)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double promised = collocation_from_end(i, radau::kAt[k] * ratio), found = z_[k][i];
+        from_polynomial += (found - promised) * weight_[i] * ((found - promised) * weight_[i]);
+        from_rest += found * weight_[i] * (found * weight_[i]);
+      }
+    return from_polynomial <= from_rest;
+  }
+
   /// The stages of a step of length h. 1 if they were found, else by how much
   /// the step should be shortened.
-  double iterate(double h) {
+  double iterate(double h, bool extrapolated) {
     constexpr double kDiverged = 0.5, kNoRates = 0.25;
     faulted_ = false;
-    begin_iteration(h);
+    begin_iteration(h, extrapolated);
     if (loops_) stage_branch_.fill(branch_);
     const double reached = std::max(newton_part_, 10.0 * kRadauEps * norm(y_) / looser_);
     converged_ = std::pow(std::max(converged_, kRadauEps), 0.8);
@@ -407,7 +429,7 @@ class RadauIntegrator final : public Integrator {
     // What the iteration before has come to is a better beginning if it came
     // nearer.
     constexpr double kNearer = 0.5;
-    if (!(speed_ < kNearer)) begin_iteration(h);
+    if (!(speed_ < kNearer)) begin_iteration(h, nearer_extrapolated_);
     if (loops_) stage_branch_.fill(branch_);
     stages_step_ = h;
     const double reached = std::max(newton_part_, 10.0 * kRadauEps * norm(y_) / looser_);
@@ -488,6 +510,7 @@ class RadauIntegrator final : public Integrator {
   }
 
   void finish(double h, double error, double quotient) {
+    nearer_extrapolated_ = !extrapolates_ || extrapolation_is_nearer(h);
     order_ = kDegree;
     by_hand_ = false;
     ++counts_.steps;
@@ -572,7 +595,8 @@ class RadauIntegrator final : public Integrator {
   double next_ = 0.0;                                     ///< the next step; 0: not known
   double factored_ = 0.0;                                 ///< step that systems_ is for; 0: none
   Jacobian stale_ = kNoJacobian;
-  bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false, extrapolates_ = false;
+  bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false, extrapolates_ = false,
+       nearer_extrapolated_ = true;
   double speed_ = kNoSpeed,
          converged_ = 1.0;  ///< of Newton's iteration: rate, and the sum of what
                             ///< is left by what was last

@@ -16,6 +16,9 @@ constexpr std::size_t kEventsInARow = 100;
 constexpr double kNear = 1e-9;
 constexpr double kClearlyOut = 16.0;  // of a band around a border that has been crossed in a row
 constexpr int kMostRounds = 100;
+/// So many changes of one condition, each at most some steps after the one before, may be those of a state at rest.
+constexpr int kReturns = 8;
+constexpr std::uint64_t kStepsToReturn = 4;
 
 int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
 
@@ -53,6 +56,9 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
   changed_.assign(count, false);
   hold_.assign(count, 0.0);
   band_.assign(count, 0.0);
+  returns_.assign(count, 0);
+  crossed_at_.assign(count, 0);
+  excursion_.assign(count, 0.0);
   direction_.assign(count, 0);
   largest_.assign(count, 0.0);
   values_.assign(count, 0.0);
@@ -253,7 +259,12 @@ EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& en
   }
   if (probe_.modes != integrator.branch().modes) probe_ = integrator.branch();
   screened_ = decided && functions_.screened(ends, integrator.branch(), candidates_);
-  if (screened_) return Search::none;
+  const bool watched = passed_ <= changed_at_ + kStepsToReturn;
+  if (screened_ && !(watched && evaluate(integrator, ends.end, end_))) return Search::none;
+  if (screened_) {
+    see_excursions();
+    return Search::none;
+  }
   probe_ = integrator.branch();
   const double from = integrator.previous(), to = integrator.time();
   // Where a denominator passes zero without consequence, the step is searched again without it.
@@ -268,8 +279,14 @@ EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& en
   return Search::none;
 }
 
+void EventWatch::see_excursions() {
+  for (std::size_t i = 0; i < excursion_.size(); ++i) excursion_[i] = std::max(excursion_[i], std::abs(end_[i]));
+}
+
 void EventWatch::pass() {
+  ++passed_;
   if (!any() || screened_) return;
+  see_excursions();
   decide(end_);
   values_ = end_;
 }
@@ -421,12 +438,33 @@ std::optional<std::size_t> EventWatch::singularity_ahead(double t, const double*
 bool EventWatch::cross(const double* y, Branch& branch) {
   if (!guards(event_time_, y, branch, end_)) return fail_with_fault();
   crossed_guard_.reset();
-  for (std::size_t i = 0; i < end_.size() && !crossed_guard_; ++i)
-    if (crossed(i, end_[i], branch)) crossed_guard_ = i;
+  bool returned = false;
+  for (std::size_t i = 0; i < end_.size(); ++i) {
+    if (!crossed(i, end_[i], branch)) continue;
+    if (!crossed_guard_) crossed_guard_ = i;
+    if (passed_ > crossed_at_[i] + kStepsToReturn) returns_[i] = 0;
+    if (++returns_[i] == 1) excursion_[i] = 0.0;
+    crossed_at_[i] = passed_;
+    returned = returned || returns_[i] >= kReturns;
+  }
+  changed_at_ = passed_;
   change(end_, branch);
   hold_what_rests(event_time_, y, branch);
   ++count_;
-  return settle(event_time_, y, branch) && judge_rhythm(event_time_, y, branch);
+  if (!settle(event_time_, y, branch)) return false;
+  if (returned) judge_returns(event_time_, y, branch);
+  return judge_rhythm(event_time_, y, branch);
+}
+
+/// Conditions that change again and again within a few steps, while their guards never leave what the tolerances leave
+/// open of them, tell of no motion.
+void EventWatch::judge_returns(double t, const double* x, const Branch& branch) {
+  const std::vector<double> doubt = doubts(t, x, branch);
+  for (std::size_t i = 0; i < side_.size(); ++i) {
+    if (returns_[i] < kReturns) continue;
+    returns_[i] = 0;
+    stays_within_tolerance_ = stays_within_tolerance_ || (!doubt.empty() && excursion_[i] <= doubt[i]);
+  }
 }
 
 bool EventWatch::take_across(double t, const double* x, Branch& branch) {

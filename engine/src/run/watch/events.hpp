@@ -56,6 +56,10 @@ class EventWatch {
   /// x). None if there is no such one.
   [[nodiscard]] std::optional<std::size_t> singularity_ahead(double t, const double* x, Branch branch);
 
+  /// Whether a condition changed again and again since the last call within what the tolerances leave open of its
+  /// guard: these steps and changes are the method's own, not the model's.
+  bool stays_within_tolerance() { return std::exchange(stays_within_tolerance_, false); }
+
   /// Whether modes are held that depend on the point: prepare() sets them before anything is evaluated there.
   [[nodiscard]] bool holding() const { return stiction_.any(); }
   bool prepare(double t, const double* x, Branch& branch) {
@@ -70,6 +74,11 @@ class EventWatch {
     archive("side", side_);
     archive("hold", hold_);
     archive("band", band_);
+    archive("returns", returns_);
+    archive("excursion", excursion_);
+    archive("crossed at", crossed_at_);
+    archive("changed at", changed_at_);
+    archive("passed", passed_);
     archive("idle", idle_);
     archive("just crossed", just_crossed_);
     archive("largest", largest_);
@@ -104,6 +113,8 @@ class EventWatch {
   [[nodiscard]] double mode_at_zero(std::size_t relation) const;
   [[nodiscard]] bool changes_mode(std::size_t guard, int side, const Branch& branch) const;
   void decide(const std::vector<double>& values);
+  void see_excursions();
+  void judge_returns(double t, const double* x, const Branch& branch);
   bool change(const std::vector<double>& values, Branch& branch);
   bool guards(double t, const double* x, Branch& branch, std::vector<double>& values);
   bool evaluate(Integrator& integrator, double t, std::vector<double>& values);
@@ -135,11 +146,17 @@ class EventWatch {
   Stiction stiction_;
   std::vector<std::size_t> relation_;  ///< by guard
   Denominators denominators_;
-  std::vector<bool> border_;  ///< by guard: of a floor or table cell
-  std::vector<int> side_;     ///< by guard: side of its mode; 0 undecided
-  std::vector<double> hold_;  ///< by guard: not seen as crossed up to this size; see take_across
-  std::vector<double> band_;  ///< by guard: the same, around a kink that what rests there crossed in a row
-  std::vector<bool> idle_;    ///< by guard: beyond the last border, nothing left to change
+  std::vector<bool> border_;               ///< by guard: of a floor or table cell
+  std::vector<int> side_;                  ///< by guard: side of its mode; 0 undecided
+  std::vector<double> hold_;               ///< by guard: not seen as crossed up to this size; see take_across
+  std::vector<double> band_;               ///< by guard: the same, around a kink that what rests there crossed in a row
+  std::vector<int> returns_;               ///< by guard: changes in a row, a few steps apart
+  std::vector<double> excursion_;          ///< by guard: its largest magnitude since the first of these
+  std::vector<std::uint64_t> crossed_at_;  ///< by guard: passed_ at its last change
+  std::uint64_t passed_ = 0;               ///< steps without a change
+  std::uint64_t changed_at_ = 0;           ///< passed_ at the last change of any
+  bool stays_within_tolerance_ = false;
+  std::vector<bool> idle_;  ///< by guard: beyond the last border, nothing left to change
   std::optional<std::size_t> crossed_guard_;
   std::vector<bool> just_crossed_;       ///< by guard
   std::vector<bool> changed_;            ///< by guard: within the event that is being settled
