@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
+#include <span>
 
+#include "base/depth_first.hpp"
 #include "read/other_keys.hpp"
 #include "read/reader.hpp"
 
@@ -60,47 +62,44 @@ std::vector<Reader::Use> Reader::uses_of(DocumentId id) {
 }
 
 /// Loads all files of the model, finds submodels that contain themselves, and counts the elements before they are
-/// unfolded. Depth first over the files, with a stack of its own.
+/// unfolded.
 void Reader::survey(DocumentId root) {
-  struct Frame {
-    DocumentId file;
-    std::vector<Use> uses;
-    std::size_t next = 0;
-    double elements = 0.0;  // a double never overflows where submodels double level by level
-  };
-  std::unordered_map<std::uint32_t, double> elements_in;
-  std::unordered_set<std::uint32_t> open{root.value};
-  std::vector<Frame> stack;
-  const auto enter = [&](DocumentId id) {
-    const NodeId elements = document(id).find(Document::root(), "elements");
-    stack.push_back({id, uses_of(id), 0, elements.valid() ? document(id)[elements].child_count : 0.0});
-  };
-  enter(root);
-  while (!stack.empty()) {
-    Frame& top = stack.back();
-    if (top.next == top.uses.size()) {
-      elements_in[top.file.value] = top.elements;
-      open.erase(top.file.value);
-      stack.pop_back();
-      continue;
-    }
-    Type& type = *top.uses[top.next].type;
-    if (type.refused) {
-      ++top.next;
-    } else if (const auto known = elements_in.find(type.file.value); known != elements_in.end()) {
-      top.elements += static_cast<double>(top.uses[top.next++].times) * known->second;
-    } else if (open.insert(type.file.value).second) {
-      enter(type.file);
-    } else {
-      std::string chain;
-      for (const Frame& frame : stack)
-        if (!chain.empty() || frame.file == type.file) chain += document(frame.file).path() + " -> ";
-      problem("BG133", "a submodel contains itself: " + chain + document(type.file).path(),
-              document(top.file).place(type.node), "break the circle", "submodels are unfolded completely");
-      type.refused = true;
+  std::vector<DocumentId> files{root};
+  std::vector<std::vector<Use>> uses;               // of each file
+  std::vector<std::vector<std::size_t>> submodels;  // the files of these uses
+  std::unordered_map<std::uint32_t, std::size_t> position{{root.value, 0}};
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    uses.push_back(uses_of(files[i]));
+    std::erase_if(uses[i], [](const Use& use) { return use.type->refused; });
+    submodels.emplace_back();
+    for (const Use& use : uses[i]) {
+      const auto [known, is_new] = position.try_emplace(use.type->file.value, files.size());
+      if (is_new) files.push_back(use.type->file);
+      submodels[i].push_back(known->second);
     }
   }
-  const double total = elements_in[root.value];
+  std::vector<double> elements(files.size());  // a double never overflows where submodels double level by level
+  depth_first(
+      files.size(), [&](std::size_t i) { return std::span(submodels[i]); }, [](std::size_t) { return true; },
+      [&](std::span<const std::size_t> path, std::size_t i) {
+        std::string chain;
+        for (const std::size_t file : path)
+          if (!chain.empty() || file == i) chain += document(files[file]).path() + " -> ";
+        for (const Use& use : uses[path.back()]) {
+          if (use.type->refused || use.type->file != files[i]) continue;
+          problem("BG133", "a submodel contains itself: " + chain + document(files[i]).path(),
+                  document(files[path.back()]).place(use.type->node), "break the circle",
+                  "submodels are unfolded completely");
+          use.type->refused = true;
+        }
+      },
+      [&](std::size_t i) {
+        const NodeId section = document(files[i]).find(Document::root(), "elements");
+        elements[i] = section.valid() ? document(files[i])[section].child_count : 0.0;
+        for (std::size_t j = 0; j < uses[i].size(); ++j)
+          elements[i] += static_cast<double>(uses[i][j].times) * elements[submodels[i][j]];
+      });
+  const double total = elements[0];
   if (total <= kMostElements) {
     model_.elements.reserve(static_cast<std::size_t>(total));
     names_.reserve(2 * static_cast<std::size_t>(total));  // about as many bonds as elements
