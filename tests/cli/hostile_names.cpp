@@ -82,7 +82,7 @@ TEST_CASE("data on standard output hold a name as it is") {
   CHECK_THAT(here.bgsim("m.json -o - --quiet").out, Catch::StartsWith("t,\"=cmd|' /C calc'!A0\n\x1b\"\r\n"));
 }
 
-TEST_CASE("a name of a million characters makes short messages and a file's name that the system takes") {
+TEST_CASE("a name of a million characters makes short messages and a file's name that the system takes", "[long]") {
   const Workplace here;
   here.write("m.json", named(std::string(1000000, 'x')));
   const Outcome run = here.bgsim("m.json");

@@ -116,7 +116,7 @@ TEST_CASE("a full disk ends a run at once, with the reason and the name of what 
   CHECK(here.read("out.csv.partial").starts_with("t,f,e\r\n0,0,0\r\n"));
 }
 
-TEST_CASE("the memory of a run does not grow with its rows") {
+TEST_CASE("the memory of a run does not grow with its rows", "[long]") {
   const Workplace here;
   here.write("few.json", rows_of(1000));
   here.write("many.json", rows_of(1000000));

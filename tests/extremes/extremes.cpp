@@ -100,7 +100,7 @@ Section::Section(std::string title, std::vector<Extreme> rows, const std::source
   const std::vector<Extreme>& kept = table().emplace(title, std::move(rows)).first->second;
   for (const Extreme& row : kept)
     add_test(
-        title + ": " + row.input, [title, &row] { check_row(title, row); }, where);
+        title + ": " + row.input, [title, &row] { check_row(title, row); }, row.tags, where);
 }
 
 TEST_CASE("docs/extremes.md holds the rows of the suite and nothing else") {

@@ -17,6 +17,7 @@ struct Extreme {
   std::string input;
   std::string must;                   ///< what must happen, with its source
   std::function<std::string()> does;  ///< runs it, checks it (Catch), and tells what happened in stable words
+  std::string tags = {};              ///< Catch's: "[long]"
 };
 
 /// Rows of one heading. Each becomes a test, "HEADING: INPUT", which also compares its row with the document; with

@@ -89,8 +89,8 @@ const std::vector<Extreme> kEntries{
        return "u(1000) = 1: " + within(std::abs(run.last("u") - 1.0), 1e-6);
      }},
     {"a chain of 1e5 TF and GY", "no recursion, time linear in the length: i(1) = 1 - exp(-1)",
-     [] { return long_chain(100000); }},
-    {"a 0-junction with 1e5 bonds", "u(1) = (1 - exp(-2))/2", [] { return large_junction(100000); }},
+     [] { return long_chain(100000); }, "[long]"},
+    {"a 0-junction with 1e5 bonds", "u(1) = (1 - exp(-2))/2", [] { return large_junction(100000); }, "[long]"},
     {"an oscillator over one period, tolerance 1e-2", "q = 1, p = 0", [] { return period(1e-2, 0.1); }},
     {"tolerance 1e-4", "the same", [] { return period(1e-4, 1e-2); }},
     {"tolerance 1e-8", "the same", [] { return period(1e-8, 1e-5); }},

@@ -134,7 +134,8 @@ const std::vector<Source> kSources{{"Se", "10"}, {"Se", "10*sin(3*t)"},  {"Sf", 
 
 TEST_CASE(
     "turbulent pipes in series, in parallel and in bridges have the solution of their laws, however these are "
-    "written") {
+    "written",
+    "[long]") {
   for (const Writing writing : kWritings)
     for (const Source& source : kSources) {
       INFO(source.kind << " " << source.value);
@@ -166,7 +167,7 @@ TEST_CASE("grids of pipes, laminar and turbulent, have the solution of their law
     }
 }
 
-TEST_CASE("a grid of a thousand turbulent pipes has the solution of its laws") {
+TEST_CASE("a grid of a thousand turbulent pipes has the solution of its laws", "[long]") {
   const std::vector<Pipe> pipes = grid(23, {Writing::effort, Writing::root, Writing::laminar_too}, 1);
   REQUIRE(pipes.size() > 1000);
   check(pipes, "Se", "10 + t", {}, {}, "3");

@@ -71,7 +71,7 @@ TEST_CASE("each output of each shipped model is the same when what it does not d
   CHECK(hold_folder("models") > 5);
 }
 
-TEST_CASE("each output of each test model is the same when what it does not depend on is left out") {
+TEST_CASE("each output of each test model is the same when what it does not depend on is left out", "[long]") {
   CHECK(hold_folder("tests/data/models") > 5);
 }
 

@@ -114,7 +114,7 @@ TEST_CASE("a run continues from any snapshot bit for bit: models", "[long]") {
   }
 }
 
-TEST_CASE("a run continues from any snapshot bit for bit: methods, with events and friction that sticks") {
+TEST_CASE("a run continues from any snapshot bit for bit: methods, with events and friction that sticks", "[long]") {
   for (const Method method : {Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau}) {
     INFO(facts_of(method).name);
     check_all(compile_text(kEvents, with_method(method)), 40);

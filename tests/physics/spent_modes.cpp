@@ -46,7 +46,7 @@ TEST_CASE("the angles in which BDF is stable are those of its boundary locus") {
   }
 }
 
-TEST_CASE("a weakly damped mode that is over limits the order of BDF, and the report names it") {
+TEST_CASE("a weakly damped mode that is over limits the order of BDF, and the report names it", "[long]") {
   const RunResult limited = run_text(ringing(R"(, "method": "bdf")"));
   CHECK(limited.report.method == "CVODE BDF of order up to 2, dense");
   CHECK(limited.report.method_reason.find("an eigenmode of 1e+04 rad per unit of time, which dies out in 0.01") !=

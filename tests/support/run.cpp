@@ -43,6 +43,12 @@ CompiledModel compile_file(const std::string& path, const SceneOverrides& overri
   return compile_model(std::make_shared<const Model>(read_model(in_project(path))), overrides, scene);
 }
 
+SimulateOptions untimed() {
+  SimulateOptions options;
+  options.longest_run = 0.0;
+  return options;
+}
+
 RunResult run_text(const std::string& text, const SceneOverrides& overrides, const SimulateOptions& options) {
   return compile_text(text, overrides).run(options);
 }
@@ -59,7 +65,7 @@ Study study_of(const std::string& path) {
 }
 
 RunResult run(const Study& study, const RunInputs& inputs) {
-  SimulateOptions options;
+  SimulateOptions options = untimed();
   options.error_estimate = false;  // has tests of its own, and is slow under the sanitizers
   RunResult result = compile_study(study, inputs).run(options);
   if (result.failure) FAIL(render(*result.failure, *study.model().sources));

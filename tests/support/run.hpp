@@ -11,6 +11,9 @@
 
 namespace bgsim::test {
 
+/// Without the limit of a day, whose verdict depends on how fast the machine is.
+SimulateOptions untimed();
+
 /// A scene of a model, all of it compiled whatever its outputs depend on.
 struct CompiledModel {
   Study study;
@@ -19,7 +22,9 @@ struct CompiledModel {
 
   [[nodiscard]] const Model& model() const { return study.model(); }
   [[nodiscard]] const EquationSystem& system() const { return study.equations(); }
-  [[nodiscard]] RunResult run(const SimulateOptions& options = {}) const { return simulate(program, inputs, options); }
+  [[nodiscard]] RunResult run(const SimulateOptions& options = untimed()) const {
+    return simulate(program, inputs, options);
+  }
 };
 
 CompiledModel compile_study(const Study& study, RunInputs inputs);
@@ -30,7 +35,8 @@ CompiledModel compile_text(const std::string& text, const SceneOverrides& overri
 /// @param path  relative to the project, "models/bellow.json".
 CompiledModel compile_file(const std::string& path, const SceneOverrides& overrides = {},
                            const std::string& scene = {});
-RunResult run_text(const std::string& text, const SceneOverrides& overrides = {}, const SimulateOptions& options = {});
+RunResult run_text(const std::string& text, const SceneOverrides& overrides = {},
+                   const SimulateOptions& options = untimed());
 
 /// The whole path of a file.
 /// @param path  relative to the project.

@@ -43,10 +43,11 @@ std::string argument(const std::string& text) {
 
 }  // namespace
 
-void add_test(const std::string& name, std::function<void()> body, const std::source_location& where) {
+void add_test(const std::string& name, std::function<void()> body, const std::string& tags,
+              const std::source_location& where) {
   const std::string plain = argument(name);
   const Catch::AutoReg registered(new Body(std::move(body)), Catch::SourceLineInfo(where.file_name(), where.line()),
-                                  Catch::StringRef(), Catch::NameAndTags(plain));
+                                  Catch::StringRef(), Catch::NameAndTags(plain, tags));
 }
 
 }  // namespace bgsim::test

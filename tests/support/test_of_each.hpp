@@ -8,8 +8,8 @@
 namespace bgsim::test {
 
 /// Makes @p body a test. To be called while static objects are initialized. What a command line cannot hand over is
-/// left out of @p name or replaced, so that ctest and -R see plain text.
-void add_test(const std::string& name, std::function<void()> body,
+/// left out of @p name or replaced, so that ctest and -R see plain text. @param tags  Catch's: "[long]".
+void add_test(const std::string& name, std::function<void()> body, const std::string& tags = {},
               const std::source_location& where = std::source_location::current());
 
 }  // namespace bgsim::test

@@ -323,7 +323,7 @@ TEST_CASE("Permuting elements and bonds changes neither the numbers of states an
   CHECK(compared > rounds / 8);
 }
 
-TEST_CASE("A ladder of a hundred thousand elements is assigned without recursion") {
+TEST_CASE("A ladder of a hundred thousand elements is assigned without recursion", "[long]") {
   constexpr std::size_t kSections = 30000;  // 120001 elements, 120000 bonds
   std::string elements = "Se:s", bonds = "s>x0";
   for (std::size_t i = 0; i < kSections; ++i) {
@@ -338,7 +338,7 @@ TEST_CASE("A ladder of a hundred thousand elements is assigned without recursion
   CHECK(stages.causal.free_choices.size() == kSections / 2);
 }
 
-TEST_CASE("Thirty thousand dependent stores behind one chain of reasons are explained in linear time") {
+TEST_CASE("Thirty thousand dependent stores behind one chain of reasons are explained in linear time", "[long]") {
   constexpr std::size_t kSections = 30000;
   std::string elements = "Se:s 0:x0", bonds = "s>x0 x0>c0", more = " C:c0";
   for (std::size_t i = 1; i < kSections; ++i) {

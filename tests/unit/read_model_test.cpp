@@ -207,7 +207,7 @@ TEST_CASE("circles among parameters and signals are named once") {
   CHECK(faults(R"x("parameters": { "a": "a", "b": "2*b", "R": 1 }, )x" + loop().substr(26)) == 2);
 }
 
-TEST_CASE("a chain of a hundred thousand signals is read in either order without deep recursion") {
+TEST_CASE("a chain of a hundred thousand signals is read in either order without deep recursion", "[long]") {
   for (const bool forward : {true, false}) {
     std::string signals = "\"s0\": \"sin(t)\"";
     for (int i = 1; i < 100'000; ++i) {
@@ -317,7 +317,7 @@ TEST_CASE("bonds say where they stand") {
         "BG130 [\"\"] there is no element \"\" to bond to; the elements are \"j\", \"r\", \"tf\" and \"c\"");
 }
 
-TEST_CASE("a model of a hundred thousand elements is read by hashing, not by searching") {
+TEST_CASE("a model of a hundred thousand elements is read by hashing, not by searching", "[long]") {
   std::string elements = R"x("s": { "kind": "Se", "effort": 1 })x", bonds;
   for (int i = 0; i < 50'000; ++i) {
     const std::string n = std::to_string(i);
