@@ -21,6 +21,9 @@ namespace bgsim {
 /// The letters A to Z as small ones; all else stays, whatever the locale.
 [[nodiscard]] std::string lower_case(std::string_view text);
 
+/// Without blanks, tabs and line breaks at its ends.
+[[nodiscard]] std::string_view trimmed(std::string_view text);
+
 /// Of ASCII, whatever the locale.
 [[nodiscard]] constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
 [[nodiscard]] constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }

@@ -11,12 +11,6 @@
 namespace bgsim {
 namespace {
 
-std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\n\r");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\n\r") + 1 - begin);
-}
-
 bool is_unit(std::string_view text) { return !text.empty() && parse_unit(text).unit.has_value(); }
 
 /// The first word: up to a space or a sign that no unit's name holds.

@@ -26,12 +26,6 @@ std::optional<Variable> stored_at(const Element& element, std::size_t port) {
   return is_store(element.kind) ? std::optional(stored_variable(element, port)) : std::nullopt;
 }
 
-std::string trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\n\r");
-  if (begin == std::string_view::npos) return {};
-  return std::string(text.substr(begin, text.find_last_not_of(" \t\n\r") + 1 - begin));
-}
-
 bool is_json_number(const std::string& text) {
   return !text.empty() && text.find_first_not_of("0123456789.eE+-") == std::string::npos && text[0] != '.' &&
          text[0] != '+' && text.back() != '.';
@@ -71,7 +65,7 @@ void Reader::expression_fault(const Context& context, NodeId value, std::string_
 /// How a number with its unit is written in this place; nothing if what follows the number is no unit.
 std::string Reader::unit_advice(const Context& context, NodeId value, std::string_view number_text,
                                 std::string_view unit_text) {
-  const std::string number = trimmed(number_text), unit(bare_unit(unit_text));
+  const std::string number(trimmed(number_text)), unit(bare_unit(unit_text));
   if (!parse_unit(unit).unit) return {};
   const std::string what = context.constant == nullptr ? "" : context.constant;
   if (what == "\"start\"" || what == "\"stop\"" || what == "\"interval\"") {
@@ -186,7 +180,7 @@ std::string Reader::initial_advice(const Element& own, std::string_view name, co
 
 std::string Reader::law_without_equals(const Element& own, std::string_view text) const {
   const std::string port = is_field(own.kind) ? own.ports[0] + "." : "";
-  const std::string shown = trimmed(text);
+  const std::string shown(trimmed(text));
   if (shown.find("==") != std::string::npos) return "a law has a single equals sign; == compares";
   const auto contains = [&](char letter) {
     const auto is_part = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };

@@ -15,11 +15,6 @@ namespace {
 
 using ParametersByName = std::unordered_map<std::string_view, std::size_t>;
 
-std::string trimmed(const std::string& text) {
-  const auto begin = text.find_first_not_of(' '), end = text.find_last_not_of(' ');
-  return begin == std::string::npos ? std::string() : text.substr(begin, end + 1 - begin);
-}
-
 /// "NAME=EXPR" from the command line.
 struct SetText {
   std::string whole, name;
@@ -34,7 +29,7 @@ Diagnostic set_problem(const SetText& set, const std::string& what, std::string 
 
 /// A value of the command line is a number; its unit is the parameter's.
 std::string unit_help(const SetText& set, const ExpressionError& error, const std::string& unit_of_parameter) {
-  const std::string number = trimmed(std::string(set.value.substr(0, error.begin)));
+  const std::string number(trimmed(set.value.substr(0, error.begin)));
   if (!parse_unit(bare_unit(set.value.substr(error.begin))).unit) return error.help;
   return "write --set " + set.name + "=" + number + ": the number is in the unit that the model gives " +
          in_quotes(set.name) + (unit_of_parameter.empty() ? "" : ", " + unit_of_parameter);
@@ -128,7 +123,7 @@ GivenValues given_values(const Model& model, const Scene& scene, const SceneOver
   std::map<StateKey, std::string> set_states;
   for (const std::string& text : overrides.set) {
     const auto equals = text.find('=');
-    SetText set{text, trimmed(text.substr(0, equals)), {}};
+    SetText set{text, std::string(trimmed(std::string_view(text).substr(0, equals))), {}};
     if (equals == std::string::npos || set.name.empty()) {
       const bool spaces = equals == std::string::npos && !set.name.empty();
       given.problems.push_back(set_problem(
