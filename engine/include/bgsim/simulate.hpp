@@ -61,6 +61,16 @@ struct OutputErrors {
       beyond_rounding;  ///< of the errors above kLarge, the largest to a factor of 2 that is no rounding
 };
 
+/// What an output is over the whole run, measured on the dense output of every step and not at the output times. All in
+/// the output's own unit, integrals in that (or its square) times t.
+struct OutputMeasure {
+  double initial = 0.0, final = 0.0;
+  double least = 0.0, least_at = 0.0, most = 0.0, most_at = 0.0;  ///< the first time where it is reached
+  double integral = 0.0, square = 0.0;                            ///< over time; of the square
+  std::optional<double>
+      nonzero_at;  ///< first time from which on it is not 0: of if(condition, 1, 0) the first that holds
+};
+
 /// What a run took. Machine-readable form: report_json.
 struct RunReport {
   std::string model, scene;
@@ -79,9 +89,11 @@ struct RunReport {
   std::vector<std::pair<std::string, double>> stage_seconds;  ///< wall time by stage, in order
   EnergyAudit energy;
   OutputErrors errors;
-  std::string energy_unit;         ///< what efforts times flows times t are in, if that is one unit and known
-  LeftOut left_out;                ///< what slice() took away before the run
-  std::vector<std::string> notes;  ///< loops' starts and solutions, states never above their tolerance, ...
+  std::vector<OutputMeasure> measures;  ///< by output; empty unless asked for (SimulateOptions::measures), or lost
+  std::string why_not_measured;         ///< the value that an output does not have within the run
+  std::string energy_unit;              ///< what efforts times flows times t are in, if that is one unit and known
+  LeftOut left_out;                     ///< what slice() took away before the run
+  std::vector<std::string> notes;       ///< loops' starts and solutions, states never above their tolerance, ...
 };
 
 /// What the stores of a run hold at one time, by element and port, and the values of integrals. It means the same in
@@ -113,6 +125,7 @@ using RowSink = std::function<void(double time, std::span<const double> values)>
 struct SimulateOptions {
   bool energy_audit = true;
   bool error_estimate = true;
+  bool measures = false;          ///< of the outputs over time; not of a run that is continued
   std::size_t energy_course = 0;  ///< also the audit's terms at about that many of the output times; 0: at none
   std::uint64_t max_steps = 0;    ///< 0: no limit
   double time_limit = 0.0;        ///< seconds of wall time; 0: no limit

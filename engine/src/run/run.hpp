@@ -14,6 +14,7 @@
 #include "run/sink/energy_audit.hpp"
 #include "run/sink/global_error.hpp"
 #include "run/sink/magnitudes.hpp"
+#include "run/sink/output_measures.hpp"
 #include "run/sink/recorder.hpp"
 #include "run/tolerances.hpp"
 #include "run/watch/branch_watch.hpp"
@@ -52,6 +53,7 @@ class Run {
         errors_(program, evaluator_, inputs, options.error_estimate),
         recorder_(program, evaluator_, events_, errors_, clock_, inputs, options, result_),
         audit_(program, evaluator_, options.energy_audit),
+        measures_(program, evaluator_, options.measures),
         magnitudes_(program.state_names.size()) {}
 
   RunResult execute();
@@ -130,6 +132,7 @@ class Run {
   GlobalError errors_;
   Recorder recorder_;
   EnergyAuditor audit_;
+  OutputMeasures measures_;
   Magnitudes magnitudes_;
 
   std::unique_ptr<Integrator> integrator_;

@@ -102,6 +102,11 @@ void Run::report() {
     if (result_.stop == StopReason::completed && program_.switch_elements.empty())
       note(open_balance_note(report.energy, inputs_.relative));
   }
+  // A mode that is left where it began has been nowhere.
+  if (options_.measures && !(left_mode_ && !(t_ > inputs_.start))) {
+    report.measures = measures_.finish(t_, x_.data(), branch_);
+    report.why_not_measured = measures_.why_not();
+  }
   report.errors = errors_.finish(result_.stop == StopReason::completed);
   if (errors_.lost() && result_.stop == StopReason::completed)
     note("what the outputs are wrong by could not be estimated: " + *errors_.lost());

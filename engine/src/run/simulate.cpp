@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 
 #include "base/codes.hpp"
@@ -179,10 +180,12 @@ void Run::go_to(double t) {
 }
 
 void Run::audit_to(double t) {
-  audit_.add(t, integrator_->order(), integrator_->branch(), [this](double at, double* y, Branch& branch) {
+  const auto solution = [this](double at, double* y, Branch& branch) {
     integrator_->interpolate(at, y, branch);
     events_.prepare(at, y, branch);
-  });
+  };
+  audit_.add(t, integrator_->order(), integrator_->branch(), solution);
+  measures_.add(t, integrator_->order(), integrator_->branch(), solution);
 }
 
 /// Modes beyond a known time.
@@ -270,7 +273,9 @@ bool Run::follow_grid() {
       const double to = evaluator_.next_time_event(reached, t).value_or(t);
       if (to < t) ++time_events_;
       constexpr int kSmooth = 12;
-      audit_.add(to, kSmooth, branch_, [&](double at, double*, Branch& branch) { evaluate(at, branch); });
+      const auto solution = [&](double at, double*, Branch& branch) { evaluate(at, branch); };
+      audit_.add(to, kSmooth, branch_, solution);
+      measures_.add(to, kSmooth, branch_, solution);
       reached = to;
     }
     if (auto jump = continuity_.between(t_, t, evaluate)) return fail(std::move(*jump));
@@ -287,6 +292,8 @@ RunResult simulate(const Program& program, const RunInputs& inputs, const Simula
 }
 
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock) {
+  if (options.measures && (!options.resume.empty() || options.snapshot))
+    throw std::invalid_argument("a snapshot does not hold what the outputs are measured to be");
   Run run(program, inputs, options, std::move(clock));
   RunResult result = run.execute();
   if (!run.left_mode() || result.stop != StopReason::completed) return result;

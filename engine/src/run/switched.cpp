@@ -14,6 +14,7 @@
 #include "run/failures.hpp"
 #include "run/jump.hpp"
 #include "run/run.hpp"
+#include "run/sink/output_measures.hpp"
 #include "run/watch/headway.hpp"
 
 namespace bgsim {
@@ -337,6 +338,8 @@ class SwitchedRun {
           std::find(report.notes.begin(), report.notes.end(), note) == report.notes.end())
         report.notes.push_back(note);
     add_energy(own.energy);
+    append(report.measures, own.measures);
+    if (report.why_not_measured.empty()) report.why_not_measured = own.why_not_measured;
   }
 
   void add_energy(const EnergyAudit& own) {

@@ -1,14 +1,13 @@
 #include "run/sink/energy_audit.hpp"
 
 #include <algorithm>
-#include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
 
 namespace bgsim {
 
 namespace {
 
-constexpr std::size_t kMostPoints = 7;
+constexpr std::size_t kMostPoints = kMostGaussPoints;
 constexpr std::size_t kFine =
     16;  ///< parts of a piece on which a power that changes its sign is taken as a straight line
 
@@ -21,30 +20,16 @@ double magnitude_of_line(double a, double b) {
 
 }  // namespace
 
-/// Gauss-Legendre on [0, 1].
-template <unsigned kPoints>
-EnergyAuditor::Rule EnergyAuditor::gauss_rule() {
-  using Gauss = boost::math::quadrature::gauss<double, kPoints>;
-  static_assert(kPoints <= kMostPoints);
-  Rule rule;
-  const auto& abscissa = Gauss::abscissa();
-  const auto& weights = Gauss::weights();
-  for (std::size_t i = abscissa.size(); i-- > 0;)
-    if (abscissa[i] != 0.0) {
-      rule.position.push_back(0.5 - abscissa[i] / 2);
-      rule.weight.push_back(weights[i] / 2);
-    }
-  for (std::size_t i = 0; i < abscissa.size(); ++i) {
-    rule.position.push_back(0.5 + abscissa[i] / 2);
-    rule.weight.push_back(weights[i] / 2);
-  }
+EnergyAuditor::Rule EnergyAuditor::rule_with(int points) {
+  Rule rule{gauss_rule(points), {}};
+  const std::vector<double>& at = rule.position;
   // Lagrange's polynomial through the points.
   for (std::size_t k = 0; k <= kFine; ++k) {
-    const double at = static_cast<double>(k) / kFine;
-    std::vector<double> row(kPoints, 1.0);
-    for (std::size_t i = 0; i < kPoints; ++i)
-      for (std::size_t j = 0; j < kPoints; ++j)
-        if (j != i) row[i] *= (at - rule.position[j]) / (rule.position[i] - rule.position[j]);
+    const double fine = static_cast<double>(k) / kFine;
+    std::vector<double> row(at.size(), 1.0);
+    for (std::size_t i = 0; i < at.size(); ++i)
+      for (std::size_t j = 0; j < at.size(); ++j)
+        if (j != i) row[i] *= (fine - at[j]) / (at[i] - at[j]);
     rule.fine.push_back(std::move(row));
   }
   return rule;
@@ -60,8 +45,7 @@ EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, bool 
     : program_(program),
       evaluator_(evaluator),
       measuring_(wanted && !program.energy_roles.empty()),
-      rules_{gauss_rule<1>(), gauss_rule<2>(), gauss_rule<3>(), gauss_rule<4>(),
-             gauss_rule<5>(), gauss_rule<6>(), gauss_rule<7>()},
+      rules_{rule_with(1), rule_with(2), rule_with(3), rule_with(4), rule_with(5), rule_with(6), rule_with(7)},
       y_(evaluator.states() + evaluator.tears()),
       power_(program.powers.results.size()),
       stretch_(program.powers.results.size()),
@@ -77,10 +61,8 @@ EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, bool 
   displaced_after_.resize(ports);
 }
 
-/// n points have an error of the order h^(2n + 1) per step, the solution one of the order h^(order + 1). Half the order
-/// and one point more keep the quadrature's below: its order is higher by one at least.
 std::size_t EnergyAuditor::rule_for(int order) const {
-  const int points = std::clamp(order / 2 + 1, 1, 7);
+  const int points = std::clamp(order / 2 + 1, 1, kMostGaussPoints);
   return static_cast<std::size_t>(points - 1);
 }
 

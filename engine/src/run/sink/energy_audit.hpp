@@ -11,6 +11,7 @@
 #include "base/stopwatch.hpp"
 #include "bgsim/evaluator.hpp"
 #include "bgsim/simulate.hpp"
+#include "run/sink/gauss_rule.hpp"
 
 namespace bgsim {
 
@@ -92,8 +93,7 @@ class EnergyAuditor {
   [[nodiscard]] double seconds() const { return seconds_; }
 
  private:
-  struct Rule {
-    std::vector<double> position, weight;   ///< on [0, 1]
+  struct Rule : GaussRule {
     std::vector<std::vector<double>> fine;  ///< values at equal distances from the values at the positions
   };
   struct Terms {
@@ -118,8 +118,7 @@ class EnergyAuditor {
     }
     finish_stretch();
   }
-  template <unsigned kPoints>
-  static Rule gauss_rule();
+  static Rule rule_with(int points);
   [[nodiscard]] std::size_t rule_for(int order) const;
   void start_stretch();
   void add_point(std::size_t point, double t, double weight);

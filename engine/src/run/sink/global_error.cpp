@@ -1,7 +1,6 @@
 #include "run/sink/global_error.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "bgsim/text.hpp"
+#include "run/sink/gauss_rule.hpp"
 
 namespace bgsim {
 
@@ -19,21 +19,6 @@ namespace {
 constexpr double kDiagonal = 1.0 - 1.0 / std::numbers::sqrt2;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// Gauss-Legendre on [0, 1].
-struct GaussRule {
-  std::size_t points;
-  std::array<double, 3> at, weight;
-};
-
-const GaussRule& gauss_rule(int points) {
-  constexpr double kOff2 = 0.28867513459481287, kOff3 = 0.3872983346207417;  // sqrt(3)/6, sqrt(15)/10
-  static constexpr std::array<GaussRule, 3> kRules = {
-      {{1, {0.5, 0.0, 0.0}, {1.0, 0.0, 0.0}},
-       {2, {0.5 - kOff2, 0.5 + kOff2, 0.0}, {0.5, 0.5, 0.0}},
-       {3, {0.5 - kOff3, 0.5, 0.5 + kOff3}, {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0}}}};
-  return kRules[static_cast<std::size_t>(std::clamp(points, 1, 3)) - 1];
-}
 
 }  // namespace
 
@@ -139,11 +124,12 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
     before_[static_cast<Eigen::Index>(i)] = begin_error_[i] + (polynomial_.at(i, from).first - x[i]);
 
   // Integrals of r and of (to - t) r by Gauss' rule.
-  const GaussRule& rule = gauss_rule(integrator.order() / 2 + 1);
+  constexpr int kMostPoints = 3;
+  const GaussRule& rule = gauss_rule(std::clamp(integrator.order() / 2 + 1, 1, kMostPoints));
   defect_.setZero();
   moment_.setZero();
-  for (std::size_t k = 0; k < rule.points; ++k) {
-    const double t = from + rule.at[k] * length;
+  for (std::size_t k = 0; k < rule.position.size(); ++k) {
+    const double t = from + rule.position[k] * length;
     for (std::size_t i = 0; i < states; ++i) {
       const auto [value, slope] = polynomial_.at(i, t);
       y_[i] = value;
@@ -151,12 +137,12 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
     }
     if (!evaluator_.rates(t, y_.data(), branch_, rates_.data()))
       return give_up("the rates could not be evaluated at t = " + number_text(t, 6));
-    if (k == rule.points / 2 && !see_jacobian(t)) return;
+    if (k == rule.position.size() / 2 && !see_jacobian(t)) return;
     for (std::size_t i = 0; i < states; ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       const double r = length * rule.weight[k] * (right_[row] - rates_[i]);
       defect_[row] += r;
-      moment_[row] += length * (1.0 - rule.at[k]) * r;
+      moment_[row] += length * (1.0 - rule.position[k]) * r;
     }
   }
   // (1 + (1 - 2 g) hJ) e + defect + J (moment - 2 g h defect), through (1 - g hJ) twice: right to second order in hJ.

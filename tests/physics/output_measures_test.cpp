@@ -1,0 +1,135 @@
+/// What the outputs are over a run, measured between its records.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "support/run.hpp"
+
+namespace {
+
+using namespace bgsim;
+
+SimulateOptions measured() {
+  SimulateOptions options = test::untimed();
+  options.measures = true;
+  return options;
+}
+
+std::string swing(const std::string &scene) {
+  return R"x({ "bgsim": 1, "name": "swing", "elements": {
+    "speed": { "kind": "1" }, "mass": { "kind": "I", "inertance": 2 },
+    "spring": { "kind": "C", "capacitance": 0.125, "initial": { "q": 1 } } },
+  "bonds": [ { "from": "speed", "to": "mass" }, { "from": "speed", "to": "spring" } ],
+  "outputs": { "x": "spring.q", "square": "spring.q^2", "low": "if(spring.q < 0, 1, 0)" },
+  "scenes": { "run": { "stop": 4, )x" +
+         scene + " } } }";
+}
+
+}  // namespace
+
+TEST_CASE("extremes and integrals of outputs are those between the records, by every kind of method") {
+  // x = cos(2 t); the records at 0, 2 and 4 show no extreme.
+  constexpr double kTolerance = 1e-9, kError = 2e-6;  // phases and amplitudes drift by some thousand tolerances (BDF)
+  for (const Method method :
+       {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::erk8, Method::dirk5, Method::radau}) {
+    INFO(facts_of(method).name);
+    const auto compiled = test::compile_text(swing("\"samples\": 3"), test::with_method(method, kTolerance));
+    const RunResult run = compiled.run(measured());
+    REQUIRE(run.stop == StopReason::completed);
+    REQUIRE(run.report.measures.size() == 3);
+    const OutputMeasure &x = run.report.measures[0], &square = run.report.measures[1], &low = run.report.measures[2];
+    CHECK(x.initial == 1.0);
+    CHECK(x.final == run.trace["x"].back());
+    CHECK(std::abs(x.least + 1.0) < kError);
+    CHECK(std::abs(x.most - 1.0) < kError);
+    // Of equal extremes the errors choose one.
+    const double half = std::numbers::pi / 2.0;
+    CHECK(std::min(std::abs(x.least_at - half), std::abs(x.least_at - half - std::numbers::pi)) < 1e-3);
+    CHECK(std::abs(x.integral - std::sin(8.0) / 2.0) < kError);
+    CHECK(std::abs(x.square - (2.0 + std::sin(16.0) / 8.0)) < kError);
+    CHECK(std::abs(square.integral - x.square) < 1e-9);
+    CHECK(std::abs(square.most - 1.0) < kError);
+    CHECK(std::abs(square.least) < 1e-9);
+    REQUIRE(low.nonzero_at);
+    CHECK(std::abs(*low.nonzero_at - std::numbers::pi / 4.0) < kError);
+    CHECK(std::abs(low.integral - std::numbers::pi / 2.0 - (4.0 - 1.25 * std::numbers::pi)) < 3.0 * kError);
+    CHECK((low.least == 0.0 && low.most == 1.0));
+  }
+}
+
+TEST_CASE("measures are the same however many times are recorded") {
+  for (const Method method : {Method::bdf, Method::radau, Method::rk4}) {
+    const std::string step = method == Method::rk4 ? ", \"method\": \"rk4\", \"step\": 0.01" : "";
+    const SceneOverrides overrides = step.empty() ? test::with_method(method) : SceneOverrides{};
+    const RunResult few = test::run_text(swing("\"samples\": 2" + step), overrides, measured()),
+                    many = test::run_text(swing("\"samples\": 5000" + step), overrides, measured());
+    CHECK(few.report.measures[0].least == many.report.measures[0].least);
+    CHECK(few.report.measures[0].integral == many.report.measures[0].integral);
+  }
+}
+
+TEST_CASE("jumps of sources are measured from their edges, with states and without") {
+  const double pi = std::numbers::pi;
+  for (const bool states : {true, false}) {
+    const std::string mass = states ? R"x(, "m": { "kind": "I", "inertance": 1 })x" : "";
+    const std::string bond = states ? R"x(, { "from": "loop", "to": "m" })x" : "";
+    const RunResult run = test::run_text(R"x({ "bgsim": 1, "name": "jumps", "elements": {
+      "push": { "kind": "MSe", "effort": "if(t >= 0.3 and t < 0.4, 5, sin(pi*t))" }, "loop": { "kind": "1" },
+      "r": { "kind": "R", "resistance": 1 } )x" +
+                                             mass +
+                                             R"x( },
+      "bonds": [ { "from": "push", "to": "loop" }, { "from": "loop", "to": "r" } )x" +
+                                             bond + R"x( ],
+      "outputs": { "u": "push.e", "f": "r.f", "on": "if(push.e > 4, 1, 0)" },
+      "scenes": { "run": { "stop": 1, "samples": 2 } } })x",
+                                         {}, measured());
+    REQUIRE(run.stop == StopReason::completed);
+    const OutputMeasure &u = run.report.measures[0], &on = run.report.measures[2];
+    CHECK(u.most == 5.0);
+    CHECK(u.most_at == 0.3);
+    // The sine less its part under the pulse; in steps as long as a mass of 1 allows the rules are right to 1e-9.
+    const double rest = (2.0 - (std::cos(0.3 * pi) - std::cos(0.4 * pi))) / pi;
+    CHECK(std::abs(u.integral - (0.5 + rest)) < 1e-9);
+    REQUIRE(on.nonzero_at);
+    CHECK(*on.nonzero_at == 0.3);
+    CHECK(std::abs(on.integral - 0.1) < 1e-15);
+  }
+}
+
+TEST_CASE("measures go on over changes of switches") {
+  // A capacitor of 1 F behind 1 ohm at 1 V; after 1 s the switch opens and it keeps its voltage.
+  const Study study = Study::from_text(R"x({ "bgsim": 1, "name": "held", "elements": {
+    "s": { "kind": "Se", "effort": 1 }, "loop": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 },
+    "k": { "kind": "Sw", "closed": "t < 1" }, "c": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "s", "to": "loop" }, { "from": "loop", "to": "r" }, { "from": "loop", "to": "k" },
+      { "from": "loop", "to": "c" } ],
+    "outputs": { "u": "c.e", "i": "r.f" }, "scenes": { "run": { "stop": 2, "samples": 2, "relative": 1e-9 } } })x");
+  const RunResult switched = study.scene().simulate(measured());
+  REQUIRE(switched.stop == StopReason::completed);
+  REQUIRE(switched.report.measures.size() == 2);
+  const OutputMeasure &u = switched.report.measures[0], &i = switched.report.measures[1];
+  const double held = 1.0 - std::exp(-1.0);
+  constexpr double kError = 1e-8;  // ten tolerances
+  CHECK(std::abs(u.final - held) < kError);
+  CHECK(std::abs(u.integral - (std::exp(-1.0) + held)) < kError);
+  CHECK(std::abs(i.most - 1.0) < kError);
+  CHECK(std::abs(i.integral - held) < kError);
+  CHECK(i.final == 0.0);
+}
+
+TEST_CASE("an output without a value on the way leaves a run without measures, and snapshots have none") {
+  const RunResult run = test::run_text(R"x({ "bgsim": 1, "name": "root", "elements": {
+    "s": { "kind": "Se", "effort": -1 }, "loop": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 },
+    "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } } },
+    "bonds": [ { "from": "s", "to": "loop" }, { "from": "loop", "to": "r" }, { "from": "loop", "to": "c" } ],
+    "outputs": { "y": "sqrt(c.q)" }, "scenes": { "run": { "stop": 2, "times": [0] } } })x",
+                                       {}, measured());
+  CHECK(run.stop == StopReason::completed);
+  CHECK(run.report.measures.empty());
+  CHECK(!run.report.why_not_measured.empty());
+  SimulateOptions options = measured();
+  options.snapshot = [](double, const std::string &) {};
+  const auto compiled = test::compile_text(swing("\"samples\": 2"));
+  CHECK_THROWS_AS(compiled.run(options), std::invalid_argument);
+}
