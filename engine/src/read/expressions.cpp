@@ -90,6 +90,11 @@ std::optional<ExprId> Reader::meaning(const Context& context, std::string_view n
   const std::string& prefix = scopes_[context.scope].prefix;
   if (const auto found = names_.find(prefix + std::string(name)); found != names_.end())
     return quantity(context, found->second, name);
+  // A column of the command line may be made of outputs.
+  if (context.scope == command_line_scope_)
+    if (const auto output = outputs_.find(std::string(name));
+        output != outputs_.end() && model_.outputs[output->second].value.valid())
+      return model_.outputs[output->second].value;
   const auto dot = name.rfind('.');
   if (dot == std::string_view::npos || name.size() != dot + 2) return std::nullopt;
   const auto variable = variable_of(context.scope, name.substr(0, dot), name[dot + 1]);
@@ -269,6 +274,8 @@ std::vector<std::string> Reader::known_names(const Context& context) const {
     add(signal.name);
     if (result.size() > kMostSearched) break;
   }
+  for (std::size_t i = 0; context.scope == command_line_scope_ && i < model_.outputs.size(); ++i)
+    result.push_back(model_.outputs[i].name);
   for (std::size_t i = 1; i < model_.symbols.size() && result.size() < kMostSearched; ++i)
     if (model_.symbols[i].kind == ModelSymbol::Kind::port_variable) add(symbol_name(model_, SymbolId(i)));
   for (std::size_t i = 0; i < model_.bonds.size() && result.size() < kMostSearched; ++i)

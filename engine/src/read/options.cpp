@@ -134,6 +134,7 @@ void Reader::read_command_line() {
   scopes_.push_back({"", id, 0, {}});
   const std::size_t scope = scopes_.size() - 1;
   change_times(scope);
+  command_line_scope_ = scope;
   if (!options_.outputs.empty()) add_outputs(scope);
   const NodeId list = document(id).find(Document::root(), "record");
   if (list.valid() && problems_.empty()) record(scope, list);

@@ -247,6 +247,7 @@ class Reader {
   std::unordered_map<std::string, CsvTable> data_;        ///< by path
   std::unordered_map<std::string, TableId> tables_;       ///< by file, column and interpolation
   std::unordered_map<std::string, std::size_t> outputs_;  ///< by name
+  std::optional<std::size_t> command_line_scope_;         ///< whose expressions know outputs by their names
   std::vector<Written> parameter_text_, element_text_;
   struct SignalText {
     Written value, initial;
