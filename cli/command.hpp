@@ -48,6 +48,7 @@ Exit plot_command(const Arguments& arguments);        ///< plot.cpp
 Exit reduce_command(const Arguments& arguments);      ///< reduce.cpp
 Exit report_command(const Arguments& arguments);      ///< report.cpp
 Exit trade_command(const Arguments& arguments);       ///< trade.cpp
+Exit sweep_command(const Arguments& arguments);       ///< sweep.cpp
 Exit verify_command(const Arguments& arguments);      ///< verify.cpp
 Exit new_command(const Arguments& arguments);         ///< new.cpp
 Exit explain_command(const Arguments& arguments);     ///< explain.cpp

@@ -31,6 +31,7 @@ constexpr Command kCommands[] = {
     {"reduce", "remove elements that a scene does not require", reduce_command},
     {"report", "scenes on one HTML page: plots, equations, energy audit", report_command},
     {"trade", "measure error against cost over methods and tolerances", trade_command},
+    {"sweep", "run a scene with many values; a table of results", sweep_command},
     {"verify", "hold scenes against their reference traces", verify_command},
     {"new", "write a starter model", new_command},
     {"explain", "explain the code of a message", explain_command},

@@ -32,8 +32,13 @@ void erase_line() { StandardOutput::control("\r\x1b[K"); }
 
 }  // namespace
 
-RunWatch::RunWatch(double start, double stop, bool quiet)
-    : start_(start), stop_(stop), visible_(!quiet && isatty(STDERR_FILENO) != 0), begin_(Clock::now()), last_(begin_) {}
+RunWatch::RunWatch(double start, double stop, bool quiet, const char* what)
+    : what_(what),
+      start_(start),
+      stop_(stop),
+      visible_(!quiet && isatty(STDERR_FILENO) != 0),
+      begin_(Clock::now()),
+      last_(begin_) {}
 
 RunWatch::~RunWatch() { clear(); }
 
@@ -57,7 +62,7 @@ void RunWatch::show(double time) {
   shown_ = true;
   const double done = stop_ > start_ ? (time - start_) / (stop_ - start_) : 1.0;
   std::array<char, 160> line{};
-  std::snprintf(line.data(), line.size(), "t = %.6g of %.6g  %.1f %%  ", time, stop_, 100.0 * done);
+  std::snprintf(line.data(), line.size(), "%s%.6g of %.6g  %.1f %%  ", what_, time, stop_, 100.0 * done);
   erase_line();
   std::cerr << line.data();
   if (done > 0.0) std::cerr << "about " << duration_text(elapsed * (1.0 - done) / done) << " left";

@@ -13,7 +13,8 @@ namespace bgsim::cli {
 /// runs longer than two seconds show on standard error, if that is a terminal, how far they are.
 class RunWatch {
  public:
-  RunWatch(double start, double stop, bool quiet);
+  /// @param what  is shown before the number: the time of a run, or how many runs are done.
+  RunWatch(double start, double stop, bool quiet, const char* what = "t = ");
   ~RunWatch();
   RunWatch(const RunWatch&) = delete;
   RunWatch& operator=(const RunWatch&) = delete;
@@ -28,6 +29,7 @@ class RunWatch {
 
   void show(double time);
 
+  const char* what_;
   double start_, stop_;
   bool visible_;        ///< standard error is a terminal
   bool shown_ = false;  ///< a line is on the screen

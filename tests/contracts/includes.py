@@ -17,7 +17,7 @@ PUBLIC = {
     "equations": "equations ordering slice",
     "program": "evaluator program",
     "run": "simulate trace_csv verify",
-    "study": "reduce study trade",
+    "study": "reduce study sweep trade",
     "draw": "drawing",
     "describe": "describe",
 }

@@ -28,6 +28,7 @@
 #include "bgsim/trace_csv.hpp"
 #include "bgsim/verify.hpp"
 #include "bgsim/study.hpp"
+#include "bgsim/sweep.hpp"
 #include "bgsim/trade.hpp"
 #include "bgsim/reduce.hpp"
 #include "bgsim/drawing.hpp"

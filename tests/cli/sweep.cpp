@@ -1,0 +1,144 @@
+// bgsim sweep: files, going on after a kill, parts and their union, refusals.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "command.hpp"
+
+using Catch::Contains;
+
+namespace {
+
+const char* const kModel = R"({ "bgsim": 1, "name": "rc",
+  "parameters": { "R": { "value": 2, "unit": "ohm" }, "C": { "value": 0.5, "unit": "F" } },
+  "elements": { "s": { "kind": "Se", "effort": 3 }, "loop": { "kind": "1" }, "r": { "kind": "R", "resistance": "R" },
+    "c": { "kind": "C", "capacitance": "C" } },
+  "bonds": [ { "from": "s", "to": "loop" }, { "from": "loop", "to": "r" }, { "from": "loop", "to": "c" } ],
+  "outputs": { "u": { "value": "c.e", "unit": "V" } },
+  "scenes": { "charge": { "stop": 4, "samples": 3 } } })";
+
+std::size_t lines(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+Workplace& with_model(Workplace& here) {
+  here.write("rc.json", kModel);
+  return here;
+}
+
+}  // namespace
+
+TEST_CASE("a sweep writes a row for each run and says least, mean and largest of each result") {
+  Workplace here;
+  const Outcome sweep =
+      with_model(here).bgsim("sweep rc.json --vary R=1:2:3 --vary C=0.5,0 --result peak='max(u)' --traces");
+  CAPTURE(sweep.err);
+  CHECK(sweep.code == 0);
+  CHECK_THAT(sweep.err, Contains("6 runs, 3 failed"));
+  CHECK_THAT(sweep.err, Contains("3 runs: BG145"));
+  const std::string table = here.read("rc.charge.sweep/results.csv");
+  CHECK(lines(table) == 7);
+  CHECK_THAT(table, Catch::StartsWith("run,R,C,peak,status,notes,message\r\n0,1,0.5,2.99"));
+  CHECK_THAT(table, Contains("\n5,2,0,,failed,0,"));
+  CHECK_THAT(here.read("rc.charge.sweep/trace.4.csv"), Catch::StartsWith("t,u"));
+  CHECK_FALSE(here.has("rc.charge.sweep/trace.5.csv"));
+}
+
+TEST_CASE("a sweep that is killed goes on where it was, and comes to the same table") {
+  Workplace here;
+  with_model(here);
+  const std::string arguments = "sweep rc.json --vary R=0.5:5 --sample random:20000 --result m='mean(u)' --quiet -j 2";
+  const Outcome killed =
+      here.bgsim(arguments + " -o cut",
+                 "& pid=$!; n=0; until [ $(wc -l < cut/runs.csv 2>/dev/null || echo 0) -gt 50 ] || [ $n -gt "
+                 "600 ]; do sleep 0.05; n=$((n+1)); done; kill -KILL $pid; wait $pid");
+  CHECK(killed.code != 0);
+  const std::size_t before = lines(here.read("cut/runs.csv"));
+  REQUIRE(before > 50);
+  REQUIRE(before < 20001);
+  // What the kill may leave of a record.
+  here.write("cut/runs.csv", here.read("cut/runs.csv") + "19999,0.123");
+  const Outcome rest = here.bgsim(arguments + " -o cut");
+  CAPTURE(rest.err);
+  CHECK(rest.code == 0);
+  REQUIRE(here.bgsim(arguments + " -o whole").code == 0);
+  CHECK(here.read("cut/results.csv") == here.read("whole/results.csv"));
+  CHECK(lines(here.read("cut/runs.csv")) == 20001);
+}
+
+TEST_CASE("an interrupted sweep says how to go on, and ends with exit code 3") {
+  Workplace here;
+  const Outcome ended = with_model(here).bgsim(
+      "sweep rc.json --vary R=0.5:5 --sample sobol:1000000 -o it",
+      "& pid=$!; n=0; until [ $(wc -l < it/runs.csv 2>/dev/null || echo 0) -gt 10 ] || [ $n -gt 600 ]; do sleep 0.05; "
+      "n=$((n+1)); done; kill -TERM $pid; wait $pid");
+  CHECK(ended.code == 3);
+  CHECK_THAT(ended.err, Contains("The same command goes on from there"));
+}
+
+TEST_CASE("parts of a sweep in folders of their own are joined to the table of the whole") {
+  Workplace here;
+  with_model(here);
+  const std::string arguments = "sweep rc.json --vary R=1:2:5 --vary C=0.1:1:4 --result m='mean(u)' ";
+  REQUIRE(here.bgsim(arguments + "-o whole").code == 0);
+  CHECK(here.bgsim(arguments + "--shard 1/3 -o a").code == 0);
+  CHECK(here.bgsim(arguments + "--shard 2/3 -o a").code == 0);
+  const Outcome early = here.bgsim("sweep --merge a");
+  CHECK(early.code == 3);
+  CHECK_THAT(early.err, Contains("14 of 20 runs") && Contains("not complete"));
+  CHECK(here.bgsim(arguments + "--shard 3/3 -o b").code == 0);
+  CHECK(here.bgsim("sweep --merge a b").code == 0);
+  CHECK(here.read("a/results.csv") == here.read("whole/results.csv"));
+}
+
+TEST_CASE("a folder with another sweep, or with other files, is left alone") {
+  Workplace here;
+  with_model(here);
+  REQUIRE(here.bgsim("sweep rc.json --vary R=1,2 -o it --quiet").code == 0);
+  const std::string before = here.read("it/results.csv");
+  const auto refused = [&](const std::string& arguments, const std::string& what) {
+    const Outcome outcome = here.bgsim("sweep " + arguments);
+    CAPTURE(arguments, outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK_THAT(outcome.err, Contains(what));
+    CHECK(here.read("it/results.csv") == before);
+  };
+  refused("rc.json --vary R=1,3 -o it", "holds another sweep: it differs in vary");
+  refused("rc.json --vary R=1,2 -o it --relative 1e-8", "differs in options");
+  refused("rc.json --vary R=1,2 -o it --result x='max(u)'", "differs in options, results");
+  std::string other = kModel;
+  other.replace(other.find("\"effort\": 3"), 11, "\"effort\": 4");
+  here.write("rc.json", other);
+  refused("rc.json --vary R=1,2 -o it", "differs in checksum");
+  refused("rc.json --vary R=1,2 -o .", "holds files, and no sweep");
+}
+
+TEST_CASE("what a sweep cannot vary or keep is wrong usage, with the fix") {
+  Workplace here;
+  with_model(here);
+  const auto refused = [&](const std::string& arguments, const std::string& what) {
+    const Outcome outcome = here.bgsim("sweep " + arguments + " -o it");
+    CAPTURE(arguments, outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK_THAT(outcome.err, Contains(what));
+  };
+  refused("rc.json", "nothing is varied");
+  refused("", "which model?");
+  refused("rc.json --vary Q=1,2", "there is no parameter or state \"Q\"");
+  refused("rc.json --vary R=1,2 --set R=3", "is set by --set and varied by --vary");
+  refused("rc.json --vary R=1:2", "is a distribution");
+  refused("rc.json --vary R=1,2 --result 'max(u)'", "write NAME=EXPR");
+  refused("rc.json --vary R=1,2 --result 'x=max(v)'", "unknown name \"v\"");
+  refused("rc.json --vary R=1,2 --result 'x=u'", "a result is made of");
+  refused("rc.json --vary R=1,2 --shard 3/2", "write I/N");
+  refused("rc.json --vary R=1,2 --scene none", "there is no scene");
+  CHECK(here.bgsim("sweep --merge none").code == 2);
+}
+
+TEST_CASE("a picture shows the results of a sweep over what is varied") {
+  Workplace here;
+  with_model(here);
+  REQUIRE(here.bgsim("sweep rc.json --vary R=1:2:5 -o line --picture --quiet").code == 0);
+  CHECK_THAT(here.read("line/results.svg"), Contains("<svg") && Contains("u.mean"));
+  REQUIRE(here.bgsim("sweep rc.json --vary R=1:2:5 --vary 'C=log(0.1:1:4)' -o map --picture --quiet").code == 0);
+  CHECK_THAT(here.read("map/results.svg"), Contains("<svg"));
+}
