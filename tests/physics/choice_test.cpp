@@ -40,14 +40,13 @@ TEST_CASE("a store that a signal has emptied rests, whatever the law's slope the
   const RunResult result = run_text(emptied(law), with_relative(relative));
   REQUIRE(result.stop == StopReason::completed);
   CHECK(std::abs(last(result, "q")) < 2.0 * relative);  // of what the store has held
-  CHECK(result.report.steps < 5000);                    // most need 30, cube roots 2,000; half a million before
+  CHECK(result.report.steps < 5000);                    // most need 30; half a million by Radau
 }
 
 TEST_CASE("a run by Radau whose condition changes within the tolerances goes on by BDF, and says so") {
-  const RunResult result = run_text(emptied("-sign(c.q)*sqrt(abs(c.q))/10"), with_relative(1e-6));
+  const RunResult result = run_text(emptied("if(c.q > 0, -sqrt(abs(c.q)), sqrt(abs(c.q)))/10"), with_relative(1e-6));
   CHECK(result.report.method == "CVODE BDF, dense");
   CHECK(result.report.method_reason.find("by BDF from t = ") != std::string::npos);
-  CHECK(result.report.state_events < 20);
   // What jumps at its border still chatters.
   const RunResult relay = run_text(emptied("-sign(c.q)/10"), with_relative(1e-6));
   REQUIRE(relay.stop == StopReason::failed);
@@ -60,20 +59,21 @@ TEST_CASE("friction smoothed over less than its tolerance is run by Radau as dry
   REQUIRE(dry.stop == StopReason::completed);
   struct Smoothed {
     const char* friction;
-    double margin;
+    double relative, margin;
   };
-  // Of a velocity of 1. The margin is what the moment is known to at which the mass begins to slip; the narrowest layer
-  // is a hundredth of the tolerance, and the run says how wrong it may be. BDF comes to a velocity of 100 there.
-  const auto [friction, margin] =
-      GENERATE(values<Smoothed>({{"5*tanh(f/1e-6)", 0.02}, {"5*f/sqrt(f^2 + 1e-12)", 0.02}, {"5*tanh(f/1e-8)", 0.5}}));
-  INFO(friction);
-  const RunResult smooth = run_text(rubbed(friction), with_relative(1e-6));
+  // Of a velocity of 1. What a smooth layer of 1e-6 differs by is of that size. A layer of a hundredth of the tolerance
+  // leaves the moment open at which the mass begins to slip, and the run says how wrong it may be; BDF comes to a
+  // velocity of 100 there.
+  const Smoothed given = GENERATE(values<Smoothed>(
+      {{"5*tanh(f/1e-6)", 1e-7, 1e-4}, {"5*f/sqrt(f^2 + 1e-12)", 1e-7, 1e-4}, {"5*tanh(f/1e-8)", 1e-6, 0.5}}));
+  INFO(given.friction);
+  const RunResult smooth = run_text(rubbed(given.friction), with_relative(given.relative));
   REQUIRE(smooth.stop == StopReason::completed);
   CHECK(smooth.report.method == "Radau IIA of order 5, dense");
   CHECK(smooth.report.steps < 3000);
   double worst = 0.0;
   for (std::size_t i = 0; i < dry.trace.times.size(); ++i)
     worst = std::max(worst, std::abs(smooth.trace["v"][i] - dry.trace["v"][i]));
-  CHECK(worst < margin);
-  if (margin > 0.1) CHECK(!smooth.report.notes.empty());
+  CHECK(worst < given.margin);
+  if (given.margin > 0.1) CHECK(!smooth.report.notes.empty());
 }

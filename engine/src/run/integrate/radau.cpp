@@ -65,7 +65,7 @@ class RadauIntegrator final : public Integrator {
     first_ = true;
     rejected_ = false;
     extrapolates_ = false;
-    nearer_extrapolated_ = true;
+    from_rest_ = false;
     stale_ = kNoJacobian;
     factored_ = 0.0;
     speed_ = kNoSpeed;
@@ -107,14 +107,7 @@ class RadauIntegrator final : public Integrator {
         }
         factored_ = h;
       }
-      double reduction = iterate(h, nearer_extrapolated_);
-      // Where what the polynomial promises leads nowhere, the step's beginning may be near enough, or the other way
-      // round.
-      if (reduction < 1.0 && !faulted_ && extrapolates_) {
-        const double other = iterate(h, !nearer_extrapolated_);
-        reduction = std::max(reduction, other);
-      }
-      if (reduction < 1.0 && !iterate_by_stages(h)) {
+      if (const double reduction = find_stages(h); reduction < 1.0) {
         h = shorten(h, reduction, faulted_ ? kStateEquationsText : kIterationText);
         continue;
       }
@@ -347,6 +340,18 @@ class RadauIntegrator final : public Integrator {
     }
   }
 
+  /// As iterate(), with all that leads there. What no polynomial leads to may be near the step's beginning.
+  double find_stages(double h) {
+    const bool from_rest = from_rest_;
+    const double reduction = iterate(h, !from_rest);
+    if (reduction == 1.0 || iterate_by_stages(h)) return 1.0;
+    if (faulted_ || !extrapolates_) return reduction;
+    const double other = iterate(h, from_rest);
+    if (other < 1.0) return std::max(reduction, other);
+    from_rest_ = !from_rest;
+    return 1.0;
+  }
+
   /// Whether the stages that were found are nearer to the polynomial of the step before than to the step's beginning.
   [[nodiscard]] bool extrapolation_is_nearer(double h) const {
     const double ratio = h / last_;
@@ -429,7 +434,7 @@ class RadauIntegrator final : public Integrator {
     // What the iteration before has come to is a better beginning if it came
     // nearer.
     constexpr double kNearer = 0.5;
-    if (!(speed_ < kNearer)) begin_iteration(h, nearer_extrapolated_);
+    if (!(speed_ < kNearer)) begin_iteration(h, !from_rest_);
     if (loops_) stage_branch_.fill(branch_);
     stages_step_ = h;
     const double reached = std::max(newton_part_, 10.0 * kRadauEps * norm(y_) / looser_);
@@ -510,7 +515,7 @@ class RadauIntegrator final : public Integrator {
   }
 
   void finish(double h, double error, double quotient) {
-    nearer_extrapolated_ = !extrapolates_ || extrapolation_is_nearer(h);
+    if (from_rest_ && extrapolation_is_nearer(h)) from_rest_ = false;
     order_ = kDegree;
     by_hand_ = false;
     ++counts_.steps;
@@ -595,8 +600,7 @@ class RadauIntegrator final : public Integrator {
   double next_ = 0.0;                                     ///< the next step; 0: not known
   double factored_ = 0.0;                                 ///< step that systems_ is for; 0: none
   Jacobian stale_ = kNoJacobian;
-  bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false, extrapolates_ = false,
-       nearer_extrapolated_ = true;
+  bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false, extrapolates_ = false, from_rest_ = false;
   double speed_ = kNoSpeed,
          converged_ = 1.0;  ///< of Newton's iteration: rate, and the sum of what
                             ///< is left by what was last

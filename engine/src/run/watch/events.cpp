@@ -56,6 +56,7 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
   changed_.assign(count, false);
   hold_.assign(count, 0.0);
   band_.assign(count, 0.0);
+  rest_.assign(count, 0.0);
   returns_.assign(count, 0);
   crossed_at_.assign(count, 0);
   excursion_.assign(count, 0.0);
@@ -111,7 +112,7 @@ bool EventWatch::crossed(std::size_t guard, double value, const Branch& branch) 
   if (idle_[guard]) return false;
   if (side_[guard] != 0 && value == 0.0) return slack(guard) == 0.0 && changes_at_border(guard, branch);
   if (side_[guard] != 0) return value * side_[guard] < 0.0 && std::abs(value) > slack(guard);
-  return value != 0.0 && changes_mode(guard, sign_of(value), branch);
+  return std::abs(value) > rest_[guard] && changes_mode(guard, sign_of(value), branch);
 }
 
 bool EventWatch::any_crossed(const std::vector<double>& values, const Branch& branch) const {
@@ -155,7 +156,7 @@ bool EventWatch::changes_at_border(std::size_t guard, const Branch& branch) cons
 /// Undecided guards that moved to the side of their mode.
 void EventWatch::decide(const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (side_[i] == 0 && values[i] != 0.0) side_[i] = sign_of(values[i]);
+    if (side_[i] == 0 && std::abs(values[i]) > rest_[i]) side_[i] = sign_of(values[i]);
     if (idle_[i] && (values[i] > 0.0 || denominators_.has(i))) idle_[i] = false;
     if (denominators_.has(i)) side_[i] = sign_of(values[i]);
     if (values[i] * side_[i] > 0.0) hold_[i] = 0.0;
@@ -200,6 +201,7 @@ bool EventWatch::change(const std::vector<double>& values, Branch& branch) {
         evaluator_.cross(direction_, branch);
       direction_[i] = 0;
       if (!border_[i]) side_[i] = sign_of(values[i]);
+      rest_[i] = 0.0;
       const bool moved = mode != before;
       idle_[i] = border_[i] && !moved;
       changed = changed || moved;
@@ -301,7 +303,8 @@ bool EventWatch::stays(std::size_t guard, const Range& values) const {
   const bool border_counts = slack(guard) == 0.0 && changes_at_border(guard, probe_);
   if (side_[guard] > 0) return border_counts ? low > 0.0 : low >= -slack(guard);
   if (side_[guard] < 0) return border_counts ? high < 0.0 : high <= slack(guard);
-  return !(low < 0.0 && changes_mode(guard, -1, probe_)) && !(high > 0.0 && changes_mode(guard, 1, probe_));
+  const double rest = rest_[guard];
+  return !(low < -rest && changes_mode(guard, -1, probe_)) && !(high > rest && changes_mode(guard, 1, probe_));
 }
 
 /// A stretch of the step at whose end a guard has crossed, while none has at its beginning; none if there is none, or
@@ -457,14 +460,50 @@ bool EventWatch::cross(const double* y, Branch& branch) {
 }
 
 /// Conditions that change again and again within a few steps, while their guards never leave what the tolerances leave
-/// open of them, tell of no motion.
-void EventWatch::judge_returns(double t, const double* x, const Branch& branch) {
+/// open of them, tell of no motion. A sign that may be 0 there is, up to some tolerances.
+void EventWatch::judge_returns(double t, const double* x, Branch& branch) {
+  constexpr double kOfTolerances = 4.0;
   const std::vector<double> doubt = doubts(t, x, branch);
   for (std::size_t i = 0; i < side_.size(); ++i) {
     if (returns_[i] < kReturns) continue;
     returns_[i] = 0;
-    stays_within_tolerance_ = stays_within_tolerance_ || (!doubt.empty() && excursion_[i] <= doubt[i]);
+    if (doubt.empty() || !(excursion_[i] <= doubt[i])) continue;
+    if (rests_at_zero(i, doubt[i], t, x, branch)) {
+      branch.modes[relation_[i]] = 0.0;
+      side_[i] = 0;
+      rest_[i] = kOfTolerances * doubt[i];
+    } else {
+      stays_within_tolerance_ = true;
+    }
   }
+}
+
+/// Whether the law with a sign at 0 is that of both sides, but for what the tolerances make of it (no relay), and
+/// leaves the guard where it is for a hundredth of the scene: a store that has run empty through an orifice.
+bool EventWatch::rests_at_zero(std::size_t guard, double doubt, double t, const double* x, const Branch& branch) {
+  constexpr double kOfTheScene = 1e-2;
+  const std::size_t states = program_.state_names.size(), relation = relation_[guard];
+  if (program_.relations[relation].kind != Relation::Kind::sign || stiction_.held(guard) || denominators_.has(guard))
+    return false;
+  std::vector<double> zero(states), side(states), moved(x, x + states);
+  const auto rates_with = [&](double mode, std::vector<double>& rates) {
+    Branch with = branch;
+    with.modes[relation] = mode;
+    return prepare(t, x, with) && evaluator_.rates(t, x, with, rates.data());
+  };
+  if (!rates_with(0.0, zero)) return false;
+  for (const double mode : {-1.0, 1.0}) {
+    if (!rates_with(mode, side)) return false;
+    Branch with = branch;
+    with.modes[relation] = mode;
+    const std::vector<double> noise = shaken(t, x, with, side);
+    for (std::size_t k = 0; k < states; ++k)
+      if (!(std::abs(side[k] - zero[k]) <= noise[k])) return false;
+  }
+  for (std::size_t k = 0; k < states; ++k) moved[k] += kOfTheScene * span_ * zero[k];
+  Branch there = branch;
+  there.modes[relation] = 0.0;
+  return evaluator_.guards(t, moved.data(), there, at_probe_.data()) && std::abs(at_probe_[guard]) <= doubt;
 }
 
 bool EventWatch::take_across(double t, const double* x, Branch& branch) {

@@ -74,6 +74,7 @@ class EventWatch {
     archive("side", side_);
     archive("hold", hold_);
     archive("band", band_);
+    archive("rest", rest_);
     archive("returns", returns_);
     archive("excursion", excursion_);
     archive("crossed at", crossed_at_);
@@ -114,7 +115,8 @@ class EventWatch {
   [[nodiscard]] bool changes_mode(std::size_t guard, int side, const Branch& branch) const;
   void decide(const std::vector<double>& values);
   void see_excursions();
-  void judge_returns(double t, const double* x, const Branch& branch);
+  void judge_returns(double t, const double* x, Branch& branch);
+  bool rests_at_zero(std::size_t guard, double doubt, double t, const double* x, const Branch& branch);
   bool change(const std::vector<double>& values, Branch& branch);
   bool guards(double t, const double* x, Branch& branch, std::vector<double>& values);
   bool evaluate(Integrator& integrator, double t, std::vector<double>& values);
@@ -150,6 +152,7 @@ class EventWatch {
   std::vector<int> side_;                  ///< by guard: side of its mode; 0 undecided
   std::vector<double> hold_;               ///< by guard: not seen as crossed up to this size; see take_across
   std::vector<double> band_;               ///< by guard: the same, around a kink that what rests there crossed in a row
+  std::vector<double> rest_;               ///< by guard: its sign is 0, and stays so up to this size
   std::vector<int> returns_;               ///< by guard: changes in a row, a few steps apart
   std::vector<double> excursion_;          ///< by guard: its largest magnitude since the first of these
   std::vector<std::uint64_t> crossed_at_;  ///< by guard: passed_ at its last change
