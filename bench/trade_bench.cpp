@@ -1,5 +1,5 @@
 // How well an accuracy is picked, and how well the energy residual tells the error, over scenes of all kinds.
-//   trade_bench [FILE:SCENE]...     default: the list below, from the project's folder
+//   trade_bench [--seconds S] [FILE:SCENE]...     default: the list below, from the project's folder
 //
 // For each scene and accuracy find_setting picks a setting; then measure_trade measures it beside the whole table,
 // against a reference of its own at 1e-11 or 1e-13. The best in hindsight is the cheapest row of that table that has
@@ -20,7 +20,7 @@ namespace {
 using namespace bgsim;
 
 constexpr std::array<double, 2> kAccuracies{1e-3, 1e-5};
-constexpr double kBudget = 25.0;  // seconds for a search, and for a table
+double budget = 25.0;  // seconds for a search, and for a table
 
 /// Seed models, gallery, stiff ones, oscillators, events.
 const std::vector<std::string> kScenes{
@@ -120,7 +120,7 @@ Result measure(const std::string& file, const std::string& scene) {
   Result result;
   result.name = compiled.model().name + " " + inputs.scene;
   TradeOptions options;
-  options.budget = kBudget;
+  options.budget = budget;
   for (const double accuracy : kAccuracies) {
     Pick pick;
     pick.accuracy = accuracy;
@@ -209,6 +209,10 @@ void print_summary(const std::vector<Result>& results) {
 
 int main(int argc, char** argv) {
   std::vector<std::string> scenes(argv + 1, argv + argc);
+  if (scenes.size() >= 2 && scenes[0] == "--seconds") {
+    budget = std::stod(scenes[1]);
+    scenes.erase(scenes.begin(), scenes.begin() + 2);
+  }
   if (scenes.empty()) scenes = kScenes;
   std::printf(
       "| scene | accuracy | pick | its error | achieved | cost / best | best in hindsight | search / run |\n"

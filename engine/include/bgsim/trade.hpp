@@ -117,9 +117,13 @@ struct TradePick {
   double search_seconds = 0.0;  ///< processor time of these
 };
 
-/// Finds the cheapest setting with an error of at most @p accuracy in the outputs: family by family, each from the
-/// tolerance that equals the accuracy, giving up a family as soon as it costs more than the best so far.
-/// @throws TradeFailure BG611 as measure_trade; BG612 no setting reaches the accuracy.
+/// Finds a setting with an error of at most @p accuracy in the outputs: with one method (that of `auto`, then others if
+/// its runs fail) from the tolerance that equals the accuracy to tighter ones, each run judged by one of a tenth of its
+/// tolerance. A second method must then come to the same: TradeReference::second and ::error say which and how near;
+/// that is more than the accuracy, up to 30 times, where it needs more than the allowed twelve runs to come nearer.
+/// Cost: some 5 to 20 runs of what is found (docs/performance.md).
+/// @throws TradeFailure BG611 there is nothing to measure, or no method comes to the end; BG612 the accuracy is not
+///         reached, or no second method comes near.
 TradePick find_setting(const Program& program, const RunInputs& inputs, double accuracy, const TradeOptions& options);
 
 /// The inputs with a setting applied.

@@ -19,9 +19,6 @@ constexpr double kNoise = 10.0;
 /// Part of an output's magnitude that two tight runs always agree to, so that a constant is not judged by its last
 /// bits.
 constexpr double kConstant = 1e-9;
-/// At this tolerance and below, an output that is not above the noise is taken for zero. At a looser one it may as well
-/// be an output that the runs are far from.
-constexpr double kTellsZero = 1.1e-11;
 
 struct Candidate {
   TradeSetting setting;
@@ -46,8 +43,7 @@ std::vector<Range> ranges_of(const Trace& trace) {
   return ranges;
 }
 
-/// By output: a run to its end gave zero at all times. Methods that keep a symmetry exactly prove it so.
-using Zeros = std::vector<bool>;
+}  // namespace
 
 void mark_zeros(const Trace& trace, Zeros& zeros) {
   const std::vector<Range> ranges = ranges_of(trace);
@@ -55,7 +51,6 @@ void mark_zeros(const Trace& trace, Zeros& zeros) {
   for (std::size_t c = 0; c < ranges.size(); ++c) zeros[c] = zeros[c] || ranges[c].magnitude() == 0.0;
 }
 
-/// What is known of the outputs from two tight runs; returns the largest relative difference.
 double compare(const Trace& trace, const Trace& second, const Zeros& zeros, std::vector<TradeOutput>& outputs) {
   const std::size_t columns = trace.names.size();
   const std::vector<Range> ranges = ranges_of(trace);
@@ -84,6 +79,8 @@ double compare(const Trace& trace, const Trace& second, const Zeros& zeros, std:
   }
   return largest;
 }
+
+namespace {
 
 [[noreturn]] void give_up(std::string situation, std::vector<Note> notes, std::string help) {
   Diagnostic diagnostic = diagnostic_of("BG611");
@@ -174,14 +171,17 @@ Attempt attempt_at(TradeRuns& runs, Zeros& zeros, double relative, double wanted
 
 }  // namespace
 
-ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, double budget) {
+void require_measurable(const TradeRuns& runs) {
   if (runs.program().state_names.empty())
     give_up("the model has no states, so no method has anything to do", {}, "run it: its outputs are exact");
   if (runs.program().output_names.empty())
     give_up("the scene has no outputs to judge errors by", {}, "name \"outputs\" in the model");
   if (!(runs.inputs().stop > runs.inputs().start))
     give_up("the scene stops where it starts", {}, "let \"stop\" be later than \"start\"");
+}
 
+ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, double budget) {
+  require_measurable(runs);
   constexpr double kTightest = 1e-13, kLoosest = 1e-7, kTighter = 100.0;
   // A tolerance a hundred times tighter costs some three times as much; what takes thirty times as long is of no use.
   constexpr double kPatience = 30.0;

@@ -77,6 +77,12 @@ TimedRun TradeRuns::run(const TradeSetting& setting, bool judged, double limit_s
   return simulate_within(inputs, judged, limit_seconds);
 }
 
+TimedRun TradeRuns::between(const TradeSetting& setting, double limit_seconds) {
+  RunInputs inputs = with_setting(inputs_, setting);
+  inputs.output_times = judged_times_;
+  return simulate_within(inputs, false, limit_seconds);
+}
+
 TimedRun TradeRuns::exact(const TradeSetting& setting, double limit_seconds) {
   RunInputs inputs = with_setting(inputs_, setting);
   inputs.output_times = judged_times_;

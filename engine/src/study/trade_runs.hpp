@@ -1,6 +1,7 @@
 /// Single runs of the trade: timed, cut when they cost too much, and judged against a reference.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "bgsim/trade.hpp"
@@ -26,6 +27,8 @@ class TradeRuns {
   TimedRun judge(const TradeSetting& setting, double limit_seconds) { return run(setting, true, limit_seconds); }
   /// As a user would run it, without audit.
   TimedRun plain(const TradeSetting& setting, double limit_seconds) { return run(setting, false, limit_seconds); }
+  /// On output times and midway between them, without audit.
+  TimedRun between(const TradeSetting& setting, double limit_seconds);
   /// Median processor time of several plain runs; the first one's counts go to @p first.
   double median_seconds(const TradeSetting& setting, double limit_seconds, int& repeats, RunResult& first);
 
@@ -63,9 +66,24 @@ struct ReferenceTrace {
 /// @throws TradeFailure BG611.
 ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, double budget);
 
+/// At this tolerance and below, an output that is not above the noise is taken for zero. At a looser one it may as well
+/// be an output that the runs are far from.
+inline constexpr double kTellsZero = 1.1e-11;
+
+/// By output: a run to its end gave zero at all times. Methods that keep a symmetry exactly prove it so.
+using Zeros = std::vector<bool>;
+void mark_zeros(const Trace& trace, Zeros& zeros);
+
+/// What is known of the outputs from two tight runs; returns the largest relative difference.
+double compare(const Trace& trace, const Trace& second, const Zeros& zeros, std::vector<TradeOutput>& outputs);
+
+/// @throws TradeFailure BG611 where there is nothing to run or to judge.
+void require_measurable(const TradeRuns& runs);
+
 struct Judgement {
   std::vector<ErrorOfOutput> errors;
   double max_error = 0.0, rms_error = 0.0, check_error = 0.0;
+  [[nodiscard]] double largest() const { return std::max(max_error, check_error); }
 };
 /// Errors of a judged run's trace relative to the outputs' ranges.
 Judgement judge(const Trace& trace, const ReferenceTrace& reference);
