@@ -50,7 +50,7 @@ class Run {
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),
         mode_order_(program, evaluator_, inputs, implicit_),
         pace_(program, evaluator_, inputs, options),
-        errors_(program, evaluator_, inputs, options.error_estimate),
+        errors_(program, evaluator_, tolerances_, inputs, options.error_estimate),
         recorder_(program, evaluator_, events_, errors_, clock_, inputs, options, result_),
         audit_(program, evaluator_, options.energy_audit),
         measures_(program, evaluator_, options.measures),

@@ -43,6 +43,7 @@ class Integrator {
   /// From the next restart on, the rates are these instead of the evaluator's; empty: the evaluator's. CVODE only.
   using Rates = std::function<bool(double t, const double* x, Branch& branch, double* rates)>;
   void use_rates(Rates rates) { special_rates_ = std::move(rates); }
+  [[nodiscard]] const Rates& special_rates() const { return special_rates_; }
   /// From the next restart on, no higher order than this. CVODE only.
   virtual void limit_order(int /*order*/) {}
   /// Length of the first step after the next restart, instead of the integrator's own choice. Of no effect on steps of

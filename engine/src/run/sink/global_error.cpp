@@ -22,8 +22,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool wanted)
-    : program_(program), evaluator_(evaluator), measuring_(false) {
+GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tolerances& tolerances,
+                         const RunInputs& inputs, bool wanted)
+    : program_(program), evaluator_(evaluator), tolerances_(tolerances), measuring_(false) {
   const std::size_t states = program.state_names.size(), outputs = program.output_names.size();
   if (!wanted)
     why_not_ = "switched off";
@@ -69,6 +70,13 @@ void GlobalError::give_up(const std::string& why) {
   lost_ = why;
 }
 
+/// Whether a sign is held at its border.
+bool GlobalError::holds(const Branch& branch) const {
+  return std::any_of(program_.guarded.begin(), program_.guarded.end(), [&](std::uint32_t index) {
+    return program_.relations[index].kind == Relation::Kind::sign && std::abs(branch.modes[index]) != 1.0;
+  });
+}
+
 /// Sets the modes of @p branch to those that its guards have at a point. Signs that are held stay.
 bool GlobalError::set_modes(double t, const std::vector<double>& y, Branch& branch) {
   const std::size_t count = evaluator_.guard_count();
@@ -95,15 +103,37 @@ bool GlobalError::see_jacobian(double t) {
   branch_there_ = branch_;
   const bool there =
       set_modes(t, middle_, branch_there_) && evaluator_.jacobian(t, middle_.data(), branch_there_, entries_.data());
-  if (!there && !evaluator_.jacobian(t, y_.data(), branch_, entries_.data())) {
-    give_up("the slopes of the rates could not be evaluated at t = " + number_text(t, 6));
-    return false;
-  }
+  // A law without a slope where it rests (a turbulent pipe between two tanks that are level) has one over a distance.
+  if (!there && !evaluator_.jacobian(t, y_.data(), branch_, entries_.data()))
+    return see_differences(t, [this](double at, const double* x, Branch& branch, double* rates) {
+      return evaluator_.rates(at, x, branch, rates);
+    });
   const Sparsity& pattern = program_.jacobian_pattern;
   for (std::size_t column = 0; column < error_.size(); ++column)
     for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
          k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
       jacobian_(static_cast<Eigen::Index>(pattern.row[k]), static_cast<Eigen::Index>(column)) = entries_[k];
+  return true;
+}
+
+/// The Jacobian by differences from rates_, over the tolerances, as the integrators take it.
+bool GlobalError::see_differences(double t, const Integrator::Rates& rates) {
+  static const double kPart = std::sqrt(kEpsilon);
+  std::copy_n(y_.begin(), middle_.size(), middle_.begin());
+  for (std::size_t j = 0; j < error_.size(); ++j) {
+    const auto column = static_cast<Eigen::Index>(j);
+    jacobian_.col(column).setZero();
+    const double move = std::max(kPart * std::abs(y_[j]), tolerances_.absolute(j));
+    if (move == 0.0) continue;
+    middle_[j] = y_[j] + move;
+    if (!rates(t, middle_.data(), branch_, rates_before_.data())) {
+      give_up("the slopes of the rates could not be evaluated at t = " + number_text(t, 6));
+      return false;
+    }
+    for (std::size_t i = 0; i < error_.size(); ++i)
+      jacobian_(static_cast<Eigen::Index>(i), column) = (rates_before_[i] - rates_[i]) / (middle_[j] - y_[j]);
+    middle_[j] = y_[j];
+  }
   return true;
 }
 
@@ -120,6 +150,7 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   to_ = to;
   steps_ += 1.0;
   const double length = to - from;
+  const Integrator::Rates& held = integrator.special_rates();
   for (std::size_t i = 0; i < states; ++i)
     before_[static_cast<Eigen::Index>(i)] = begin_error_[i] + (polynomial_.at(i, from).first - x[i]);
 
@@ -135,9 +166,10 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
       y_[i] = value;
       right_[static_cast<Eigen::Index>(i)] = slope;
     }
-    if (!evaluator_.rates(t, y_.data(), branch_, rates_.data()))
+    if (!(held ? held(t, y_.data(), branch_, rates_.data()) : evaluator_.rates(t, y_.data(), branch_, rates_.data())))
       return give_up("the rates could not be evaluated at t = " + number_text(t, 6));
-    if (k == rule.position.size() / 2 && !see_jacobian(t)) return;
+    // Where friction is held it takes whatever force an error brings. What holds is solved for, and has no program.
+    if (k == rule.position.size() / 2 && !(held ? see_differences(t, held) : see_jacobian(t))) return;
     for (std::size_t i = 0; i < states; ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       const double r = length * rule.weight[k] * (right_[row] - rates_[i]);
@@ -169,6 +201,9 @@ void GlobalError::before_event(double t, const std::vector<double>& x, const Bra
 void GlobalError::after_event(double t, const std::vector<double>& x, const Branch& branch,
                               std::optional<std::size_t> guard) {
   if (!measuring_ || !guard) return;
+  const std::size_t relation = evaluator_.guard_relation(*guard);
+  if (program_.relations[relation].kind == Relation::Kind::sign && std::abs(branch_before_.modes[relation]) != 1.0)
+    return;  // what was held is released where the rates are continuous
   const Stopwatch watch(seconds_);
   branch_ = branch;
   if (!evaluator_.rates(t, x.data(), branch_, rates_.data())) return;
@@ -227,6 +262,16 @@ void GlobalError::hold_against_rounding(double t, const double* y, const Branch&
   for (std::size_t i = 0; i < state_rounding_.size(); ++i)
     state_rounding_[i] = kUnitsOfStep * kEpsilon * std::sqrt(steps_ + 1.0) * std::abs(y[i]) +
                          (rate_rounding_.empty() ? 0.0 : (t - start_) * rate_rounding_[i]);
+  if (!rate_rounding_.empty() && holds(branch_)) {
+    // A block at rest drifts by the rounding of the forces that hold it.
+    const std::vector<double> momenta = state_rounding_;
+    const Sparsity& pattern = program_.jacobian_pattern;
+    for (std::size_t column = 0; column < momenta.size(); ++column)
+      for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
+           k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
+        state_rounding_[static_cast<std::size_t>(pattern.row[k])] +=
+            (t - start_) * std::abs(entries_[k]) * momenta[column];
+  }
   branch_ = branch;
   branch_.given = false;
   evaluator_.output_rounding(t, y, branch_, state_rounding_, rounding_.data());

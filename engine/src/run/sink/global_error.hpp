@@ -12,6 +12,7 @@
 #include "bgsim/simulate.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/integrate/step_polynomial.hpp"
+#include "run/tolerances.hpp"
 
 namespace bgsim {
 
@@ -33,7 +34,8 @@ class GlobalError {
  public:
   /// Of systems that have an explicit form and up to kDenseStates states, whatever integrates them; finish() says why
   /// there is none.
-  GlobalError(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool wanted);
+  GlobalError(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, const RunInputs& inputs,
+              bool wanted);
 
   [[nodiscard]] bool measuring() const { return measuring_; }
 
@@ -70,12 +72,15 @@ class GlobalError {
 
  private:
   void give_up(const std::string& why);
+  [[nodiscard]] bool holds(const Branch& branch) const;
   bool set_modes(double t, const std::vector<double>& y, Branch& branch);
   bool see_jacobian(double t);
+  bool see_differences(double t, const Integrator::Rates& rates);
   void hold_against_rounding(double t, const double* y, const Branch& branch, const std::vector<double>& row);
 
   const Program& program_;
   Evaluator& evaluator_;
+  const Tolerances& tolerances_;
   bool measuring_;
   bool possible_ = true;
   std::string why_not_;
