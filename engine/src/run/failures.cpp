@@ -1,6 +1,7 @@
 #include "run/failures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -127,6 +128,20 @@ Diagnostic chattering_failure(const Program& program, std::span<const std::size_
       "both sides of the condition push back to it: give it a hysteresis, or replace the jump by a steep smooth law "
       "such "
       "as tanh(x/width)";
+  return diagnostic;
+}
+
+Diagnostic returning_failure(const Program& program, std::size_t relation, double t, std::size_t times) {
+  const std::array<std::size_t, 1> relations = {relation};
+  Diagnostic diagnostic =
+      failure("BG604", first_relation(program, relations) + " comes back to its border again and again" + at(t) + ": " +
+                           std::to_string(times) + " times within what the tolerances leave open");
+  name_relations(diagnostic, program, relations);
+  diagnostic.rule = "between two changes of a condition some time must pass";
+  diagnostic.help =
+      "the law on one side ends at the border and the other side pushes back to it: give both sides one value there, "
+      "the "
+      "condition a hysteresis, or replace the jump by a steep smooth law such as tanh(x/width)";
   return diagnostic;
 }
 

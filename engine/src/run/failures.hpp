@@ -32,6 +32,8 @@ RelationFacts relation_facts(const Program& program, std::size_t relation);
 /// BG604: events without end, or modes that contradict each other.
 Diagnostic chattering_failure(const Program& program, std::span<const std::size_t> relations, double t,
                               std::size_t events, double gap, bool accumulating);
+/// A relation that is pushed back to the border at which its law ends, time after time.
+Diagnostic returning_failure(const Program& program, std::size_t relation, double t, std::size_t times);
 Diagnostic contradiction_failure(const Program& program, std::span<const std::size_t> relations, double t);
 
 /// BG613: a denominator passes zero.

@@ -32,6 +32,7 @@ bool Run::fail(Diagnostic diagnostic) {
 }
 
 bool Run::fail_as_stuck(const std::string& words) {
+  if (events_.failure()) return fail(*events_.failure());
   return fail(
       stuck_at({t_, inputs_.start, x_, branch_}, words, program_, evaluator_, *integrator_, events_, magnitudes_));
 }

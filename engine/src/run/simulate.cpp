@@ -257,6 +257,7 @@ bool Run::rescue() {
   if (clock_.end() != RunClock::End::none) return false;
   fresh_ = true;
   if (integrator_->failure().fault && leave_law()) return !jump_ && stays_in_mode();
+  if (events_.failure()) return false;
   if (steps_ < rescued_at_ + kStepsBetween) return false;
   rescued_at_ = steps_;
   return true;

@@ -52,6 +52,9 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
   const std::size_t count = relation_.size();
   side_.assign(count, 0);
   idle_.assign(count, false);
+  followed_.assign(count, false);
+  taken_.assign(count, 0);
+  away_.assign(count, 0.0);
   just_crossed_.assign(count, false);
   changed_.assign(count, false);
   hold_.assign(count, 0.0);
@@ -110,6 +113,7 @@ void EventWatch::keep_what_only_wavers(const Branch& branch) {
 
 bool EventWatch::crossed(std::size_t guard, double value, const Branch& branch) const {
   if (idle_[guard]) return false;
+  if (followed_[guard]) return std::abs(value) > hold_[guard];
   if (side_[guard] != 0 && value == 0.0) return slack(guard) == 0.0 && changes_at_border(guard, branch);
   if (side_[guard] != 0) return value * side_[guard] < 0.0 && std::abs(value) > slack(guard);
   return std::abs(value) > rest_[guard] && changes_mode(guard, sign_of(value), branch);
@@ -159,7 +163,8 @@ void EventWatch::decide(const std::vector<double>& values) {
     if (side_[i] == 0 && std::abs(values[i]) > rest_[i]) side_[i] = sign_of(values[i]);
     if (idle_[i] && (values[i] > 0.0 || denominators_.has(i))) idle_[i] = false;
     if (denominators_.has(i)) side_[i] = sign_of(values[i]);
-    if (values[i] * side_[i] > 0.0) hold_[i] = 0.0;
+    if (std::abs(values[i]) > away_[i]) taken_[i] = 0;
+    if (values[i] * side_[i] > 0.0 && !followed_[i]) hold_[i] = 0.0;
     if (std::abs(values[i]) > kClearlyOut * band_[i]) band_[i] = 0.0;
     largest_[i] = std::max(largest_[i], std::abs(values[i]));
   }
@@ -184,6 +189,7 @@ bool EventWatch::change(const std::vector<double>& values, Branch& branch) {
       changed = true;
       continue;
     }
+    if (followed_[i]) stop_following(i);
     just_crossed_[i] = changed_[i] = true;
     direction_[i] = sign_of(values[i]);
     const Relation::Kind kind = program_.relations[relation].kind;
@@ -242,7 +248,7 @@ std::optional<double> EventWatch::dip(double from, double to, const std::vector<
                                       const std::vector<double>& end) const {
   constexpr double kLow = 0.1;
   for (std::size_t i = 0; i < side_.size(); ++i) {
-    if (side_[i] == 0 || idle_[i]) continue;
+    if (side_[i] == 0 || idle_[i] || followed_[i]) continue;
     const double a = side_[i] * values_[i], m = side_[i] * middle[i], b = side_[i] * end[i];
     const double bend = 2.0 * (a - m - m + b), slope = 4.0 * m - 3.0 * a - b;
     if (!(bend > 0.0) || !(slope < 0.0) || !(-slope < 2.0 * bend)) continue;
@@ -254,7 +260,7 @@ std::optional<double> EventWatch::dip(double from, double to, const std::vector<
 EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& ends) {
   if (!any()) return Search::none;
   candidates_.clear();
-  bool decided = !stiction_.any();
+  bool decided = !holding();
   for (std::size_t i = 0; i < side_.size(); ++i) {
     if (!idle_[i]) candidates_.push_back(i);
     decided = decided && !idle_[i] && side_[i] != 0 && slack(i) == 0.0;
@@ -311,7 +317,7 @@ bool EventWatch::stays(std::size_t guard, const Range& values) const {
 /// failure(). By proof, but for signs that are held: these depend on the point by more than an expression.
 std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integrator, double from, double to) {
   constexpr int kWork = 500;
-  if (stiction_.any()) return bracket_by_samples(integrator, from, to);
+  if (holding()) return bracket_by_samples(integrator, from, to);
   searched_ = &integrator;
   functions_.begin(integrator);
   candidates_.clear();
@@ -375,6 +381,7 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
         return -1.0;
       }
       double value = side_[i] != 0 ? side_[i] * at_probe_[i] : -std::abs(at_probe_[i]);
+      if (followed_[i]) value = hold_[i] - std::abs(at_probe_[i]);
       if (value == 0.0) value = -std::numeric_limits<double>::min();  // crossed where it rests, too
       return crossed(i, at_probe_[i], probe_) ? value : std::max(value, std::numeric_limits<double>::min());
     };
@@ -508,18 +515,45 @@ bool EventWatch::rests_at_zero(std::size_t guard, double doubt, double t, const 
 
 bool EventWatch::take_across(double t, const double* x, Branch& branch) {
   constexpr double kClearly = 4.0;
+  constexpr std::size_t kMostReturns = 20;
   if (!any()) return false;
   const std::vector<double> doubt = doubts(t, x, branch);
+  const std::size_t states = program_.state_names.size();
+  std::vector<double> rates(states);
   bool taken = false;
   for (std::size_t i = 0; i < doubt.size(); ++i) {
     direction_[i] = 0;
-    if (border_[i] || side_[i] == 0 || hold_[i] > 0.0 || !(std::abs(values_[i]) < doubt[i])) continue;
+    // One that was taken across before came to the end of the law on its other side, too: a root on each. One that is
+    // exactly zero has no side yet, and no step to find it by.
+    const bool again = hold_[i] > 0.0 || side_[i] == 0;
+    if (border_[i] || followed_[i] || stiction_.held(i) || (again && !may_hold_)) continue;
+    if (!(std::abs(values_[i]) < std::max(doubt[i], hold_[i])) && values_[i] != 0.0) continue;
     if (denominators_.has(i) && is_singular_at(t, x, branch)) continue;
     direction_[i] = -side_[i];
-    side_[i] = -side_[i];
-    hold_[i] = kClearly * doubt[i];
+    Branch other = branch;
+    evaluator_.cross(direction_, other);
+    const bool goes_on = !again && evaluator_.rates(t, x, other, rates.data());
+    if (!goes_on) direction_[i] = 0;
+    if (!goes_on && !may_hold_) continue;
+    hold_[i] = std::max(hold_[i], kClearly * doubt[i]);
+    away_[i] = kClearlyOut * doubt[i];
     relations_.push_back(relation_[i]);
     taken = true;
+    if (!goes_on) {
+      // At a start nothing may be known of the states' sizes: as far as the guard moves by itself in a moment.
+      constexpr double kMoment = 1e-6;
+      probe_ = branch;
+      if (hold_[i] == 0.0 && evaluator_.guards(t + kMoment * span_, x, probe_, at_probe_.data()))
+        hold_[i] = std::abs(at_probe_[i]);
+      followed_[i] = followed_any_ = true;
+      continue;
+    }
+    // A relay whose law ends at its border (if(e > 0, sqrt(e), -1)) is pushed back by what the tolerance leaves open.
+    if (!is_kink(i, t, x, branch) && ++taken_[i] >= kMostReturns) {
+      failure_ = returning_failure(program_, relation_[i], t, kMostReturns);
+      return false;
+    }
+    side_[i] = -side_[i];
   }
   if (!taken) return false;
   evaluator_.cross(direction_, branch);
@@ -527,6 +561,23 @@ bool EventWatch::take_across(double t, const double* x, Branch& branch) {
   ++count_;
   event_time_ = t;
   return settle(t, x, branch) && judge_rhythm(t, x, branch);
+}
+
+/// Gives the relations that are followed the sides on which their guards are at a point.
+bool EventWatch::follow(double t, const double* x, Branch& branch) {
+  guards_here_.resize(side_.size());
+  sides_here_.assign(side_.size(), 0);
+  if (!evaluator_.guards(t, x, branch, guards_here_.data())) return false;
+  for (std::size_t i = 0; i < side_.size(); ++i)
+    if (followed_[i]) sides_here_[i] = guards_here_[i] < 0.0 ? -1 : 1;
+  evaluator_.cross(sides_here_, branch);
+  return true;
+}
+
+void EventWatch::stop_following(std::size_t guard) {
+  followed_[guard] = false;
+  hold_[guard] = 0.0;
+  followed_any_ = std::find(followed_.begin(), followed_.end(), true) != followed_.end();
 }
 
 /// Whether rates grow without bound on the way on which they lead to a point.
@@ -570,33 +621,36 @@ std::vector<double> EventWatch::shaken(double t, const double* x, Branch branch,
   return noise;
 }
 
+/// Whether the rates differ on both sides of a border by no more than what the tolerances make of them.
+bool EventWatch::is_kink(std::size_t guard, double t, const double* x, const Branch& branch) {
+  const std::size_t states = program_.state_names.size();
+  std::vector<double> here(states), there(states);
+  Branch same = branch, other = branch;
+  std::vector<int> direction(side_.size(), 0);
+  direction[guard] = -side_[guard];
+  evaluator_.cross(direction, other);
+  if (!evaluator_.rates(t, x, same, here.data()) || !evaluator_.rates(t, x, other, there.data())) return false;
+  const std::vector<double> noise = shaken(t, x, branch, here);
+  const std::vector<double> beyond = shaken(t, x, other, there);
+  for (std::size_t k = 0; k < states; ++k)
+    if (!(std::abs(here[k] - there[k]) <= kClearlyOut * (noise[k] + beyond[k]))) return false;
+  return true;
+}
+
 /// Borders that are crossed in a row although the rates differ on both sides by no more than what the tolerances make
 /// of them: what is at rest near a kink crosses it by what the tolerance leaves open (a transistor without a voltage
 /// across it). Each is given a band of some tolerances, within which it does not change, until it has clearly left
 /// that. False if there is none, or all of them have had their share of widening.
 bool EventWatch::rest_at_kinks(double t, const double* x, const Branch& branch) {
   constexpr double kOfTolerances = 4.0, kWidest = 1e4;
-  const std::size_t states = program_.state_names.size();
   const std::vector<double> doubt = doubts(t, x, branch);
   if (doubt.empty()) return false;
-  std::vector<double> here(states), there(states);
   bool any = false;
   for (std::size_t i = 0; i < side_.size(); ++i) {
     if (border_[i] || side_[i] == 0 || stiction_.held(i) || denominators_.has(i) || !(doubt[i] > 0.0)) continue;
     if (std::find(relations_.begin(), relations_.end(), relation_[i]) == relations_.end()) continue;
     if (!(std::abs(values_[i]) <= kClearlyOut * std::max(doubt[i], band_[i]))) continue;
-    Branch same = branch, other = branch;
-    std::fill(direction_.begin(), direction_.end(), 0);
-    direction_[i] = -side_[i];
-    evaluator_.cross(direction_, other);
-    direction_[i] = 0;
-    if (!evaluator_.rates(t, x, same, here.data()) || !evaluator_.rates(t, x, other, there.data())) continue;
-    const std::vector<double> noise = shaken(t, x, branch, here);
-    const std::vector<double> beyond = shaken(t, x, other, there);
-    bool kink = true;
-    for (std::size_t k = 0; k < states; ++k)
-      kink = kink && std::abs(here[k] - there[k]) <= kClearlyOut * (noise[k] + beyond[k]);
-    if (!kink || band_[i] > kWidest * doubt[i]) continue;
+    if (!is_kink(i, t, x, branch) || band_[i] > kWidest * doubt[i]) continue;
     band_[i] = std::max(2.0 * band_[i], kOfTolerances * doubt[i]);
     any = true;
   }

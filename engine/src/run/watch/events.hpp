@@ -48,8 +48,9 @@ class EventWatch {
   [[nodiscard]] std::optional<std::size_t> crossed_guard() const { return crossed_guard_; }
 
   /// Takes a guard across that the states' own tolerances cannot tell from zero, where the equations on its present
-  /// side have come to an end (a square root at an empty tank). It comes back when it has clearly moved away. False if
-  /// there is no such guard.
+  /// side have come to an end (a square root at an empty tank). It comes back when it has clearly moved away. Where the
+  /// other side cannot be evaluated there either (a root on each side), the mode is that of each point until then.
+  /// False if there is no such guard, or failure() where it comes back again and again.
   bool take_across(double t, const double* x, Branch& branch);
 
   /// The relation of a denominator that has fallen to next to nothing of what it was where a run cannot go on at (t,
@@ -61,9 +62,9 @@ class EventWatch {
   bool stays_within_tolerance() { return std::exchange(stays_within_tolerance_, false); }
 
   /// Whether modes are held that depend on the point: prepare() sets them before anything is evaluated there.
-  [[nodiscard]] bool holding() const { return stiction_.any(); }
+  [[nodiscard]] bool holding() const { return stiction_.any() || followed_any_; }
   bool prepare(double t, const double* x, Branch& branch) {
-    return !stiction_.any() || stiction_.balance(t, x, branch);
+    return (!followed_any_ || follow(t, x, branch)) && (!stiction_.any() || stiction_.balance(t, x, branch));
   }
 
   /// From here on signs may be held, or not.
@@ -81,6 +82,10 @@ class EventWatch {
     archive("changed at", changed_at_);
     archive("passed", passed_);
     archive("idle", idle_);
+    archive("followed", followed_);
+    archive("followed any", followed_any_);
+    archive("taken", taken_);
+    archive("away", away_);
     archive("just crossed", just_crossed_);
     archive("largest", largest_);
     archive("count", count_);
@@ -131,10 +136,13 @@ class EventWatch {
   [[nodiscard]] bool stays(std::size_t guard, const Range& values) const;
   std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
   std::optional<std::pair<double, double>> bracket_by_samples(Integrator& integrator, double from, double to);
+  bool follow(double t, const double* x, Branch& branch);
+  void stop_following(std::size_t guard);
   bool judge_rhythm(double t, const double* x, const Branch& branch);
   bool is_singular_at(double t, const double* x, const Branch& branch);
   [[nodiscard]] std::vector<double> doubts(double t, const double* x, const Branch& branch);
   [[nodiscard]] std::vector<double> shaken(double t, const double* x, Branch branch, const std::vector<double>& f);
+  bool is_kink(std::size_t guard, double t, const double* x, const Branch& branch);
   bool rest_at_kinks(double t, const double* x, const Branch& branch);
   /// No change is seen up to this size of a guard on its other side.
   [[nodiscard]] double slack(std::size_t guard) const { return std::max(hold_[guard], band_[guard]); }
@@ -159,7 +167,13 @@ class EventWatch {
   std::uint64_t passed_ = 0;               ///< steps without a change
   std::uint64_t changed_at_ = 0;           ///< passed_ at the last change of any
   bool stays_within_tolerance_ = false;
-  std::vector<bool> idle_;  ///< by guard: beyond the last border, nothing left to change
+  std::vector<bool> idle_;      ///< by guard: beyond the last border, nothing left to change
+  std::vector<bool> followed_;  ///< by guard: its mode is that of each point; see take_across
+  bool followed_any_ = false;
+  std::vector<std::size_t> taken_;   ///< by guard: times taken across a jump since it was clearly away
+  std::vector<double> away_;         ///< by guard: what is clearly away
+  std::vector<double> guards_here_;  ///< of follow()
+  std::vector<int> sides_here_;
   std::optional<std::size_t> crossed_guard_;
   std::vector<bool> just_crossed_;       ///< by guard
   std::vector<bool> changed_;            ///< by guard: within the event that is being settled
