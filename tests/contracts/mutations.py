@@ -84,7 +84,7 @@ FUNCTIONS1 = ["abs", "sign", "sqrt", "cbrt", "exp", "log", "log10", "sin", "cos"
 FUNCTIONS2 = ["min", "max", "atan2", "hypot", "mod", "ssqrt"]
 OPERATORS = ["+", "-", "*", "/", "^"]
 COMPARISONS = ["<", "<=", ">", ">=", "==", "!="]
-KINDS = ["Se", "MSe", "Sf", "MSf", "De", "Df", "R", "MR", "C", "MC", "I", "MI", "TF", "MTF", "GY", "MGY", "CC", "II", "RR", "0", "1", "Sw"]
+KINDS = ["Se", "MSe", "Sf", "MSf", "De", "Df", "R", "MR", "C", "MC", "I", "MI", "TF", "MTF", "GY", "MGY", "CC", "II", "RR", "0", "1", "Sw", "D"]
 KEYS = {"Se": "effort", "Sf": "flow", "R": "resistance", "C": "capacitance", "I": "inertance", "TF": "modulus", "GY": "modulus"}
 UNITS = ["1", "m", "mm", "kg", "s", "N", "N m", "Pa", "bar", "V", "A", "Ohm", "F", "H", "K", "J", "W", "m^3/s", "rad/s", "deg", "rpm", "%", "1e308 m", "m^1e9", "m^-1",
          "J/kg K", "furlong", "m^(1/3)", "1/s^2", "", "m^0", "(((m)))", "m/m", "0 m", "-1 m", "kkg", "\u00b5m", "m\u00b2"]

@@ -61,10 +61,12 @@ class TableauWriter {
         tableau_.law_u(row_++, source_++) = -1.0;
         break;
       case ElementKind::open_switch:
+      case ElementKind::blocking_diode:
       case ElementKind::effort_detector:
         y(row_++, flow(port)) = 1.0;
         break;
       case ElementKind::closed_switch:
+      case ElementKind::conducting_diode:
       case ElementKind::flow_detector:
         y(row_++, effort(port)) = 1.0;
         break;

@@ -92,6 +92,14 @@ struct SwitchEquation {
   ExprId leaves;  ///< 1 where the condition holds under which it goes to its other side, else 0
 };
 
+/// A diode of the model. Counted the way that it passes.
+struct DiodeEquation {
+  ElementId element;
+  ExprId effort, flow;
+  ExprId threshold;
+  ExprId fires;  ///< 1 where it may begin to conduct, else 0
+};
+
 /// What an impulse into a dependent store is to a state: per unit of the impulse, what the state gains.
 struct ImpulseTerm {
   std::uint32_t state = 0;      ///< index into EquationSystem::states
@@ -132,6 +140,7 @@ struct EquationSystem {
   std::vector<EnergyPart> energy;
   std::vector<Continuous> continuous;
   std::vector<SwitchEquation> switches;  ///< in model order
+  std::vector<DiodeEquation> diodes;     ///< in model order
   JumpEquations jump;                    ///< empty in a model without switches
   LeftOut left_out;                      ///< by slice(); nothing before
   std::vector<Diagnostic> warnings;
@@ -142,7 +151,9 @@ struct EquationSystem {
 ///
 /// @throws ModelError BG402 derivative of a jump (a store tied to a stepping source), BG403 more than eight
 ///         differentiations in a row (higher index).
+/// @param in_pieces  derivatives of what jumps are those on the present side, instead of BG402
 /// @note Time linear in bonds and laws, except for what is differentiated.
-EquationSystem derive_equations(const Model& model, const BondGraph& graph, const CausalGraph& causal);
+EquationSystem derive_equations(const Model& model, const BondGraph& graph, const CausalGraph& causal,
+                                bool in_pieces = false);
 
 }  // namespace bgsim

@@ -121,6 +121,9 @@ class Evaluator {
   void output_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors, double* bounds);
   /// By Program::switch_elements: 1 where a switch leaves the side that it is on in this program, else 0.
   bool switches(double t, const double* x, Branch& branch, double* values);
+  /// Four values by Program::diode_elements: effort and flow, counted the way that it passes, threshold, and 1 where it
+  /// may begin to conduct, else 0.
+  bool diodes(double t, const double* x, Branch& branch, double* values);
   /// By Program::jump: the factors of its terms, then the effort of each C and the flow of each I.
   bool jump(double t, const double* x, Branch& branch, double* values);
 

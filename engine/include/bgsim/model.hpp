@@ -25,6 +25,8 @@ enum class ElementKind : std::uint8_t {
   flow_detector,
   open_switch,  ///< an Sw, which is one of two kinds, as its side is: see bgsim/modes.hpp
   closed_switch,
+  blocking_diode,
+  conducting_diode,
   resistor,
   capacitor,
   inertia,
@@ -49,7 +51,8 @@ std::string kind_text(ElementKind kind, bool modulated);
 /// What signals read an effort or flow at without taking power.
 [[nodiscard]] bool is_detector(ElementKind kind);
 /// An Sw: a source of no flow while it is open, of no effort while it is closed.
-[[nodiscard]] bool is_switch(ElementKind kind);
+[[nodiscard]] bool is_switch(ElementKind kind);  ///< diodes among them
+[[nodiscard]] bool is_diode(ElementKind kind);
 /// What an element sets at its bond whatever the rest of the graph does: a source its own variable, a detector the
 /// other one, which it keeps at zero. None for all other kinds.
 [[nodiscard]] std::optional<Variable> imposed_variable(ElementKind kind);
@@ -124,9 +127,20 @@ struct SwitchLaw {
   Place closes_place, opens_place;
 };
 
+/// An ideal diode: with flow and effort counted the way that it passes, 0 <= f, e <= e0, and one of them is at its
+/// border. e0, the threshold, is the element's coefficient.
+struct DiodeLaw {
+  bool out = false;  ///< passes what flows out of the element
+  ExprId threshold;  ///< the coefficient
+  ExprId fire;       ///< condition without which it does not begin to conduct; none: it needs none
+  Place fire_place;
+  ParameterId band;  ///< how far f or e may be beyond its border by rounding; none: not at all
+};
+
 /// An element as written. Which of the optional members are set follows from the kind:
 /// sources `coefficient` (effort or flow); R, C, I `coefficient` (resistance, capacitance, inertance) or one `law`;
 /// TF, GY `coefficient` (modulus); CC, II, IC `energy` or `laws`; RR `laws`; Sw `switches` (and the coefficient 0);
+/// D `diode` and `coefficient` (the threshold);
 /// junctions nothing.
 struct Element {
   std::string name;  ///< full name, e.g. "left.orifice"
@@ -140,6 +154,7 @@ struct Element {
   SymbolId first_symbol;           ///< see port_variable()
   std::vector<InitialValue> initial;
   std::optional<SwitchLaw> switches;
+  std::optional<DiodeLaw> diode;
   double priority = 0.0;  ///< stores: larger gets integral causality first; ties by the model's order
   std::string about;
   Place place;              ///< of the element's key

@@ -146,6 +146,8 @@ struct Program {
   Routine dependents;                             ///< q or p of EquationSystem::dependent
   Routine switches;                               ///< by `switch_elements`: 1 where one leaves its side, else 0
   std::vector<ElementId> switch_elements;
+  Routine diodes;  ///< by `diode_elements`: effort, flow (the way that it passes), threshold, 1 where it may fire
+  std::vector<ElementId> diode_elements;
   JumpPlan jump;
   Routine continuous;         ///< by `must_not_jump`
   Routine implicit_residual;  ///< rates, then residuals of all blocks, with the tears as given

@@ -110,6 +110,7 @@ constexpr std::array kCodes{
     Code{"BG619", kError, "A mode that the graph does not allow"},
     Code{"BG620", kError, "A jump that cannot be found"},
     Code{"BG621", kError, "A jump that creates energy"},
+    Code{"BG622", kError, "Diodes with no possible sides"},
     Code{"BG710", kError, "A reduction without outputs"},
     Code{"BG711", kError, "An error below the solver's own"},
     Code{"BG712", kError, "No such element to keep"},

@@ -35,6 +35,10 @@ std::string show_element(const Model& model, const Element& element) {
   if (element.switches) {
     text += ", " + side_text(element, is_closed(element));
     text += ", closes if " + write(element.switches->closes) + ", opens if " + write(element.switches->opens);
+  } else if (element.diode) {
+    text += ", " + side_text(element, is_closed(element)) + ", passes " + (element.diode->out ? "out" : "in");
+    if (!model.pool.is_constant(element.coefficient, 0.0)) text += ", threshold " + write(element.coefficient);
+    if (element.diode->fire.valid()) text += ", fires if " + write(element.diode->fire);
   } else if (element.coefficient.valid())
     text += ", " + coefficient_words(element) + " " + write(element.coefficient);
   if (element.energy.valid()) text += ", energy " + write(element.energy);

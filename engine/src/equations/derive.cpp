@@ -24,8 +24,8 @@ constexpr std::uint32_t kMostDerivatives = 8;
 /// Builds the system: one table for each thing that a bond, a port or a signal turns into.
 class Derivation {
  public:
-  Derivation(const Model& model, const BondGraph& graph, const CausalGraph& causal)
-      : model_(model), graph_(graph), causal_(causal) {}
+  Derivation(const Model& model, const BondGraph& graph, const CausalGraph& causal, bool in_pieces)
+      : model_(model), graph_(graph), causal_(causal), in_pieces_(in_pieces) {}
 
   EquationSystem run() {
     make_symbols();
@@ -49,7 +49,8 @@ class Derivation {
     write_derivatives();
     claim({});
     if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
-    if (!system_.switches.empty()) system_.jump.terms = impulse_terms(model_, graph_, system_);
+    if (!system_.switches.empty() || !system_.diodes.empty())
+      system_.jump.terms = impulse_terms(model_, graph_, system_);
     claim({});
     return std::move(system_);
   }
@@ -236,6 +237,9 @@ class Derivation {
       case ElementKind::open_switch:
       case ElementKind::closed_switch:
         return write_source(id);
+      case ElementKind::blocking_diode:
+      case ElementKind::conducting_diode:
+        return write_diode(id);
       case ElementKind::effort_detector:
       case ElementKind::flow_detector:
         return write_detector(id);
@@ -268,10 +272,47 @@ class Derivation {
     add_energy({EnergyPart::Role::source, id, signed_by(!graph_[port].head, power), {}, {}, {}, {}, false});
   }
 
+  void write_diode(ElementId id) {
+    const Element& element = model_.elements[id.index()];
+    const PortId port = graph_.port(id, 0);
+    const std::size_t bond = graph_[port].bond.index();
+    const bool conducts = is_closed(element);
+    const ExprId value =
+        conducts ? signed_by(!element.diode->out, (*translate_)(element.diode->threshold)) : system_.pool.constant(0.0);
+    define((conducts ? system_.efforts : system_.flows)[bond], value, id, element.place);
+    const ExprId power = system_.pool.mul(effort(port), into(port));
+    add_energy({EnergyPart::Role::dissipator, id, power, {}, {}, {}, {}, false});
+  }
+
+  /// Conducting it leaves its side where the flow goes below 0, blocking where the effort goes beyond the threshold.
+  void write_diode_side(ElementId id) {
+    const Element& element = model_.elements[id.index()];
+    const DiodeLaw& law = *element.diode;
+    ExprPool& pool = system_.pool;
+    const PortId port = graph_.port(id, 0);
+    wish_ = Wish{law.fire.valid() ? law.fire_place : element.place, {}};
+    const ExprId one = pool.constant(1.0), zero = pool.constant(0.0);
+    DiodeEquation equation{id, signed_by(!law.out, effort(port)), signed_by(!law.out, into(port)),
+                           (*translate_)(law.threshold), one};
+    const ExprId fires = law.fire.valid() ? (*translate_)(law.fire) : ExprId();
+    if (fires.valid()) equation.fires = pool.select(fires, one, zero);
+    system_.diodes.push_back(equation);
+    if (is_switch(element.kind)) {
+      const ExprId band = law.band.valid() ? as_expression(system_.parameters[law.band.index()]) : zero;
+      const bool conducts = is_closed(element);
+      ExprId leaves = conducts ? pool.make(Op::lt, pool.add(equation.flow, band), zero)
+                               : pool.make(Op::gt, pool.sub(pool.sub(equation.effort, equation.threshold), band), zero);
+      if (!conducts && fires.valid()) leaves = pool.make(Op::logical_and, fires, leaves);
+      system_.switches.push_back({id, pool.select(leaves, one, zero)});
+    }
+    claim({id, {}});
+  }
+
   /// The condition under which each switch leaves the side that it is on.
   void write_switches() {
     for (std::size_t i = 0; i < model_.elements.size(); ++i) {
       const Element& element = model_.elements[i];
+      if (element.diode) write_diode_side(ElementId(i));
       if (!element.switches) continue;
       const bool closed = is_closed(element);
       wish_ = Wish{closed ? element.switches->opens_place : element.switches->closes_place, {}};
@@ -280,7 +321,7 @@ class Derivation {
       system_.switches.push_back({ElementId(i), pool.select(leaves, pool.constant(1.0), pool.constant(0.0))});
       claim({ElementId(i), {}});
     }
-    if (system_.switches.empty()) return;
+    if (system_.switches.empty() && system_.diodes.empty()) return;
     for (const EnergyPart& part : system_.energy) {
       if (part.role != EnergyPart::Role::store) continue;
       for (std::size_t k = 0; k < graph_.port_count(part.element); ++k) {
@@ -556,6 +597,7 @@ class Derivation {
   /// Conditions do not make a jump: it is one if both sides differ where they meet. What differs wherever it was looked
   /// at is refused; the run looks at the others where it comes by.
   void look_at_borders(ExprId expression, Place place, SymbolId derivative) {
+    if (in_pieces_) return;
     const auto name = [this](SymbolId s) { return system_.symbols[s.index()].name; };
     Diagnostic fault = jump_fault(readable_text(system_.pool, expression, name), place, wish_);
     if (certainly_jumps(model_, system_, expression)) return problems_.push_back(std::move(fault));
@@ -582,6 +624,7 @@ class Derivation {
   const Model& model_;
   const BondGraph& graph_;
   const CausalGraph& causal_;
+  bool in_pieces_;
   Translator* translate_ = nullptr;
   EquationSystem system_;
   std::vector<SymbolId> stored_;  ///< by PortId (stores only)
@@ -602,8 +645,8 @@ Place place_of(const Model& model, const State& state) {
                                : model.signals[state.signal.index()].place;
 }
 
-EquationSystem derive_equations(const Model& model, const BondGraph& graph, const CausalGraph& causal) {
-  return Derivation(model, graph, causal).run();
+EquationSystem derive_equations(const Model& model, const BondGraph& graph, const CausalGraph& causal, bool in_pieces) {
+  return Derivation(model, graph, causal, in_pieces).run();
 }
 
 }  // namespace bgsim

@@ -34,6 +34,8 @@ class Ordering {
       order_.stored.push_back(part.energy.valid() && !part.modulated ? resolve(part.energy) : ExprId{});
     }
     for (const SwitchEquation& at : system_.switches) order_.switches.push_back(resolve(at.leaves));
+    for (const DiodeEquation& at : system_.diodes)
+      for (const ExprId e : {at.effort, at.flow, at.threshold, at.fires}) order_.diodes.push_back(resolve(e));
     for (const ImpulseTerm& term : system_.jump.terms) order_.impulses.push_back(resolve(term.factor));
     for (const ExprId e : system_.jump.conjugates) order_.conjugates.push_back(resolve(e));
     for (const Continuous& quantity : system_.continuous)
@@ -77,6 +79,8 @@ class Ordering {
     for (const EnergyPart& part : system_.energy) need_all(part.power);
     for (const DependentStore& store : system_.dependent) need(equation_of(store.symbol));
     for (const SwitchEquation& at : system_.switches) need_all(at.leaves);
+    for (const DiodeEquation& at : system_.diodes)
+      for (const ExprId e : {at.effort, at.flow, at.threshold, at.fires}) need_all(e);
     for (const ImpulseTerm& term : system_.jump.terms) need_all(term.factor);
     for (const ExprId e : system_.jump.conjugates) need_all(e);
     while (!open.empty()) {

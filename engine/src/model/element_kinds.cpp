@@ -16,6 +16,7 @@ constexpr std::array kDetectorKeys{Keys("kind"), Keys("about")};
 constexpr std::array kSwitchWays{Keys("closed"), Keys("locked"), Keys("close")};
 constexpr std::array kSwitchKeys{Keys("kind"),  Keys("about"), Keys("closed"), Keys("locked"),
                                  Keys("close"), Keys("open"),  Keys("initial")};
+constexpr std::array kDiodeKeys{Keys("kind"), Keys("about"), Keys("passes"), Keys("fire"), Keys("threshold")};
 constexpr std::array kResistorWays{Keys("resistance"), Keys("law")};
 constexpr std::array kResistorKeys{Keys("kind"), Keys("about"), Keys("resistance"), Keys("law")};
 constexpr std::array kCapacitorWays{Keys("capacitance"), Keys("law")};
@@ -96,6 +97,26 @@ constexpr std::array kRows{
             .hangs = Hangs::above,
             .ways = kSwitchWays,
             .keys = kSwitchKeys},
+    KindRow{.kind = Kind::blocking_diode,
+            .text = "D",
+            .words = "diode that blocks",
+            .family = Family::source,
+            .variable = Variable::flow,
+            .switches = true,
+            .diode = true,
+            .units = kEffort,
+            .hangs = Hangs::between,
+            .keys = kDiodeKeys},
+    KindRow{.kind = Kind::conducting_diode,
+            .text = "D",
+            .words = "diode that conducts",
+            .family = Family::source,
+            .variable = Variable::effort,
+            .switches = true,
+            .diode = true,
+            .units = kEffort,
+            .hangs = Hangs::between,
+            .keys = kDiodeKeys},
     KindRow{.kind = Kind::resistor,
             .text = "R",
             .family = Family::resistor,
@@ -226,7 +247,10 @@ std::string kind_words(const Element& element) {
   return words.empty() ? kind_text(element.kind, element.modulated) : std::string(words);
 }
 
-std::string coefficient_words(const Element& element) { return std::string(kind_row(element.kind).ways.front()); }
+std::string coefficient_words(const Element& element) {
+  const KindRow& row = kind_row(element.kind);
+  return std::string(row.ways.empty() ? row.keys.back() : row.ways.front());
+}
 
 std::string one_port_of(ElementKind field) {
   const KindRow& row = kind_row(field);
@@ -241,6 +265,7 @@ bool is_junction(ElementKind kind) { return kind_row(kind).family == Family::jun
 bool is_store(ElementKind kind) { return kind_row(kind).family == Family::store; }
 bool is_source(ElementKind kind) { return kind_row(kind).family == Family::source; }
 bool is_switch(ElementKind kind) { return kind_row(kind).switches; }
+bool is_diode(ElementKind kind) { return kind_row(kind).diode; }
 bool is_detector(ElementKind kind) { return kind_row(kind).family == Family::detector; }
 
 bool stores_displacement(const Element& element, std::size_t port) {

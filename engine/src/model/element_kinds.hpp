@@ -45,10 +45,13 @@ struct KindRow {
   Ports ports = Ports::one;
   Modulation modulation = Modulation::never;
   bool switches = false;  ///< an ideal switch: one row for each side, with one text
+  bool diode = false;     ///< of those one whose side the circuit decides
   bool crosses = false;   ///< a two-port that relates the effort of each port to the flow of the other
   std::span<const CoefficientUnit> units{};  ///< of the coefficient, all of them at once; none: it has none
   Hangs hangs = Hangs::nowhere;
-  std::span<const std::string_view> ways{};  ///< "resistance", "law"; the coefficient's key first; none: nothing to say
+  /// "resistance", "law"; the coefficient's key first. None: nothing has to be said, and that key is the last of
+  /// `keys`.
+  std::span<const std::string_view> ways{};
   std::span<const std::string_view> keys{};  ///< all keys, ways included
 };
 
@@ -70,8 +73,8 @@ struct WrittenKind {
 [[nodiscard]] inline bool is_two_port(ElementKind kind) { return kind_row(kind).family == Family::two_port; }
 /// Junctions, TF and GY, which store and dissipate nothing.
 [[nodiscard]] inline bool passes_power(ElementKind kind) { return is_junction(kind) || is_two_port(kind); }
-/// R, stores and their fields, whose variables are counted into the element.
-[[nodiscard]] inline bool is_passive(ElementKind kind) { return is_store(kind) || is_resistor(kind); }
+/// R, stores and their fields, diodes: their variables are counted into the element.
+[[nodiscard]] inline bool is_passive(ElementKind kind) { return is_store(kind) || is_resistor(kind) || is_diode(kind); }
 [[nodiscard]] inline bool is_passive_one_port(ElementKind kind) {
   return is_passive(kind) && kind_row(kind).ports == Ports::one;
 }

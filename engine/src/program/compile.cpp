@@ -101,6 +101,8 @@ class Compiler {
     if (options_.energies) freeze_energies(freeze_list);
     switches_ = freeze_list(order_.switches);
     for (const SwitchEquation& at : system_.switches) program_.switch_elements.push_back(at.element);
+    diodes_ = freeze_list(order_.diodes);
+    for (const DiodeEquation& at : system_.diodes) program_.diode_elements.push_back(at.element);
     jump_ = freeze_list(order_.impulses);
     for (const ImpulseTerm& term : system_.jump.terms) program_.jump.terms.push_back({term.state, term.dependent});
     for (const ExprId e : freeze_list(order_.conjugates)) jump_.push_back(e);
@@ -155,7 +157,7 @@ class Compiler {
       program_.energy_modulated.push_back(part.modulated);
       LawsOfStore laws{part.displacements, {}};
       // What a jump turns into heat is found from laws, also where the energy has a closed form.
-      const bool needs_laws = !part.energy.valid() || !system_.switches.empty();
+      const bool needs_laws = !part.energy.valid() || !system_.switches.empty() || !system_.diodes.empty();
       if (part.role == EnergyPart::Role::store && !part.modulated && needs_laws)
         for (const ExprId e : part.conjugates) laws.conjugates.push_back(freeze_.plain(e));
       program_.store_laws.push_back(std::move(laws));
@@ -399,6 +401,7 @@ class Compiler {
     program_.dependents = routine(dependents_);
     program_.continuous = routine(continuous_);
     program_.switches = routine(switches_);
+    program_.diodes = routine(diodes_);
     program_.jump.routine = routine(jump_);
     if (options_.energies) {
       program_.powers = routine(powers_);
@@ -528,7 +531,8 @@ class Compiler {
   Freezer freeze_;
   std::vector<SymbolId> tears_;
   std::vector<std::uint32_t> block_of_tear_;
-  Roots rates_, outputs_, guards_, dependents_, continuous_, powers_, stored_, displacements_, switches_, jump_;
+  Roots rates_, outputs_, guards_, dependents_, continuous_, powers_, stored_, displacements_, switches_, diodes_,
+      jump_;
   std::vector<Roots> residuals_;  ///< by block
   std::vector<Partial> rates_by_states_, rates_by_tears_;
   std::vector<BlockPartials> block_partials_;

@@ -294,6 +294,11 @@ bool Evaluator::switches(double t, const double* x, Branch& branch, double* valu
          impl_->take(impl_->program.switches, values, "the condition of a switch", {});
 }
 
+bool Evaluator::diodes(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run_or_given(impl_->program.diodes, t, x, branch) &&
+         impl_->take(impl_->program.diodes, values, "effort and flow of a diode", {});
+}
+
 bool Evaluator::jump(double t, const double* x, Branch& branch, double* values) {
   return impl_->run(impl_->program.jump.routine, t, x, branch) &&
          impl_->take(impl_->program.jump.routine, values, "what jumps with a switch", {});

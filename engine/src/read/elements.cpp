@@ -41,6 +41,7 @@ void Reader::parse_element(std::size_t index) {
       element.coefficient = expression({scope, nullptr, nullptr}, *way, in_quotes(key));
     }
   }
+  if (is_diode(model_.elements[index].kind)) parse_diode(index);
   if (!is_store(model_.elements[index].kind)) return;
   if (const NodeId initial = file.find(node, "initial"); initial.valid()) parse_initial(index, initial);
   if (const NodeId priority = file.find(node, "priority"); priority.valid()) parse_priority(index, priority);
@@ -94,6 +95,33 @@ void Reader::parse_switch(std::size_t index, NodeId way) {
     law.closes_place = law.opens_place = file.place(way);
   }
   if (law.closes.valid() && law.opens.valid()) element.switches = law;
+}
+
+/// An ideal diode; all that it has may be left out.
+void Reader::parse_diode(std::size_t index) {
+  const auto [scope, node] = element_text_[index];
+  const Document& file = document(scopes_[scope]);
+  Element& element = model_.elements[index];
+  element.coefficient = model_.pool.constant(0.0);
+  element.diode.emplace();
+  if (const NodeId passes = file.find(node, "passes");
+      passes.valid() && expect(file, passes, JsonKind::string, "\"passes\"")) {
+    const std::string_view way = file[passes].text;
+    if (way != "in" && way != "out")
+      return problem("BG113", "a diode passes \"in\" or \"out\", not " + in_quotes(way), file.place(passes),
+                     suggestion(way, {"in", "out"}), "\"in\": it conducts what flows into the element");
+    element.diode->out = way == "out";
+  }
+  if (const NodeId threshold = file.find(node, "threshold"); threshold.valid()) {
+    element.coefficient_place = file.place(threshold);
+    const ExprId value = expression({scope, nullptr, "a threshold"}, threshold, "\"threshold\"");
+    if (value.valid()) element.coefficient = value;
+  }
+  element.diode->threshold = element.coefficient;
+  if (const NodeId fire = file.find(node, "fire"); fire.valid()) {
+    element.diode->fire = condition({scope, nullptr, nullptr}, fire, "\"fire\"");
+    element.diode->fire_place = file.place(fire);
+  }
 }
 
 /// The one key that says what the element does.

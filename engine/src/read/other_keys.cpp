@@ -65,6 +65,16 @@ constexpr std::array kSwitchKeys{
     Key{" start initially ",
         "the side at the start is \"initial\": \"open\" or \"closed\", with \"close\" and \"open\" only"},
 };
+constexpr std::array kDiodeKeys{
+    Key{" forward_voltage forward voltage drop vf Vf v_f Vf0 effort e0 knee ",
+        "the effort at which a D begins to conduct is its \"threshold\""},
+    Key{" direction orientation way reverse reversed polarity from to anode cathode ",
+        "a D conducts what flows into it; one the other way round has \"passes\": \"out\""},
+    Key{" gate trigger on close closed condition firing fired ",
+        "a thyristor is a D with a condition: \"fire\": \"mod(t, T) > t_fire\""},
+    Key{" resistance Ron r_on ron R law ",
+        "an ideal diode has no resistance: put an R beside it, or write an R with a law"},
+};
 constexpr std::array kTransformerKeys{
     Key{" ratio n N m r gain factor transmission transmission_ratio gear gear_ratio turns turns_ratio lever area "
         "radius ",
@@ -193,7 +203,9 @@ constexpr std::array kKinds{
         "current_sensor ",
         "a detector of flow is of kind \"Df\", at a 1-junction"},
     Key{" ss source_sensor ", "a port to the outside is a junction in \"ports\""},
-    Key{" diode d thyristor ", "a diode is an \"R\" with a law such as \"f = Is*(exp(e/Vt) - 1)\""},
+    Key{" diode d thyristor ",
+        "an ideal diode is a \"D\"; with its characteristic it is an \"R\" with a law such as \"f = Is*(exp(e/Vt) - "
+        "1)\""},
     Key{" sw switch x0 x1 clutch brake breaker ",
         "an ideal switch is an \"Sw\" with a condition: \"closed\" or \"locked\""},
     Key{" ce re chemical ", "write it as a \"C\" or \"R\" with its \"law\""},
@@ -229,6 +241,9 @@ std::string own_value_key(ElementKind kind) {
     case ElementKind::open_switch:
     case ElementKind::closed_switch:
       return "an Sw has a condition: \"closed\", \"locked\", or \"close\" and \"open\"";
+    case ElementKind::blocking_diode:
+    case ElementKind::conducting_diode:
+      return "a D has no law of its own; the effort at which it begins to conduct is its \"threshold\"";
     case ElementKind::resistor:
       return "an R has a \"resistance\" (e = R f) or a \"law\" such as \"f = G*e\"";
     case ElementKind::capacitor:
@@ -263,6 +278,9 @@ std::string instead_of_own_key(ElementKind kind, std::string_view key) {
     case ElementKind::open_switch:
     case ElementKind::closed_switch:
       return help_for(kSwitchKeys, key);
+    case ElementKind::blocking_diode:
+    case ElementKind::conducting_diode:
+      return help_for(kDiodeKeys, key);
     case ElementKind::resistor:
       return help_for(kResistorKeys, key);
     case ElementKind::capacitor:

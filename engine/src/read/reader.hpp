@@ -175,6 +175,7 @@ class Reader {
   void parse_element(std::size_t index);
   std::optional<NodeId> chosen_way(std::size_t index);
   void parse_switch(std::size_t index, NodeId way);
+  void parse_diode(std::size_t index);
   void parse_energy(std::size_t index, NodeId value);
   void parse_laws(std::size_t index, NodeId value);
   void parse_law(std::size_t index, NodeId value);

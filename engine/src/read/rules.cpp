@@ -121,6 +121,7 @@ void Reader::check_equalities() {
       check(element.switches->closes, element.switches->closes_place);
       check(element.switches->opens, element.switches->opens_place);
     }
+    if (element.diode) check(element.diode->fire, element.diode->fire_place);
     for (const Law& law : element.laws) check(law.right, law.place);
   }
   for (const Output& output : model_.outputs) check(output.value, output.place);

@@ -82,7 +82,7 @@ class Projection {
         if (!(w.array().abs() > 0.0).any()) break;
         const auto at = static_cast<std::size_t>(i);
         const double x = x_[at];
-        const double delta = size[i] > 0.0 ? kShake * size[i] : kShake;
+        const double delta = size[i] > 0.0 ? std::max(kShake * size[i], kOfOthers * size.maxCoeff()) : kShake;
         x_[at] = x + delta;
         const double moved = x_[at] - x;
         const bool known = evaluate();
@@ -156,6 +156,8 @@ class Projection {
 
   /// Of a store's content: far enough for differences, near enough for nonlinear laws.
   static constexpr double kShake = 1e-4;
+  /// Of the largest content: a store that is nearly empty beside others is moved so far that these show it.
+  static constexpr double kOfOthers = 1e-12;
 
   const Program& program_;
   Evaluator& evaluator_;

@@ -64,9 +64,12 @@ class Run {
   [[nodiscard]] bool left_by_states() const { return left_by_states_; }
   /// By Program::switch_elements: not 0 where one leaves it.
   [[nodiscard]] const std::vector<double>& leaving() const { return leaves_; }
+  /// Four values by Program::diode_elements where it has left the mode (see Evaluator::diodes).
+  [[nodiscard]] const std::vector<double>& diodes() const { return diodes_; }
   /// How large the states have been in programs of other modes; by state.
   void know_scales(std::vector<double> scales) { known_scales_ = std::move(scales); }
   [[nodiscard]] double largest(std::size_t state) const { return tolerances_.largest(state); }
+  [[nodiscard]] double tolerance(std::size_t state) const { return tolerances_.absolute(state); }
 
  private:
   bool begin();
@@ -156,7 +159,7 @@ class Run {
   int strayed_ = 0;          ///< how often there
   std::optional<double> next_known_;
   std::vector<double> y_;  ///< scratch
-  std::vector<double> leaves_, known_scales_;
+  std::vector<double> leaves_, diodes_, known_scales_;
   bool left_mode_ = false, left_by_states_ = false;
   double integration_seconds_ = 0.0;
 };

@@ -47,6 +47,10 @@ bool Run::stays_in_mode() {
   if (!events_.prepare(t_, x_.data(), branch_) || !evaluator_.switches(t_, x_.data(), branch_, leaves_.data()))
     return fail_with_fault();
   left_mode_ = std::any_of(leaves_.begin(), leaves_.end(), [](double leaves) { return leaves != 0.0; });
+  if (left_mode_ && !program_.diode_elements.empty()) {
+    diodes_.resize(4 * program_.diode_elements.size());
+    if (!evaluator_.diodes(t_, x_.data(), branch_, diodes_.data())) return fail_with_fault();
+  }
   return !left_mode_;
 }
 

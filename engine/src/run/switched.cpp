@@ -24,16 +24,19 @@ constexpr double kRounding = 1e-9;  ///< of the energies that a jump's loss is t
 
 class SwitchedRun {
  public:
-  SwitchedRun(const ProgramOfMode& program_of, const SwitchedStart& start, const RunInputs& inputs,
-              const SimulateOptions& options, const Clock& clock)
+  SwitchedRun(const ProgramOfMode& program_of, const NetworkOfMode& network_of, const SwitchedStart& start,
+              const RunInputs& inputs, const SimulateOptions& options, const Clock& clock)
       : program_of_(program_of),
+        network_of_(network_of),
         inputs_(inputs),
         options_(options),
         clock_(clock),
         mode_(start.mode),
+        is_diode_(start.diodes),
         stored_(start.stored),
         headway_(inputs.stop),
-        begin_(clock()) {
+        begin_(clock()),
+        diodes_(static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true))) {
     stored_.t = inputs.start;
   }
 
@@ -50,8 +53,8 @@ class SwitchedRun {
 
   /// From the present instant on in the present mode; false if the run ends with it.
   bool stretch() {
-    const Program* program = program_here();
-    if (program == nullptr || !jump_into_mode(*program)) return false;
+    const Program* program = enter_mode();
+    if (program == nullptr) return false;
     const SimulateOptions options = options_here();
     const RunInputs inputs = inputs_here(*program);
     Run run(*program, inputs, options, clock_);
@@ -60,6 +63,7 @@ class SwitchedRun {
     for (std::size_t i = 0; i < program->states.size(); ++i) {
       double& scale = scale_[key(program->states[i])];
       scale = std::max(scale, run.largest(i));
+      if (part.report.steps > 0) tolerance_[key(program->states[i])] = run.tolerance(i);
     }
     add(part);
     if (!part.stored.values.empty()) stored_ = part.stored;
@@ -69,7 +73,135 @@ class SwitchedRun {
     if (program->state_names.size() == 1 && program->state_names.front() == kModeClock)
       std::erase_if(stored_.values, [&](const auto& value) { return value.signal == program->states.front().signal; });
     if (run.left_by_states()) changes_.push_back(stored_.t);
+    take_diodes(run.diodes());
     return change_mode(run.leaving(), *program);
+  }
+
+  /// The program of the present instant's mode, with the stores as they are after the jump into it.
+  const Program* enter_mode() {
+    const Program* program = nullptr;
+    constexpr std::size_t kMostJumps = 100;
+    std::vector<Mode> met;
+    while (true) {
+      const Mode last = mode_;
+      if (!settle_diodes()) return nullptr;
+      if (program != nullptr && mode_ == last) return hold_bands(*program) ? program : nullptr;
+      if (met.size() >= kMostJumps) {
+        fail(diagnostic_of("BG604",
+                           "at t = " + number_text(stored_.t) + " the diodes change sides without end: " +
+                               std::to_string(kMostJumps) + " times, at last to \"" + mode_words() + "\"",
+                           {}, "at one instant diodes change sides until none leaves the side that it is on",
+                           "a law beside them gives off energy"));
+        return nullptr;
+      }
+      met.push_back(mode_);
+      program = program_here();
+      if (program == nullptr) return nullptr;
+      const bool diodes = !program->diode_elements.empty();
+      parameters_ = inputs_.parameters;
+      if (diodes) parameters_.resize(program->model->parameters.size(), 0.0);
+      bool moved = false;
+      if (!jump_into_mode(*program, moved)) return nullptr;
+      if (!diodes) return program;
+      if (!moved) return hold_bands(*program) ? program : nullptr;
+      if (!store_jumped(*program)) return nullptr;
+    }
+  }
+
+  // --- diodes
+
+  /// What a run saw of the diodes where it left its mode.
+  void take_diodes(const std::vector<double>& values) {
+    if (values.empty()) return;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < diodes_.size(); ++i) {
+      while (!is_diode_[next]) ++next;
+      DiodeState& diode = diodes_[i];
+      diode.conducts = mode_[next++];
+      diode.source = values[4 * i] - diode.resistance * values[4 * i + 1];
+      diode.may_begin = values[4 * i + 3] != 0.0;
+    }
+  }
+
+  /// Puts the diodes on the sides that the circuit makes them.
+  bool settle_diodes() {
+    if (diodes_.empty()) return true;
+    try {
+      const DiodeNetwork& network = network_of_(mode_);
+      // A part of the tolerance, and what follows from it is a part of it as well.
+      constexpr double kOfTolerance = 1e-3;
+      const auto resolution = [this](const StateInfo& state) {
+        const auto found = tolerance_.find(key(state));
+        return found == tolerance_.end() ? 0.0 : kOfTolerance * found->second;
+      };
+      DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_);
+      if (sides.failure) return fail(std::move(*sides.failure));
+      diodes_ = std::move(sides.diodes);
+      flow_off_ = std::move(sides.flow_off);
+      effort_off_ = std::move(sides.effort_off);
+      flow_error_ = std::move(sides.flow_error);
+      effort_error_ = std::move(sides.effort_error);
+    } catch (const ModelError& error) {
+      return fail(not_allowed(error));
+    }
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < mode_.size(); ++i)
+      if (is_diode_[i]) mode_[i] = diodes_[next++].conducts;
+    return true;
+  }
+
+  /// What the stores hold after a jump.
+  bool store_jumped(const Program& program) {
+    Evaluator evaluator(program, parameters_);
+    Branch branch = first_branch(program);
+    std::vector<double> dependent(program.dependent.size());
+    if (!evaluator.initialize_modes(stored_.t, x_.data(), branch) ||
+        !evaluator.dependents(stored_.t, x_.data(), branch, dependent.data()))
+      return fail(fault_failure(evaluator.fault()));
+    const auto put = [this](const StateInfo& state, double value) {
+      for (RunInputs::Initial& at : stored_.values)
+        if (at.element == state.element && at.port == state.port && at.signal == state.signal) at.value = value;
+    };
+    for (std::size_t i = 0; i < x_.size(); ++i) put(program.states[i], x_[i]);
+    for (std::size_t i = 0; i < dependent.size(); ++i) put(program.dependent[i], dependent[i]);
+    return true;
+  }
+
+  /// A flow or effort that is 0, or comes from 0, may be beyond its border by rounding: by so much the border is moved.
+  bool hold_bands(const Program& program) {
+    constexpr double kTwice = 2.0, kMore = 4.0;
+    // The mode that was left because of a diode turns out to be the right one.
+    const bool again = !switched_ && mode_ == left_;
+    bands_.resize(diodes_.size(), 0.0);
+    Evaluator evaluator(program, parameters_);
+    Branch branch = first_branch(program);
+    std::vector<double> values(4 * diodes_.size());
+    if (!evaluator.initialize_modes(stored_.t, x_.data(), branch) ||
+        !evaluator.diodes(stored_.t, x_.data(), branch, values.data()))
+      return fail(fault_failure(evaluator.fault()));
+    for (std::size_t i = 0; i < diodes_.size(); ++i) {
+      const Element& element = program.model->elements[program.diode_elements[i].index()];
+      const bool conducts = diodes_[i].conducts;
+      diodes_[i].may_begin = values[4 * i + 3] != 0.0;
+      const double beyond = conducts ? -values[4 * i + 1] : values[4 * i] - values[4 * i + 2];
+      double& band = bands_[i];
+      if (!again) {
+        band = std::max(0.0, kTwice * beyond);
+      } else if (tripped_[i]) {
+        band = std::max({kMore * band, kTwice * beyond, conducts ? flow_error_[i] : effort_error_[i]});
+      }
+      parameters_[element.diode->band.index()] = band;
+      const bool matters = conducts ? !diodes_[i].pinned : *diodes_[i].may_begin;
+      if (!matters || !(beyond > (conducts ? flow_off_[i] : effort_off_[i]))) continue;
+      return fail(
+          diagnostic_of("BG622",
+                        "at t = " + number_text(stored_.t) + " the sides of the diodes could not be found: \"" +
+                            element.name + "\" " + side_text(element, conducts) + " with the " +
+                            (conducts ? "flow " : "effort ") + number_text(conducts ? -beyond : values[4 * i], 4),
+                        {}, "an ideal diode takes any flow the way that it passes, and any effort the other way",
+                        "a law that is not monotone is between the diodes, or one with a jump"));
+    }
+    return true;
   }
 
   const Program* program_here() {
@@ -84,27 +216,32 @@ class SwitchedRun {
       }
       return &program;
     } catch (const ModelError& error) {
-      Diagnostic diagnostic = error.diagnostics.front();
-      diagnostic.notes.insert(diagnostic.notes.begin(), Note{std::nullopt, "in this mode " + diagnostic.situation});
-      diagnostic.code = "BG619";
-      diagnostic.severity = Severity::error;
-      diagnostic.situation = "at t = " + number_text(stored_.t) +
-                             " the switches come to a mode that the graph does not "
-                             "allow: " +
-                             mode_words();
-      fail(std::move(diagnostic));
+      fail(not_allowed(error));
       return nullptr;
     }
+  }
+
+  [[nodiscard]] Diagnostic not_allowed(const ModelError& error) const {
+    Diagnostic diagnostic = error.diagnostics.front();
+    diagnostic.notes.insert(diagnostic.notes.begin(), Note{std::nullopt, "in this mode " + diagnostic.situation});
+    diagnostic.code = "BG619";
+    diagnostic.severity = Severity::error;
+    diagnostic.situation = "at t = " + number_text(stored_.t) +
+                           " the switches come to a mode that the graph does not "
+                           "allow: " +
+                           mode_words();
+    return diagnostic;
   }
 
   [[nodiscard]] std::string mode_words() const { return names_ ? mode_text(*names_, mode_) : "the first one"; }
 
   /// What the stores hold as the mode begins.
-  bool jump_into_mode(const Program& program) {
-    Evaluator evaluator(program, inputs_.parameters);
+  bool jump_into_mode(const Program& program, bool& moved) {
+    Evaluator evaluator(program, parameters_);
     Jump jump = jump_into(evaluator, stored_.t, stored_);
     if (jump.failure) return fail(std::move(*jump.failure));
     x_ = std::move(jump.x);
+    moved = jump.moved;
     if (!jump.moved) return true;
     if (jump.loss < -kRounding * jump.scale)
       return fail(diagnostic_of(
@@ -126,7 +263,7 @@ class SwitchedRun {
   /// A store whose content vanishes at once, with nothing that takes it up.
   void note_lone_jumps(const Jump& jump) {
     constexpr std::size_t kMostNoted = 4;
-    if (locking_) return;
+    if (locking_ || !switched_) return;
     for (const LoneJump& lone : jump.lone) {
       if (std::abs(lone.after) > kRounding * std::abs(lone.before)) continue;
       // Less than the tolerance of what it has been: an ideal switch that opens where the current passes zero.
@@ -167,6 +304,7 @@ class SwitchedRun {
   [[nodiscard]] RunInputs inputs_here(const Program& program) {
     RunInputs inputs = inputs_;
     inputs.start = stored_.t;
+    inputs.parameters = parameters_;
     inputs.output_times = inputs_.output_times.without_first(result_.rows);
     inputs.initial.clear();
     for (std::size_t i = 0; i < program.states.size(); ++i) {
@@ -187,14 +325,20 @@ class SwitchedRun {
     instant_ = stored_.t;
     departures_.push_back({mode_, stored_.values});
     locking_ = false;
+    left_ = mode_;
+    tripped_.clear();
+    for (std::size_t i = 0; i < leaving.size(); ++i)
+      if (is_diode_[i]) tripped_.push_back(leaving[i] != 0.0);
+    switched_ = diodes_.empty();
     for (std::size_t i = 0; i < leaving.size(); ++i) {
-      if (leaving[i] == 0.0) continue;
+      if (leaving[i] == 0.0 || is_diode_[i]) continue;
+      switched_ = true;
       mode_[i] = !mode_[i];
       const Element& element = program.model->elements[program.switch_elements[i].index()];
       locking_ = locking_ || element.switches->locks;
     }
     ++result_.report.mode_changes;
-    return !runs_in_circles(program) && !chatters(program) && !takes_too_long();
+    return !(switched_ && runs_in_circles(program)) && !chatters(program) && !takes_too_long();
   }
 
   /// A mode that comes back within one instant, with the stores as they were when it was left.
@@ -397,22 +541,33 @@ class SwitchedRun {
   };
 
   const ProgramOfMode& program_of_;
+  const NetworkOfMode& network_of_;
   const RunInputs& inputs_;
   const SimulateOptions& options_;
   const Clock& clock_;
   Mode mode_;
-  Stored stored_;  ///< where the last stretch ended
+  std::vector<bool> is_diode_;  ///< by switch
+  Stored stored_;               ///< where the last stretch ended
   Headway headway_;
   double begin_;
   std::shared_ptr<const Model> names_;
   RunResult result_;
-  std::vector<double> x_;        ///< by state of the present program: after the jump
-  std::map<Key, double> scale_;  ///< largest magnitude of each state, in whatever mode
+  std::vector<DiodeState> diodes_;
+  std::vector<double> flow_off_, effort_off_;      ///< by diode: what they may be off by
+  std::vector<double> flow_error_, effort_error_;  ///< the same, without an allowance
+  std::vector<double> bands_;                      ///< by diode, of the present program
+  std::vector<bool> tripped_;                      ///< by diode: it left its side in the last change of the mode
+  Mode left_;                                      ///< from where that was
+  std::vector<double> parameters_;                 ///< of the present program: with the bands of diodes
+  std::vector<double> x_;                          ///< by state of the present program: after the jump
+  std::map<Key, double> scale_;                    ///< largest magnitude of each state, in whatever mode
+  std::map<Key, double> tolerance_;                ///< absolute, where it was last a state
   std::set<Mode> met_;
   std::vector<Departure> departures_;  ///< from modes, within the present instant
   double instant_ = -std::numeric_limits<double>::infinity();
   std::deque<double> changes_;  ///< times of the latest that conditions on states made
   bool locking_ = false;        ///< the last change was one of a switch that is written as locked
+  bool switched_ = true;        ///< the last change was not one of diodes alone, which cut no flow that is not 0
   bool audited_ = true, remarked_ = false;
   std::size_t lone_jumps_ = 0;
   std::set<std::string> noted_;  ///< stores that have jumped alone
@@ -420,9 +575,10 @@ class SwitchedRun {
 
 }  // namespace
 
-RunResult simulate_switched(const ProgramOfMode& program_of, const SwitchedStart& start, const RunInputs& inputs,
-                            const SimulateOptions& options, const Clock& clock) {
-  return SwitchedRun(program_of, start, inputs, options, clock).execute();
+RunResult simulate_switched(const ProgramOfMode& program_of, const NetworkOfMode& network_of,
+                            const SwitchedStart& start, const RunInputs& inputs, const SimulateOptions& options,
+                            const Clock& clock) {
+  return SwitchedRun(program_of, network_of, start, inputs, options, clock).execute();
 }
 
 }  // namespace bgsim

@@ -269,6 +269,10 @@ void check_coefficients(const SceneParts& parts, std::vector<Diagnostic>& warnin
           diagnostic_of("BG180", is + ": the store is unstable", element.coefficient_place,
                         "a negative store gives off energy as it fills",
                         "if this is not intended, check the sign (a linearised inverted pendulum has such a spring)"));
+    } else if (is_diode(element.kind) && *value < 0.0) {
+      problems.push_back(diagnostic_of("BG145", is, element.coefficient_place,
+                                       "a diode that conducts takes energy in: its threshold is not below 0",
+                                       "the way that it conducts is \"passes\": \"in\" or \"out\""));
     } else if (is_resistor(element.kind) && *value < 0.0) {
       warnings.push_back(diagnostic_of("BG148", is + ": the element is active", element.coefficient_place,
                                        "a negative resistance supplies power",

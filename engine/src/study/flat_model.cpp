@@ -243,6 +243,8 @@ class FlatWriter {
       json["ports"][element.ports[port]] = std::string(1, letter(element.stored[port]));
     if (element.switches)
       write_switch(json, element, user);
+    else if (element.diode)
+      write_diode(json, element, user);
     else if (element.coefficient.valid())
       json[coefficient_words(element)] = value(element.coefficient, user);
     if (element.energy.valid()) json["energy"] = value(element.energy, user);
@@ -272,6 +274,12 @@ class FlatWriter {
     json["close"] = value(law.closes, user);
     json["open"] = value(law.opens, user);
     if (is_closed(element)) json["initial"] = "closed";
+  }
+
+  void write_diode(Json& json, const Element& element, const std::string& user) {
+    if (element.diode->out) json["passes"] = "out";
+    if (!model_.pool.is_constant(element.coefficient, 0.0)) json["threshold"] = value(element.coefficient, user);
+    if (element.diode->fire.valid()) json["fire"] = value(element.diode->fire, user);
   }
 
   std::string law_text(const Element& element, const Law& law, const std::string& user) {

@@ -35,6 +35,91 @@ Model with_resistors(Model model) {
   return model;
 }
 
+/// A symbol of its own for what is added to a model.
+SymbolId new_symbol(Model& model, const ModelSymbol& meaning) {
+  model.symbols.push_back(meaning);
+  return SymbolId(model.symbols.size() - 1);
+}
+
+ParameterId add_parameter(Model& model, std::string name) {
+  const ParameterId id(model.parameters.size());
+  Parameter parameter;
+  parameter.name = std::move(name);
+  parameter.value = model.pool.constant(0.0);
+  ModelSymbol meaning;
+  meaning.kind = ModelSymbol::Kind::parameter;
+  meaning.parameter = id;
+  parameter.symbol = new_symbol(model, meaning);
+  model.parameters.push_back(std::move(parameter));
+  return id;
+}
+
+/// An integral, from 0, with a rate that is written later.
+SignalId add_integral(Model& model, std::string name) {
+  const SignalId id(model.signals.size());
+  Signal signal;
+  signal.name = std::move(name);
+  signal.kind = Signal::Kind::integral;
+  signal.value = model.pool.constant(0.0);
+  ModelSymbol meaning;
+  meaning.kind = ModelSymbol::Kind::signal;
+  meaning.signal = id;
+  signal.symbol = new_symbol(model, meaning);
+  model.signals.push_back(std::move(signal));
+  return id;
+}
+
+/// With a parameter for each diode's band.
+std::shared_ptr<const Model> with_bands(std::shared_ptr<const Model> model) {
+  if (std::none_of(model->elements.begin(), model->elements.end(), [](const Element& e) { return e.diode; }))
+    return model;
+  Model result = *model;
+  for (std::size_t i = 0; i < result.elements.size(); ++i) {
+    if (!result.elements[i].diode) continue;
+    const ParameterId band = add_parameter(result, "(band of " + result.elements[i].name + ")");
+    result.elements[i].diode->band = band;
+  }
+  return std::make_shared<const Model>(std::move(result));
+}
+
+/// The model with each diode as a resistor in series with a source, e = r f + s, so that its graph is the same whatever
+/// they do; and what diode_sides() asks for: the flow of each, and its first two derivatives in time, as rates.
+Model as_network(Model model, DiodeNetwork& network) {
+  ExprPool& pool = model.pool;
+  std::vector<ExprId> flows;
+  network.first_signal = model.signals.size();
+  for (std::size_t i = 0; i < model.elements.size(); ++i) {
+    if (!model.elements[i].diode) continue;
+    const std::string name = model.elements[i].name;
+    const ParameterId resistance = add_parameter(model, "(resistance of " + name + ")");
+    const SignalId source = add_integral(model, "(source of " + name + ")");
+    network.resistances.push_back(resistance);
+    network.out.push_back(model.elements[i].diode->out);
+    network.names.push_back(name);
+    Element& element = model.elements[i];
+    const ExprId flow = pool.symbol(port_variable(element, 0, Variable::flow));
+    flows.push_back(flow);
+    Law law;
+    law.variable = Variable::effort;
+    law.right = pool.add(pool.mul(pool.symbol(model.parameters[resistance.index()].symbol), flow),
+                         pool.symbol(model.signals[source.index()].symbol));
+    law.place = element.place;
+    element.kind = ElementKind::resistor;
+    element.modulated = true;
+    element.coefficient = {};
+    element.laws = {law};
+  }
+  for (std::size_t i = 0; i < flows.size(); ++i) {
+    ExprId value = flows[i];
+    for (int k = 0; k < 3; ++k) {
+      const SignalId id = add_integral(model, "(flow of " + network.names[i] + ", " + std::to_string(k) + ")");
+      model.signals[id.index()].value = value;
+      value = pool.make(Op::der, value);
+    }
+  }
+  return model;
+}
+
 /// Whether an expression follows from states, time and parameters without the law of any switch.
 bool free_of_switches(const Model& model, const EquationSystem& system, ExprId root) {
   std::vector<ExprId> open{root};
@@ -54,7 +139,10 @@ bool free_of_switches(const Model& model, const EquationSystem& system, ExprId r
     const SystemSymbol& symbol = system.symbols[node.a];
     if (symbol.kind != SystemSymbol::Kind::unknown) continue;
     const Equation& equation = system.equations[symbol.index];
-    if (equation.element.valid() && model.elements[equation.element.index()].switches) return false;
+    if (equation.element.valid()) {
+      const Element& element = model.elements[equation.element.index()];
+      if (element.switches || element.diode) return false;
+    }
     open.push_back(equation.expression);
   }
   return true;
@@ -67,6 +155,14 @@ void sort_by_key(std::vector<RunInputs::Initial>& values) {
 }
 
 }  // namespace
+
+ModePrograms::ModePrograms(std::shared_ptr<const Model> model, CompileOptions options)
+    : model_(with_bands(std::move(model))), options_(std::move(options)) {}
+
+std::vector<double> ModePrograms::completed(std::vector<double> parameters) const {
+  parameters.resize(model_->parameters.size(), 0.0);
+  return parameters;
+}
 
 std::unique_ptr<ModePrograms::Made> ModePrograms::make(std::shared_ptr<const Model> model,
                                                        const CompileOptions& options) {
@@ -91,28 +187,77 @@ const Program& ModePrograms::at(const Mode& mode, const std::vector<double>& par
   const std::scoped_lock lock(mutex_);
   std::unique_ptr<Made>& made = made_[mode];
   if (!made) made = make(std::make_shared<const Model>(in_mode(*model_, mode)), options_);
-  check_laws(*made->model, made->graph, made->causal, parameters);
+  check_laws(*made->model, made->graph, made->causal, completed(parameters));
   return made->program;
 }
 
-SwitchedStart ModePrograms::start(const RunInputs& inputs) {
-  SwitchedStart start{mode_of(*model_), {inputs.start, inputs.initial}};
+const DiodeNetwork& ModePrograms::network(const Mode& mode) {
   const std::scoped_lock lock(mutex_);
-  if (!looked_without_) {
-    looked_without_ = true;
-    try {
-      without_switches_ = make(std::make_shared<const Model>(with_resistors(*model_)), {{}, false});
-    } catch (const ModelError&) {
-      // The graph does not allow resistors there. The run finds its first mode from that of the model as read.
+  Mode key = mode;
+  std::size_t next = 0;
+  for (const Element& element : model_->elements) {
+    if (!is_switch(element.kind)) continue;
+    if (element.diode) key[next] = false;
+    ++next;
+  }
+  std::unique_ptr<DiodeNetwork>& network = networks_[key];
+  if (network) return *network;
+  auto made = std::make_unique<DiodeNetwork>();
+  const auto model = std::make_shared<const Model>(as_network(in_mode(*model_, key), *made));
+  const BondGraph graph = build_bond_graph(*model);
+  const CausalGraph causal = solvable_causality(*model, graph);
+  const EquationSystem system = derive_equations(*model, graph, causal, true);
+  made->program = compile(model, system, order_equations(*model, system), {{}, false});
+  network = std::move(made);
+  return *network;
+}
+
+SwitchedStart ModePrograms::start(const RunInputs& inputs) {
+  SwitchedStart start{mode_of(*model_), {}, {inputs.start, inputs.initial}, {}};
+  for (const ElementId element : switches_of(*model_))
+    start.diodes.push_back(model_->elements[element.index()].diode.has_value());
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!looked_without_) {
+      looked_without_ = true;
+      try {
+        without_switches_ = make(std::make_shared<const Model>(with_resistors(*model_)), {{}, false});
+      } catch (const ModelError&) {
+        // The graph does not allow resistors there. The run finds its first mode from that of the model as read.
+      }
     }
   }
-  if (!without_switches_) return start;
+  if (without_switches_) begin_without_switches(inputs, start);
+  put_diodes(inputs, start);
+  return start;
+}
+
+/// On the sides that the circuit makes them, where it says so; else the run reports why not.
+void ModePrograms::put_diodes(const RunInputs& inputs, SwitchedStart& start) {
+  const auto count = static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true));
+  if (count == 0) return;
+  try {
+    const DiodeSides sides = diode_sides(
+        network(start.mode), inputs.parameters, inputs.start, start.stored, [](const StateInfo&) { return 0.0; },
+        std::vector<DiodeState>(count));
+    start.failure = sides.failure;
+    if (sides.failure) return;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < start.mode.size(); ++i)
+      if (start.diodes[i]) start.mode[i] = sides.diodes[next++].conducts;
+  } catch (const ModelError&) {
+    // The graph does not allow the mode of the other switches.
+  }
+}
+
+/// The mode of switches whose conditions know no switch, and what all stores hold.
+void ModePrograms::begin_without_switches(const RunInputs& inputs, SwitchedStart& start) {
   const Program& program = without_switches_->program;
-  Evaluator evaluator(program, inputs.parameters);
+  Evaluator evaluator(program, completed(inputs.parameters));
   const std::vector<double> x = initial_states(evaluator, inputs);
   Branch branch = first_branch(program);
   std::vector<double> dependent(program.dependent.size()), closes(program.switch_elements.size());
-  if (!evaluator.initialize_modes(inputs.start, x.data(), branch)) return start;
+  if (!evaluator.initialize_modes(inputs.start, x.data(), branch)) return;
   if (evaluator.dependents(inputs.start, x.data(), branch, dependent.data())) {
     start.stored.values.clear();
     const auto keep = [&](const StateInfo& state, double value) {
@@ -122,11 +267,14 @@ SwitchedStart ModePrograms::start(const RunInputs& inputs) {
     for (std::size_t i = 0; i < dependent.size(); ++i) keep(program.dependent[i], dependent[i]);
     sort_by_key(start.stored.values);
   }
-  if (!evaluator.switches(inputs.start, x.data(), branch, closes.data())) return start;
-  for (std::size_t i = 0; i < closes.size(); ++i)
-    if (!model_->elements[program.switch_elements[i].index()].switches->remembers)
-      start.mode[i] = without_switches_->certain[i] && closes[i] != 0.0;
-  return start;
+  if (!evaluator.switches(inputs.start, x.data(), branch, closes.data())) return;
+  const std::vector<ElementId> all = switches_of(*model_);
+  for (std::size_t i = 0; i < closes.size(); ++i) {
+    const ElementId element = program.switch_elements[i];
+    const auto at = static_cast<std::size_t>(std::find(all.begin(), all.end(), element) - all.begin());
+    if (!model_->elements[element.index()].switches->remembers)
+      start.mode[at] = without_switches_->certain[i] && closes[i] != 0.0;
+  }
 }
 
 }  // namespace bgsim

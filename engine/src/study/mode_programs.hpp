@@ -8,6 +8,7 @@
 
 #include "bgsim/modes.hpp"
 #include "bgsim/program.hpp"
+#include "run/diodes.hpp"
 #include "run/switched.hpp"
 
 namespace bgsim {
@@ -15,11 +16,14 @@ namespace bgsim {
 /// Causality, equations and program of each mode, made when it is first asked for, and kept. From several threads.
 class ModePrograms {
  public:
-  ModePrograms(std::shared_ptr<const Model> model, CompileOptions options)
-      : model_(std::move(model)), options_(std::move(options)) {}
+  ModePrograms(std::shared_ptr<const Model> model, CompileOptions options);
 
   /// @throws ModelError where the graph does not allow the mode, or its laws these parameters.
   const Program& at(const Mode& mode, const std::vector<double>& parameters);
+
+  /// What the diodes see of the rest with the other switches as in @p mode.
+  /// @throws ModelError where the graph does not allow it.
+  const DiodeNetwork& network(const Mode& mode);
 
   /// The mode of a scene's start, and what all stores hold there before any switch ties them to each other. Conditions
   /// are evaluated in a model in which a resistor stands for each switch, which every graph allows. A switch whose
@@ -35,12 +39,18 @@ class ModePrograms {
     Program program;
     std::vector<bool> certain;  ///< by switch: its condition depends on no effort or flow that switches take part in
   };
+  void begin_without_switches(const RunInputs& inputs, SwitchedStart& start);
+  void put_diodes(const RunInputs& inputs, SwitchedStart& start);
   static std::unique_ptr<Made> make(std::shared_ptr<const Model> model, const CompileOptions& options);
+
+  /// With those that the programs have more than the model: 0.
+  [[nodiscard]] std::vector<double> completed(std::vector<double> parameters) const;
 
   std::shared_ptr<const Model> model_;
   CompileOptions options_;
   std::mutex mutex_;
   std::map<Mode, std::unique_ptr<Made>> made_;
+  std::map<Mode, std::unique_ptr<DiodeNetwork>> networks_;  ///< with the diodes open in the key
   std::unique_ptr<Made> without_switches_;
   bool looked_without_ = false;
 };

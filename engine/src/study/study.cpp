@@ -124,7 +124,9 @@ Simulation::Simulation(Study study, RunInputs inputs, const SceneOptions& option
     compiled->modes =
         std::make_shared<ModePrograms>(study_.shared_model(), CompileOptions{inputs_.outputs, options.energy_audit});
     compiled->first = timed(compiled->seconds, "compile", [&] {
-      return &compiled->modes->at(compiled->modes->start(inputs_).mode, inputs_.parameters);
+      const SwitchedStart start = compiled->modes->start(inputs_);
+      if (start.failure) throw ModelError({*start.failure}, model().sources);
+      return &compiled->modes->at(start.mode, inputs_.parameters);
     });
     compiled_ = compiled;
     return;
@@ -181,8 +183,15 @@ RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& option
                        "run the scene as a whole, or begin another one with initial values")},
         model().sources);
   ModePrograms& modes = *compiled_->modes;
-  return simulate_switched([&](const Mode& mode) -> const Program& { return modes.at(mode, inputs.parameters); },
-                           modes.start(inputs), inputs, options, wall_seconds);
+  const auto program_of = [&](const Mode& mode) -> const Program& { return modes.at(mode, inputs.parameters); };
+  RunResult result = simulate_switched(
+      program_of, [&](const Mode& mode) -> const DiodeNetwork& { return modes.network(mode); }, modes.start(inputs),
+      inputs, options, wall_seconds);
+  if (!result.trace.names.empty()) return result;
+  result.trace.names = program().output_names;  // the run ended before its first mode
+  result.trace.units = program().output_units;
+  result.trace.columns.resize(result.trace.names.size());
+  return result;
 }
 
 Study Study::in_mode(const Mode& closed) const {

@@ -181,6 +181,8 @@ class UnitBuilder {
       if (e.switches->remembers)
         static_cast<void>(expression({UnitSite::Kind::element, id.value}, e.switches->opens, e.switches->opens_place));
     }
+    if (e.diode && e.diode->fire.valid())
+      static_cast<void>(expression({UnitSite::Kind::element, id.value}, e.diode->fire, e.diode->fire_place));
     if (e.energy.valid()) energy(id, e);
     // Laws of resistors hold constants that are fitted, and are the last ones to be believed.
     const std::uint32_t depth = is_resistor(e.kind) ? kFitted : 0;

@@ -1,0 +1,188 @@
+#include "run/complementarity.hpp"
+
+#include <optional>
+
+namespace bgsim {
+namespace {
+
+/// Columns: z, w, the covering variable, the right side.
+class Tableau {
+ public:
+  explicit Tableau(const Complementarity& problem)
+      : n_(problem.size), columns_(2 * n_ + 2), cells_(n_ * columns_), basis_(n_, kNone), is_basic_(2 * n_ + 1, false) {
+    for (std::size_t i = 0; i < n_; ++i) {
+      for (std::size_t j = 0; j < n_; ++j) {
+        at(i, j) = problem.z[i * n_ + j];
+        at(i, n_ + j) = problem.w[i * n_ + j];
+      }
+      at(i, right()) = problem.r[i];
+    }
+  }
+
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  [[nodiscard]] std::size_t cover() const { return 2 * n_; }
+  [[nodiscard]] std::size_t right() const { return 2 * n_ + 1; }
+  [[nodiscard]] std::size_t partner(std::size_t column) const { return column < n_ ? column + n_ : column - n_; }
+  [[nodiscard]] std::size_t pair(std::size_t column) const { return column % n_; }
+  PowerSeries& at(std::size_t row, std::size_t column) { return cells_[row * columns_ + column]; }
+  [[nodiscard]] std::size_t basic(std::size_t row) const { return basis_[row]; }
+  [[nodiscard]] bool is_basic(std::size_t column) const { return is_basic_[column]; }
+
+  void pivot(std::size_t row, std::size_t column) {
+    const PowerSeries factor = PowerSeries::number(1.0) / at(row, column);
+    for (std::size_t j = 0; j < columns_; ++j)
+      if (!at(row, j).zero) at(row, j) = j == column ? PowerSeries::number(1.0) : at(row, j) * factor;
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (i == row || at(i, column).zero) continue;
+      const PowerSeries multiple = at(i, column);
+      for (std::size_t j = 0; j < columns_; ++j)
+        if (!at(row, j).zero) at(i, j) = j == column ? PowerSeries() : at(i, j) - multiple * at(row, j);
+    }
+    if (basis_[row] != kNone) is_basic_[basis_[row]] = false;
+    basis_[row] = column;
+    is_basic_[column] = true;
+  }
+
+  /// The row without a basic variable in which the column's entry is of the lowest order, and largest there.
+  std::optional<std::size_t> free_row(std::size_t column) {
+    std::optional<std::size_t> best;
+    for (std::size_t i = 0; i < n_; ++i) {
+      const PowerSeries& cell = at(i, column);
+      if (basis_[i] != kNone || cell.zero) continue;
+      const auto better = [&](const PowerSeries& than) {
+        return cell.order != than.order ? cell.order < than.order
+                                        : std::abs(cell.coefficient[0]) > std::abs(than.coefficient[0]);
+      };
+      if (!best || better(at(*best, column))) best = i;
+    }
+    return best;
+  }
+
+ private:
+  std::size_t n_, columns_;
+  std::vector<PowerSeries> cells_;
+  std::vector<std::size_t> basis_;
+  std::vector<bool> is_basic_;
+};
+
+class Lemke {
+ public:
+  Lemke(const Complementarity& problem, const std::vector<bool>& first, const std::vector<bool>& held)
+      : n_(problem.size), held_(held), table_(problem) {
+    complete_ = find_basis(first);
+  }
+
+  ComplementarySides run() {
+    ComplementarySides sides;
+    if (complete_) solve(sides);
+    sides.takes_z.resize(n_);
+    sides.value.resize(n_);
+    for (std::size_t row = 0; row < n_; ++row) {
+      const std::size_t column = table_.basic(row);
+      if (column == Tableau::kNone || column == table_.cover()) continue;
+      sides.takes_z[table_.pair(column)] = column < n_;
+      sides.value[table_.pair(column)] = table_.at(row, table_.right());
+    }
+    return sides;
+  }
+
+ private:
+  /// One of each pair, such that the others at 0 determine them. For a monotone relation there is one whatever is
+  /// chosen before; where neither of a pair has a row left, the relation is not monotone.
+  bool find_basis(const std::vector<bool>& first) {
+    // Held pairs go first: where w_i is determined, it is the one; what is left over takes z_i, at 0.
+    for (const bool holding : {true, false})
+      for (std::size_t i = 0; i < n_; ++i)
+        if (held_[i] == holding) static_cast<void>(enter(holding || !first[i] ? n_ + i : i));
+    bool all = true;
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (table_.is_basic(i) || table_.is_basic(n_ + i)) continue;
+      const std::size_t wanted = held_[i] || !first[i] ? n_ + i : i;
+      all = (enter(wanted) || enter(table_.partner(wanted))) && all;
+    }
+    for (std::size_t row = 0; row < n_; ++row) start_.push_back(table_.basic(row));
+    return all;
+  }
+  bool enter(std::size_t column) {
+    const auto row = table_.free_row(column);
+    if (row) table_.pivot(*row, column);
+    return row.has_value();
+  }
+
+  void solve(ComplementarySides& sides) {
+    // Held: w_i may have any sign, and z_i, where it stands for w_i that nothing determines, has to be 0.
+    std::vector<std::size_t> rows;
+    for (std::size_t row = 0; row < n_; ++row) {
+      const std::size_t column = table_.basic(row);
+      if (!held_[table_.pair(column)]) {
+        rows.push_back(row);
+      } else if (column < n_ && table_.at(row, table_.right()).sign() != 0) {
+        sides.unbounded = {column};
+        return;
+      }
+    }
+    bool negative = false;
+    for (const std::size_t row : rows) {
+      negative = negative || table_.at(row, table_.right()).sign() < 0;
+      table_.at(row, table_.cover()) = PowerSeries::number(-1.0);
+    }
+    if (!negative) {
+      sides.solved = true;
+      return;
+    }
+    std::size_t leaving = rows.front();
+    for (const std::size_t row : rows)
+      if (row != leaving && compare(row, leaving, true) < 0) leaving = row;
+    std::size_t entering = table_.partner(table_.basic(leaving));
+    table_.pivot(leaving, table_.cover());
+    for (std::size_t count = 0; count < 50 * (n_ + 10); ++count) {
+      column_ = entering;
+      std::optional<std::size_t> best;
+      for (const std::size_t row : rows)
+        if (table_.at(row, entering).sign() > 0 && (!best || compare(row, *best, false) < 0)) best = row;
+      if (!best) {
+        for (const std::size_t row : rows)
+          if (table_.basic(row) != table_.cover() && table_.at(row, entering).sign() != 0)
+            sides.unbounded.push_back(table_.pair(table_.basic(row)));
+        sides.unbounded.push_back(table_.pair(entering));
+        return;
+      }
+      const std::size_t out = table_.basic(*best);
+      table_.pivot(*best, entering);
+      if (out == table_.cover()) {
+        sides.solved = true;
+        return;
+      }
+      entering = table_.partner(out);
+    }
+  }
+
+  /// Sign of the difference of two rows' ratios: right side and, where these are equal, the columns that were the first
+  /// basis, each divided by the entry of the entering column.
+  int compare(std::size_t a, std::size_t b, bool cover) {
+    const PowerSeries one = PowerSeries::number(1.0);
+    const PowerSeries da = cover ? one : table_.at(a, column_), db = cover ? one : table_.at(b, column_);
+    if (const int sign = (table_.at(a, table_.right()) * db - table_.at(b, table_.right()) * da).sign(); sign != 0)
+      return sign;
+    for (const std::size_t column : start_)
+      if (const int sign = (table_.at(a, column) * db - table_.at(b, column) * da).sign(); sign != 0) return sign;
+    return 0;
+  }
+
+  std::size_t n_;
+  const std::vector<bool>& held_;
+  Tableau table_;
+  std::vector<std::size_t> start_;  ///< columns of the first basis
+  std::size_t column_ = 0;
+  bool complete_ = false;
+};
+
+}  // namespace
+
+ComplementarySides solve_complementarity(const Complementarity& problem, const std::vector<bool>& first,
+                                         const std::vector<bool>& held) {
+  if (problem.size == 0) return {true, {}, {}, {}};
+  return Lemke(problem, first, held).run();
+}
+
+}  // namespace bgsim

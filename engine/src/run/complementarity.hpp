@@ -1,0 +1,35 @@
+/// Linear complementarity, as ideal diodes pose it.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "run/power_series.hpp"
+
+namespace bgsim {
+
+/// Z z + W w = r with n rows; z >= 0, w >= 0 and z_i w_i = 0 are wanted. Row-major.
+struct Complementarity {
+  std::size_t size = 0;
+  std::vector<PowerSeries> z, w, r;
+};
+
+struct ComplementarySides {
+  bool solved = false;
+  /// By pair: whether z_i is the one that may differ from 0. Together they are a basis: with all others at 0, the rows
+  /// determine them.
+  std::vector<bool> takes_z;
+  std::vector<PowerSeries> value;      ///< by pair: of z_i or of w_i, whichever it is
+  std::vector<std::size_t> unbounded;  ///< where there is no solution: the pairs on the ray that shows it
+};
+
+/// Solves by Lemke's method with lexicographic ratios, from the basis nearest to @p first. It ends for every problem;
+/// where the relation between z and w is monotone (what a passive network makes of its ports), the end is a
+/// solution or a proof that there is none.
+/// @param first  by pair: z_i is the one to begin with. As a basis it need not be regular.
+/// @param held   by pair: z_i is 0 and w_i of any sign.
+/// @note n pivots of n^2 operations as a rule, exponential at the worst; ended after 50 (n + 10) of them, unsolved.
+ComplementarySides solve_complementarity(const Complementarity& problem, const std::vector<bool>& first,
+                                         const std::vector<bool>& held);
+
+}  // namespace bgsim

@@ -1,0 +1,301 @@
+#include "run/diodes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/codes.hpp"
+#include "base/text.hpp"
+#include "bgsim/text.hpp"
+#include "run/complementarity.hpp"
+#include "run/failures.hpp"
+#include "run/jump.hpp"
+
+namespace bgsim {
+namespace {
+
+constexpr std::size_t kOrders = 3;  ///< f, f', f''
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+/// Of the terms that a value is the sum of: what is left of a sum that is zero, after some hundred operations.
+constexpr double kOfTerms = 256.0 * kEpsilon;
+
+class Sides {
+ public:
+  Sides(const DiodeNetwork& network, std::vector<double> parameters, double t, const Stored& stored,
+        const std::function<double(const StateInfo&)>& resolution, std::vector<DiodeState> before)
+      : network_(network),
+        parameters_(std::move(parameters)),
+        t_(t),
+        stored_(stored),
+        n_(network.resistances.size()),
+        states_(network.program.states.size()) {
+    result_.diodes = std::move(before);
+    parameters_.resize(network.program.model->parameters.size(), 0.0);
+    position_.resize((1 + kOrders) * n_);
+    for (const StateInfo& state : network.program.states) resolution_.push_back(resolution(state));
+    for (std::size_t i = 0; i < states_; ++i) {
+      const SignalId signal = network.program.states[i].signal;
+      if (signal.valid() && signal.index() >= network.first_signal)
+        position_[signal.index() - network.first_signal] = i;
+    }
+  }
+
+  DiodeSides run() {
+    if (choose_resistances()) iterate();
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] double sign(std::size_t diode) const { return network_.out[diode] ? -1.0 : 1.0; }
+  [[nodiscard]] std::size_t source(std::size_t diode) const { return position_[diode]; }
+  [[nodiscard]] std::size_t flow(std::size_t diode, std::size_t order) const {
+    return position_[n_ + kOrders * diode + order];
+  }
+
+  bool fail(Diagnostic diagnostic) {
+    result_.failure = std::move(diagnostic);
+    return false;
+  }
+
+  /// Flows and their derivatives as they depend on the sources, at the present ones.
+  bool linearize() {
+    for (std::size_t i = 0; i < n_; ++i) parameters_[network_.resistances[i].index()] = result_.diodes[i].resistance;
+    Evaluator evaluator(network_.program, parameters_);
+    const Jump jump = jump_into(evaluator, t_, stored_);
+    if (jump.failure) return fail(*jump.failure);
+    x_ = jump.x;
+    for (std::size_t i = 0; i < n_; ++i) x_[source(i)] = sign(i) * result_.diodes[i].source;
+    Branch branch = first_branch(network_.program);
+    rates_.assign(states_, 0.0);
+    const Sparsity& pattern = network_.program.jacobian_pattern;
+    std::vector<double> values(pattern.row.size());
+    std::vector<std::string> found;
+    const bool started =
+        evaluator.initialize_modes(t_, x_.data(), branch) ||
+        (evaluator.explore_loops(t_, x_.data(), branch, found) && evaluator.initialize_modes(t_, x_.data(), branch));
+    const bool done = started && evaluator.rates(t_, x_.data(), branch, rates_.data()) &&
+                      evaluator.jacobian(t_, x_.data(), branch, values.data());
+    diodes_.resize(4 * n_);
+    if (!done || !evaluator.diodes(t_, x_.data(), branch, diodes_.data()))
+      return fail(fault_failure(evaluator.fault()));
+    for (std::size_t i = 0; i < n_; ++i)
+      if (!result_.diodes[i].may_begin) result_.diodes[i].may_begin = diodes_[4 * i + 3] != 0.0;
+    slope_.assign(kOrders * n_ * n_, 0.0);
+    at_zero_.assign(kOrders * n_, 0.0);
+    size_.assign(kOrders * n_, 0.0);
+    off_.assign(kOrders * n_, 0.0);
+    std::vector<std::size_t> row_of(states_, kOrders * n_), source_of(states_, n_);
+    for (std::size_t i = 0; i < n_; ++i) {
+      source_of[source(i)] = i;
+      for (std::size_t k = 0; k < kOrders; ++k) row_of[flow(i, k)] = i * kOrders + k;
+    }
+    std::vector<double> linear(kOrders * n_, 0.0);
+    for (std::size_t column = 0; column < states_; ++column)
+      for (auto at = pattern.column_start[column]; at < pattern.column_start[column + 1]; ++at) {
+        const std::size_t row = row_of[static_cast<std::size_t>(pattern.row[static_cast<std::size_t>(at)])];
+        if (row == kOrders * n_) continue;
+        const double term = values[static_cast<std::size_t>(at)] * x_[column];
+        linear[row] += term;
+        size_[row] += std::abs(term);
+        off_[row] += std::abs(values[static_cast<std::size_t>(at)]) * resolution_[column];
+        if (source_of[column] < n_) {
+          const std::size_t j = source_of[column];
+          slope_[row * n_ + j] = sign(row / kOrders) * sign(j) * values[static_cast<std::size_t>(at)];
+        }
+      }
+    for (std::size_t i = 0; i < n_; ++i)
+      for (std::size_t k = 0; k < kOrders; ++k) {
+        const std::size_t row = i * kOrders + k;
+        const double value = rates_[flow(i, k)];
+        size_[row] += std::abs(value - linear[row]);
+        at_zero_[row] = sign(i) * value;
+        for (std::size_t j = 0; j < n_; ++j) at_zero_[row] -= slope_[row * n_ + j] * result_.diodes[j].source;
+      }
+    return true;
+  }
+
+  /// Resistances of about what the diodes see, so that neither of both is lost in rounding.
+  bool choose_resistances() {
+    for (int step = 0; step < 6; ++step) {
+      if (!linearize()) return false;
+      bool changed = false;
+      for (std::size_t i = 0; i < n_; ++i) {
+        double& r = result_.diodes[i].resistance;
+        const double share = -slope_[i * kOrders * n_ + i] * r;  // of r in what the source sees
+        if (share < 1e-2 && share > 1e-15) {
+          r /= std::max(share, 1e-12);
+          changed = true;
+        } else if (1.0 - share < 1e-2 && 1.0 - share > 1e-13) {
+          r *= 1.0 - share;
+          changed = true;
+        }
+      }
+      if (!changed) return true;
+    }
+    return linearize();
+  }
+
+  [[nodiscard]] Complementarity problem() {
+    // z - F(s) = 0 with s = e0 - r z - w gives (1 + F' r) z + F' w = F(0) + F' e0.
+    Complementarity problem;
+    problem.size = n_;
+    problem.z.resize(n_ * n_);
+    problem.w.resize(n_ * n_);
+    problem.r.resize(n_);
+    effort_size_.assign(n_, 0.0);
+    result_.flow_off.assign(n_, 0.0);
+    result_.effort_off.assign(n_, 0.0);
+    result_.flow_error.assign(n_, 0.0);
+    result_.effort_error.assign(n_, 0.0);
+    for (std::size_t i = 0; i < n_; ++i) {
+      std::array<double, kOrders> largest{};
+      for (std::size_t k = 0; k < kOrders; ++k)
+        for (std::size_t j = 0; j < n_; ++j)
+          largest[k] = std::max(largest[k], std::abs(slope_[(i * kOrders + k) * n_ + j]));
+      std::array<double, kOrders> right{}, right_rounding{};
+      for (std::size_t j = 0; j < n_; ++j) {
+        std::array<double, kOrders> slope{}, rounding{};
+        for (std::size_t k = 0; k < kOrders; ++k) {
+          slope[k] = slope_[(i * kOrders + k) * n_ + j];
+          rounding[k] = slope[k] == 0.0 ? 0.0 : 16.0 * kEpsilon * largest[k];
+          right[k] += slope[k] * threshold(j);
+          right_rounding[k] += kOfTerms * std::abs(slope[k] * threshold(j));
+        }
+        const PowerSeries f = PowerSeries::of<kOrders>(slope, rounding, false);
+        problem.w[i * n_ + j] = f;
+        problem.z[i * n_ + j] = f * PowerSeries::number(result_.diodes[j].resistance);
+        if (i == j) problem.z[i * n_ + j] = problem.z[i * n_ + j] + PowerSeries::number(1.0);
+      }
+      for (std::size_t k = 0; k < kOrders; ++k) {
+        const std::size_t row = i * kOrders + k;
+        right[k] += at_zero_[row];
+        right_rounding[k] += kOfTerms * size_[row] + off_[row];
+        // The time of an event is known to its rounding.
+        if (k + 1 < kOrders) right_rounding[k] += 8.0 * kEpsilon * std::abs(t_) * size_[row + 1];
+      }
+      constexpr double kOfSize = 1e-6, kTimes = 10.0;
+      const double flow_size = size_[i * kOrders] + std::abs(right[0]);
+      const double r = result_.diodes[i].resistance;
+      effort_size_[i] = r * flow_size + std::abs(threshold(i)) + std::abs(result_.diodes[i].source);
+      result_.flow_error[i] = kTimes * (off_[i * kOrders] + kOfTerms * flow_size);
+      result_.effort_error[i] = kTimes * (r * off_[i * kOrders] + kOfTerms * effort_size_[i]);
+      result_.flow_off[i] = kOfSize * flow_size + result_.flow_error[i];
+      result_.effort_off[i] = kOfSize * effort_size_[i] + result_.effort_error[i];
+      problem.r[i] = PowerSeries::of<kOrders>(right, right_rounding, false);
+    }
+    return problem;
+  }
+
+  [[nodiscard]] double threshold(std::size_t diode) const { return diodes_[4 * diode + 2]; }
+
+  void iterate() {
+    constexpr int kMostSteps = 50;
+    for (int step = 0; step < kMostSteps; ++step) {
+      std::vector<bool> first(n_), held(n_);
+      for (std::size_t i = 0; i < n_; ++i) {
+        first[i] = result_.diodes[i].conducts;
+        held[i] = !*result_.diodes[i].may_begin && (!result_.diodes[i].conducts || result_.diodes[i].pinned);
+      }
+      const ComplementarySides sides = solve_complementarity(problem(), first, held);
+      if (!sides.solved) {
+        fail(impossible(sides));
+        return;
+      }
+      if (take(sides, held)) return;
+      if (!linearize()) return;
+    }
+    fail(
+        diagnostic_of("BG622", "at t = " + number_text(t_) + " the sides of the diodes could not be found", {},
+                      "with the laws linear about the flows and efforts found, the diodes come to other ones each time",
+                      "a law that is not monotone is between them"));
+  }
+
+  /// Goes on to the solution. True if nothing has changed: the laws are linear, or this was the point.
+  bool take(const ComplementarySides& sides, const std::vector<bool>& held) {
+    constexpr double kSame = 1e-9;
+    bool same = true;
+    for (std::size_t i = 0; i < n_; ++i) {
+      DiodeState& diode = result_.diodes[i];
+      const double value = sides.value[i].finite_part();
+      const double flow = sides.takes_z[i] ? value : 0.0, short_of = sides.takes_z[i] ? 0.0 : value;
+      const double source = threshold(i) - diode.resistance * flow - short_of;
+      next_conducts_.resize(n_);
+      next_conducts_[i] = sides.takes_z[i];
+      if (!std::isfinite(source)) continue;
+      same = same &&
+             std::abs(source - diode.source) <= kSame * (std::abs(source) + std::abs(diode.source) + effort_size_[i]);
+      diode.source = source;
+    }
+    // Only the sides matter. Where laws are flat at 0, as an orifice's, sources converge slowly.
+    constexpr int kMostTimes = 3;
+    sides_again_ = sides.takes_z == last_sides_ ? sides_again_ + 1 : 0;
+    last_sides_ = sides.takes_z;
+    if (!same && !is_linear() && sides_again_ < kMostTimes) return false;
+    for (std::size_t i = 0; i < n_; ++i) {
+      result_.diodes[i].conducts = next_conducts_[i];
+      result_.diodes[i].pinned = held[i] && next_conducts_[i];
+    }
+    return true;
+  }
+
+  /// Whether the flows at the new sources are what the slopes say.
+  bool is_linear() {
+    constexpr double kSame = 1e-9;
+    const std::vector<double> slope = slope_, at_zero = at_zero_, size = size_;
+    if (!linearize()) return true;
+    for (std::size_t row = 0; row < slope.size() / n_; ++row) {
+      if (std::abs(at_zero_[row] - at_zero[row]) > kSame * (size[row] + size_[row])) return false;
+      for (std::size_t j = 0; j < n_; ++j)
+        if (std::abs(slope_[row * n_ + j] - slope[row * n_ + j]) > kSame * std::abs(slope[row * n_ + j])) return false;
+    }
+    return true;
+  }
+
+  [[nodiscard]] Diagnostic impossible(const ComplementarySides& sides) const {
+    std::vector<std::string> names;
+    for (const std::size_t i : sides.unbounded)
+      if (std::find(names.begin(), names.end(), network_.names[i]) == names.end()) names.push_back(network_.names[i]);
+    std::sort(names.begin(), names.end());
+    constexpr std::size_t kMostNames = 8;
+    const std::size_t more = names.size() > kMostNames ? names.size() - kMostNames : 0;
+    names.resize(names.size() - more);
+    std::string text;
+    for (std::size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : ", ") + in_quotes(names[i]);
+    if (more > 0) text += " and " + std::to_string(more) + " more";
+    const Program& program = network_.program;
+    std::optional<Place> place;
+    if (!sides.unbounded.empty())
+      place = program.model->elements[program.diode_elements[sides.unbounded.front()].index()].place;
+    return diagnostic_of(
+        "BG622",
+        "at t = " + number_text(t_) + " no sides of the diodes are possible: conducting or not, " + text +
+            " cannot keep 0 <= f and e <= threshold",
+        place, "an ideal diode takes any flow the way that it passes, and any effort the other way",
+        "a source of effort that diodes short-circuit needs a resistance, one of flow that they block another way on");
+  }
+
+  const DiodeNetwork& network_;
+  std::vector<double> parameters_;
+  double t_;
+  const Stored& stored_;
+  std::size_t n_, states_;
+  std::vector<std::size_t> position_;  ///< by added integral: which state
+  std::vector<double> x_, rates_, diodes_;
+  std::vector<double> resolution_;              ///< by state
+  std::vector<double> slope_, at_zero_, size_;  ///< rows: by diode, then order; in the direction that diodes pass
+  std::vector<double> off_, effort_size_;
+  std::vector<bool> next_conducts_, last_sides_;
+  int sides_again_ = 0;  ///< how often in a row the same ones were found
+  DiodeSides result_;
+};
+
+}  // namespace
+
+DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
+                       const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
+                       std::vector<DiodeState> before) {
+  return Sides(network, parameters, t, stored, resolution, std::move(before)).run();
+}
+
+}  // namespace bgsim

@@ -1,0 +1,57 @@
+/// Which ideal diodes conduct.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+#include "bgsim/simulate.hpp"
+
+namespace bgsim {
+
+/// What diodes see of the rest of a model: the model with each of them as a resistor in series with a source,
+/// e = r f + s. That does not fix what is an effort and what a flow, so one program serves for all of their modes.
+struct DiodeNetwork {
+  Program program;               ///< integrals have been added: by diode s with rate 0, then f, f' and f'' as rates
+  std::size_t first_signal = 0;  ///< the first of them
+  std::vector<ParameterId> resistances;  ///< by diode: r
+  std::vector<bool> out;                 ///< by diode: passes what flows out of it
+  std::vector<std::string> names;
+};
+
+/// Of a diode, in the order of the model.
+struct DiodeState {
+  bool conducts = false;
+  std::optional<bool> may_begin;  ///< its fire holds, or it has none; not known at the start of a run
+  bool pinned = false;            ///< "conducts" without a flow, only since nothing else determines its effort
+  double source = 0.0;            ///< s, where it is known, else 0
+  double resistance = 1.0;
+};
+
+struct DiodeSides {
+  std::vector<DiodeState> diodes;
+  std::vector<double> flow_off, effort_off;      ///< how far each one's flow and effort can be off at this point
+  std::vector<double> flow_error, effort_error;  ///< the same by the resolution of states and rounding alone
+  std::optional<Diagnostic> failure;
+};
+
+/// The sides of all diodes an instant after @p t, with the stores as they are: 0 <= f, e <= e0, one of them at its
+/// border, for all small times. Stores and sources change little in a small time h, so flows and efforts are series in
+/// h: a coil's current that is cut off makes an effort of order 1/h, a diode that is just reached has a flow of order
+/// h. One linear complementarity problem over such series says which diodes take over a current, which ones are tied to
+/// stores with a jump, and which way those go whose flow and effort are both 0. Where laws are not linear it is
+/// repeated at the solution found.
+///
+/// Where a mode leaves a current or an effort between ideal elements undetermined (two diodes in series that block, in
+/// parallel that conduct), the sides are such that all are determined: one of them "conducts" with no flow, or "blocks"
+/// with no effort.
+///
+/// Fails with BG622 where no sides are possible.
+/// @param resolution  of a state: by how much it may be off
+DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
+                       const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
+                       std::vector<DiodeState> before);
+
+}  // namespace bgsim

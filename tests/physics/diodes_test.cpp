@@ -1,0 +1,253 @@
+// Ideal diodes: sides that the circuit decides.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/run.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+/// @param bonds  "from>to" separated by spaces.
+RunResult run_diodes(const std::string& elements, const std::string& bonds, const std::string& outputs,
+                     const std::string& scene, const std::string& more = "") {
+  std::string list;
+  std::istringstream words(bonds);
+  for (std::string word; words >> word;) {
+    const auto arrow = word.find('>');
+    list += (list.empty() ? "" : ", ") + (R"({"from": ")" + word.substr(0, arrow)) + R"(", "to": ")" +
+            word.substr(arrow + 1) + "\"}";
+  }
+  const Study study = Study::from_text(R"({"bgsim": 1, "name": "diodes", )" + more + R"("elements": {)" + elements +
+                                       R"(}, "bonds": [)" + list + R"(], "outputs": {)" + outputs +
+                                       R"(}, "scenes": {"run": {)" + scene + "}}}");
+  RunResult result = study.scene().simulate(SimulateOptions{});
+  INFO((result.failure ? result.failure->situation : ""));
+  REQUIRE(result.stop == StopReason::completed);
+  REQUIRE(result.report.energy.done);
+  CHECK(result.report.energy.relative < 1e-6);  // at tolerances of 1e-6 and below
+  return result;
+}
+
+const double kPi = std::acos(-1.0);
+
+/// A rectifier of four diodes on the nodes a and b, fed through "src" and "v", into p against ground.
+const std::string kBridge = R"("src": {"kind": "1"}, "a": {"kind": "0"}, "b": {"kind": "0"}, "p": {"kind": "0"},
+  "s1": {"kind": "1"}, "d1": {"kind": "D"}, "s3": {"kind": "1"}, "d3": {"kind": "D"},
+  "d2": {"kind": "D", "passes": "out"}, "d4": {"kind": "D", "passes": "out"}, )";
+const std::string kBridgeBonds = "v>src src>a b>src a>s1 s1>d1 s1>p b>s3 s3>d3 s3>p a>d2 b>d4 ";
+
+}  // namespace
+
+TEST_CASE("a diode and a resistor pass half of a sine") {
+  const RunResult result = run_diodes(
+      R"("v": {"kind": "Se", "effort": "sin(t) "}, "d": {"kind": "D"}, "r": {"kind": "R", "resistance": 2},
+         "in": {"kind": "1"})",
+      "v>in in>d in>r", R"("i": "r.f", "e": "d.e", "f": "d.f")", R"("stop": 20, "samples": 41)");
+  for (std::size_t k = 0; k < result.trace.times.size(); ++k) {
+    const double v = std::sin(result.trace.times[k]);
+    CHECK(result.trace["i"][k] == Approx(std::max(v, 0.0) / 2.0).epsilon(0).margin(1e-12));
+    CHECK(result.trace["e"][k] == Approx(std::min(v, 0.0)).epsilon(0).margin(1e-12));
+  }
+  CHECK(result.report.mode_changes == 6);
+}
+
+TEST_CASE("a half-wave rectifier with a coil conducts until its current ends") {
+  const RunResult result = run_diodes(
+      R"("v": {"kind": "Se", "effort": "sin(t) "}, "d": {"kind": "D"}, "r": {"kind": "R", "resistance": 1},
+         "l": {"kind": "I", "inertance": 1}, "in": {"kind": "1"})",
+      "v>in in>d in>r in>l", R"("i": "l.f", "on": "on")",
+      R"("stop": "2*pi", "times": ["pi/2", "pi", 3.9407331, 3.9407332, "2*pi"], "relative": 1e-11)",
+      R"("signals": {"on": {"integral": "if(d.f > 0, 1, 0) "}}, )");
+  CHECK(result.trace["i"][0] == Approx(0.6039397881754).epsilon(1e-9));
+  CHECK(result.trace["i"][1] == Approx(0.5216069591319).epsilon(1e-9));
+  CHECK(result.trace["i"][2] > 0.0);
+  CHECK(result.trace["i"][3] == 0.0);
+  CHECK(last(result, "on") == Approx(3.940733135693).epsilon(1e-9));
+}
+
+TEST_CASE("a freewheeling diode takes over the current of a coil") {
+  const RunResult result = run_diodes(
+      R"("v": {"kind": "Se", "effort": "sin(t) "}, "d": {"kind": "D"}, "free": {"kind": "D", "passes": "out"},
+         "r": {"kind": "R", "resistance": 1}, "l": {"kind": "I", "inertance": 1}, "in": {"kind": "1"},
+         "n": {"kind": "0"}, "out": {"kind": "1"})",
+      "v>in in>d in>n n>free n>out out>r out>l", R"("i": "l.f", "u": "n.e")",
+      R"("stop": 9, "samples": 19, "relative": 1e-11)");
+  const double at_pi = (1.0 + std::exp(-kPi)) / 2.0, at_two = at_pi * std::exp(-kPi);
+  for (std::size_t k = 0; k < result.trace.times.size(); ++k) {
+    const double t = result.trace.times[k], forced = (std::sin(t) - std::cos(t)) / 2.0;
+    const double i = t < kPi         ? forced + std::exp(-t) / 2.0
+                     : t < 2.0 * kPi ? at_pi * std::exp(kPi - t)
+                                     : forced + (at_two + 0.5) * std::exp(2.0 * kPi - t);
+    CHECK(result.trace["i"][k] == Approx(i).epsilon(0).margin(1e-9));
+    CHECK(result.trace["u"][k] == Approx(std::max(std::sin(t), 0.0)).epsilon(0).margin(1e-12));
+  }
+  CHECK(result.report.energy.switching == Approx(0.0).margin(1e-12));
+}
+
+TEST_CASE("a peak rectifier follows the source and lets go where its current ends") {
+  const RunResult result = run_diodes(
+      R"("v": {"kind": "Se", "effort": "sin(t) "}, "d": {"kind": "D"}, "r": {"kind": "R", "resistance": 5},
+         "c": {"kind": "C", "capacitance": 1}, "in": {"kind": "1"}, "n": {"kind": "0"})",
+      "v>in in>d in>n n>r n>c", R"("u": "c.e", "i": "d.f")", R"("stop": 8, "samples": 81, "relative": 1e-11)");
+  const double off = kPi - std::atan(5.0);  // C cos t + sin t/R = 0
+  double on = 2.0 * kPi + 0.5;              // sin t = sin(off) exp(-(t - off)/5)
+  for (int k = 0; k < 100; ++k) on = 2.0 * kPi + std::asin(std::sin(off) * std::exp(-(on - off) / 5.0));
+  for (std::size_t k = 0; k < result.trace.times.size(); ++k) {
+    const double t = result.trace.times[k];
+    const double u =
+        t < off || (t > on && t < 2 * kPi + off) ? std::sin(t) : std::sin(off) * std::exp(-(t - off) / 5.0);
+    CHECK(result.trace["u"][k] == Approx(u).epsilon(0).margin(1e-9));
+  }
+}
+
+TEST_CASE("a bridge of diodes rectifies, whatever is before and behind it") {
+  const std::string source = R"("v": {"kind": "Se", "effort": "10*sin(t) "}, )";
+  const std::string rectified = R"("v": {"kind": "Se", "effort": "10*abs(sin(t)) "}, "p": {"kind": "0"}, )";
+  const std::string coil =
+      R"("o": {"kind": "1"}, "r": {"kind": "R", "resistance": 5}, "l": {"kind": "I", "inertance": 20})";
+  const std::string outputs = R"("u": "p.e", "i": "r.f")";
+  const std::string scene = R"("stop": 20, "samples": 101, "relative": 1e-10)";
+  const auto same = [](const RunResult& a, const RunResult& b) {
+    for (const char* const name : {"u", "i"})
+      for (std::size_t k = 0; k < a.trace.times.size(); ++k)
+        // Two runs at 1e-10 of numbers up to 10.
+        CHECK(a.trace[name][k] == Approx(b.trace[name][k]).epsilon(0).margin(2e-8));
+  };
+  SECTION("a resistor") {
+    const std::string load = R"("r": {"kind": "R", "resistance": 5})";
+    same(run_diodes(source + kBridge + load, kBridgeBonds + "p>r", outputs, scene),
+         run_diodes(rectified + load, "v>p p>r", outputs, scene));
+  }
+  SECTION("a resistor and a coil") {
+    same(run_diodes(source + kBridge + coil, kBridgeBonds + "p>o o>r o>l", outputs, scene),
+         run_diodes(rectified + coil, "v>p p>o o>r o>l", outputs, scene));
+  }
+  SECTION("a capacitor, and the charge that comes back through no diode") {
+    const std::string load = R"("r": {"kind": "R", "resistance": 5}, "c": {"kind": "C", "capacitance": 0.4})";
+    const RunResult bridge = run_diodes(source + kBridge + load, kBridgeBonds + "p>r p>c", outputs, scene);
+    const RunResult half = run_diodes(rectified + load + R"(, "in": {"kind": "1"}, "d": {"kind": "D"})",
+                                      "v>in in>d in>p p>r p>c", outputs, scene);
+    same(bridge, half);
+  }
+  SECTION("a coil in front of it") {
+    const std::string load = R"("r": {"kind": "R", "resistance": 5}, "c": {"kind": "C", "capacitance": 0.4},
+        "ls": {"kind": "I", "inertance": 0.1})";
+    const RunResult result =
+        run_diodes(source + kBridge + load, kBridgeBonds + "p>r p>c src>ls", R"("u": "p.e", "i": "ls.f")",
+                   R"("stop": 20, "samples": 21, "relative": 1e-10)");
+    // By hand: i' = (v - sign(i) u)/L while there is a current; it begins where |v| > u.
+    const int steps = 20000;
+    double i = 0.0, u = 0.0;
+    for (int k = 0; k < 20; ++k)
+      for (int n = 0; n < steps; ++n) {
+        const double h = 1.0 / steps, t = k + n * h, v = 10.0 * std::sin(t + h / 2.0);
+        const double way = i != 0.0 ? std::copysign(1.0, i) : std::abs(v) > u ? std::copysign(1.0, v) : 0.0;
+        const double middle_u = u + h / 2.0 * (way * i - u / 5.0) / 0.4;
+        const double middle_i = way == 0.0 ? 0.0 : i + h / 2.0 * (10.0 * std::sin(t) - way * u) / 0.1;
+        const double next = way == 0.0 ? 0.0 : i + h * (v - way * middle_u) / 0.1;
+        u += h * (way * middle_i - middle_u / 5.0) / 0.4;
+        i = way * next < 0.0 ? 0.0 : next;
+        // The midpoint rule with steps of 5e-5, and as much where the current ends.
+        if (n + 1 < steps) continue;
+        CHECK(result.trace["u"][static_cast<std::size_t>(k) + 1] == Approx(u).epsilon(0).margin(1e-5));
+        CHECK(result.trace["i"][static_cast<std::size_t>(k) + 1] == Approx(i).epsilon(0).margin(2e-4));
+      }
+  }
+}
+
+TEST_CASE("six diodes rectify three phases") {
+  std::string elements, bonds = "p>ld ld>n ld>r ld>l ";
+  for (const std::string k : {"0", "1", "2"}) {
+    elements += R"("v@": {"kind": "Se", "effort": "cos(t - 2*pi*@/3) "}, "ph@": {"kind": "1"}, "a@": {"kind": "0"},
+      "up@": {"kind": "1"}, "lo@": {"kind": "1"}, "du@": {"kind": "D"}, "dl@": {"kind": "D"}, )";
+    bonds += "v@>ph@ ph@>a@ a@>up@ up@>du@ up@>p n>lo@ lo@>dl@ lo@>a@ ";
+    for (auto at = elements.find('@'); at != std::string::npos; at = elements.find('@')) elements.replace(at, 1, k);
+    for (auto at = bonds.find('@'); at != std::string::npos; at = bonds.find('@')) bonds.replace(at, 1, k);
+  }
+  const RunResult result = run_diodes(elements + R"("p": {"kind": "0"}, "n": {"kind": "0"}, "ld": {"kind": "1"},
+          "r": {"kind": "R", "resistance": 1}, "l": {"kind": "I", "inertance": 1})",
+                                      bonds, R"("u": "r.e + l.e", "mean": "mean", "i": "l.f")",
+                                      R"("stop": "2*pi", "samples": 181, "relative": 1e-11)",
+                                      R"("signals": {"mean": {"integral": "(r.e + l.e)/(2*pi) "}}, )");
+  CHECK(last(result, "mean") == Approx(1.653986686265).epsilon(1e-9));
+  for (std::size_t k = 0; k < result.trace.times.size(); ++k) {
+    const double t = result.trace.times[k];
+    double high = -1.0, low = 1.0;
+    for (int phase = 0; phase < 3; ++phase) {
+      high = std::max(high, std::cos(t - 2.0 * kPi * phase / 3.0));
+      low = std::min(low, std::cos(t - 2.0 * kPi * phase / 3.0));
+    }
+    CHECK(result.trace["u"][k] == Approx(high - low).epsilon(0).margin(1e-9));
+  }
+}
+
+TEST_CASE("a buck converter with a freewheeling diode is exact in both conduction modes") {
+  const auto run = [](const std::string& load, const std::string& scene) {
+    return run_diodes(
+        R"("v": {"kind": "Se", "effort": 24}, "chop": {"kind": "Sw", "closed": "t/2e-5 - floor(t/2e-5) < 0.5"},
+           "node": {"kind": "0"}, "free": {"kind": "D", "passes": "out"}, "loop": {"kind": "1"}, "in": {"kind": "1"},
+           "out": {"kind": "0"}, "coil": {"kind": "I", "inertance": 1e-4}, "cap": {"kind": "C", "capacitance": 1e-4},
+           "load": {"kind": "R", "resistance": )" +
+            load + "}",
+        "v>in in>chop in>node node>free node>loop loop>coil loop>out out>cap out>load",
+        R"("i": "coil.f", "u": "cap.e")", scene);
+  };
+  const RunResult start = run("5", R"("stop": 6e-5, "samples": 4, "relative": 1e-11)");
+  const std::vector<double> i{0.0, 2.37235864437, 4.6293084202, 6.6871728941};
+  const std::vector<double> u{0.0, 0.352986119849, 1.14729326903, 2.33457545};
+  for (std::size_t k = 0; k < i.size(); ++k) {
+    CHECK(start.trace["i"][k] == Approx(i[k]).epsilon(0).margin(1e-9));
+    CHECK(start.trace["u"][k] == Approx(u[k]).epsilon(0).margin(5e-9));  // the last value has nine digits
+  }
+  CHECK(start.report.energy.switching == Approx(0.0).margin(1e-12));
+  const RunResult steady = run("5", R"("stop": 0.04, "times": [0.04])");
+  CHECK(steady.trace["i"].back() == Approx(1.799499519554).epsilon(0).margin(7e-6));
+  CHECK(steady.trace["u"].back() == Approx(11.99989980371).epsilon(0).margin(1e-5));
+  // With little load the current ends within each period: three modes.
+  const RunResult light = run("500", R"("stop": 0.002, "samples": 3)");
+  CHECK(light.report.modes == 3);
+  CHECK(last(light, "i") == 0.0);
+}
+
+TEST_CASE("a thyristor waits for its fire, and goes out by itself") {
+  const RunResult result = run_diodes(
+      R"("v": {"kind": "Se", "effort": "sin(t) "}, "d": {"kind": "D", "fire": "mod(t, 2*pi) >= 1 and mod(t, 2*pi) < 1.2"},
+         "r": {"kind": "R", "resistance": 1}, "l": {"kind": "I", "inertance": 1}, "in": {"kind": "1"})",
+      "v>in in>d in>r in>l", R"("i": "l.f", "e": "d.e")",
+      R"("stop": 7.2, "times": [0.5, 1.5, 3, 5, 6.5, 7.2], "relative": 1e-11)");
+  const auto current = [](double t) {
+    return (std::sin(t) - std::cos(t)) / 2.0 - (std::sin(1.0) - std::cos(1.0)) / 2.0 * std::exp(1.0 - t);
+  };
+  CHECK(result.trace["i"][0] == 0.0);
+  CHECK(result.trace["e"][0] == Approx(std::sin(0.5)).epsilon(1e-12));
+  CHECK(result.trace["i"][1] == Approx(current(1.5)).epsilon(1e-9));
+  CHECK(result.trace["i"][2] == Approx(current(3.0)).epsilon(1e-9));
+  CHECK(result.trace["i"][3] == 0.0);
+  CHECK(result.trace["e"][4] == Approx(std::sin(6.5)).epsilon(1e-12));
+  CHECK(result.trace["i"][4] == 0.0);
+}
+
+TEST_CASE("a diode between two capacitors lets them share their charge one way only") {
+  for (const bool forward : {true, false}) {
+    const RunResult result =
+        run_diodes(std::string(R"("a": {"kind": "C", "capacitance": 1, "initial": {"q": )") + (forward ? "3" : "-3") +
+                       R"(}}, "b": {"kind": "C", "capacitance": 2}, "s": {"kind": "1"}, "d": {"kind": "D"})",
+                   "a>s s>d s>b", R"("a": "a.e", "b": "b.e")", R"("stop": 1, "samples": 3)");
+    CHECK(last(result, "a") == Approx(forward ? 1.0 : -3.0).epsilon(1e-12));
+    CHECK(last(result, "b") == Approx(forward ? 1.0 : 0.0).margin(1e-12));
+    CHECK(result.report.energy.switching == Approx(forward ? 3.0 : 0.0).margin(1e-12));
+  }
+}
+
+TEST_CASE("a threshold is the effort of a diode that conducts, and its loss is dissipated") {
+  const RunResult result = run_diodes(
+      R"("v": {"kind": "Se", "effort": "2*sin(t) "}, "d": {"kind": "D", "passes": "out", "threshold": 0.7},
+         "r": {"kind": "R", "resistance": 2}, "in": {"kind": "1"})",
+      "v>in in>d in>r", R"("i": "r.f", "e": "d.e", "f": "d.f")", R"("stop": "2*pi", "samples": 41, "relative": 1e-9)");
+  for (std::size_t k = 0; k < result.trace.times.size(); ++k)
+    CHECK(result.trace["i"][k] ==
+          Approx(std::min(0.0, 2.0 * std::sin(result.trace.times[k]) + 0.7) / 2.0).epsilon(0).margin(1e-12));
+  CHECK(result.report.energy.dissipated == Approx(result.report.energy.supplied).epsilon(1e-9));
+}
