@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "bgsim/modes.hpp"
 #include "support/algebra.hpp"
 #include "support/files.hpp"
 
@@ -56,7 +57,7 @@ RunResult run_text(const std::string& text, const SceneOverrides& overrides, con
 Study study_of(const std::string& path) {
   try {
     Study study(in_project(path));
-    static_cast<void>(study.order());
+    static_cast<void>(study.at_start().order());
     return study;
   } catch (const ModelError& error) {
     FAIL(render(error));
@@ -67,7 +68,8 @@ Study study_of(const std::string& path) {
 RunResult run(const Study& study, const RunInputs& inputs) {
   SimulateOptions options = untimed();
   options.error_estimate = false;  // has tests of its own, and is slow under the sanitizers
-  RunResult result = compile_study(study, inputs).run(options);
+  const bool switches = !switches_of(study.model()).empty();
+  RunResult result = switches ? study.scene(inputs).simulate(options) : compile_study(study, inputs).run(options);
   if (result.failure) FAIL(render(*result.failure, *study.model().sources));
   REQUIRE(result.stop == StopReason::completed);
   return result;

@@ -127,6 +127,110 @@ void water_main(const std::string& folder) {
   reference::write_csv(folder + "/water_main.fill.csv", table);
 }
 
+/// y' = a y + b of two states over a time h: the series of the matrix exponential, in 50 digits.
+struct Affine {
+  Number a[2][2], b[2];
+  [[nodiscard]] std::vector<Number> after(const std::vector<Number>& y, const Number& h) const {
+    std::vector<Number> sum = y, term{a[0][0] * y[0] + a[0][1] * y[1] + b[0], a[1][0] * y[0] + a[1][1] * y[1] + b[1]};
+    Number factor = h;
+    for (int k = 2; k < 80; ++k) {
+      for (int i = 0; i < 2; ++i) sum[static_cast<std::size_t>(i)] += factor * term[static_cast<std::size_t>(i)];
+      term = {a[0][0] * term[0] + a[0][1] * term[1], a[1][0] * term[0] + a[1][1] * term[1]};
+      factor *= h / k;
+    }
+    return sum;
+  }
+};
+
+/// Current of a coil and voltage of a capacitor behind it: a part of each period with the switch closed, then the
+/// diode, until the current ends; then the capacitor alone.
+void converter(const std::string& folder, const std::string& name, double stop, std::size_t samples, const Number& duty,
+               const Affine& closed, const Affine& free, const Affine& none) {
+  const Number period = given(2e-5);
+  Number now = 0;
+  std::vector<Number> y{0, 0};
+  const auto advance = [&](const Number& until, bool is_closed) {
+    const Number h = until - now;
+    now = until;
+    if (is_closed) return void(y = closed.after(y, h));
+    if (!(y[0] > 0)) return void(y = none.after({0, y[1]}, h));
+    const std::vector<Number> end = free.after(y, h);
+    if (end[0] > 0) return void(y = end);
+    Number low = 0, high = h;
+    for (int i = 0; i < 170; ++i) {
+      const Number middle = (low + high) / 2;
+      (free.after(y, middle)[0] > 0 ? low : high) = middle;
+    }
+    y = free.after(y, low);
+    y = none.after({0, y[1]}, h - low);
+  };
+  long next = 0;  // edges passed: even ones close the switch
+  write(folder, name, {"t", "i", "u"}, stop, samples, [&](const Number& t) {
+    while (true) {
+      const Number edge = period * (next / 2) + (next % 2 == 0 ? Number(0) : duty * period);
+      if (edge > t) break;
+      advance(edge, next % 2 == 1);
+      ++next;
+    }
+    advance(t, next % 2 == 1);
+    return y;
+  });
+}
+
+void converters(const std::string& folder) {
+  const Number coil = given(1e-4), capacitor = given(1e-4);
+  const auto leak = [&](double load) { return -1 / (capacitor * given(load)); };
+  const Affine buck_closed{{{0, -1 / coil}, {1 / capacitor, leak(5)}}, {24 / coil, 0}};
+  const Affine buck_free{{{0, -1 / coil}, {1 / capacitor, leak(5)}}, {0, 0}};
+  converter(folder, "buck.start_up", 0.002, 101, Number(0.5), buck_closed, buck_free, {{{0, 0}, {0, leak(5)}}, {0, 0}});
+  const Affine light_closed{{{0, -1 / coil}, {1 / capacitor, leak(200)}}, {24 / coil, 0}};
+  const Affine light_free{{{0, -1 / coil}, {1 / capacitor, leak(200)}}, {0, 0}};
+  converter(folder, "buck.light_load", 0.002, 101, Number(0.5), light_closed, light_free,
+            {{{0, 0}, {0, leak(200)}}, {0, 0}});
+  const Affine boost_closed{{{0, 0}, {0, leak(20)}}, {12 / coil, 0}};
+  const Affine boost_free{{{0, -1 / coil}, {1 / capacitor, leak(20)}}, {12 / coil, 0}};
+  converter(folder, "boost.start_up", 0.004, 101, Number(0.5), boost_closed, boost_free,
+            {{{0, 0}, {0, leak(20)}}, {0, 0}});
+}
+
+/// i' + i = sin t from a current of 0 at the beginning of each period until it comes to 0 again.
+void half_wave(const std::string& folder) {
+  const auto current = [](const Number& t) { return Number((sin(t) - cos(t) + exp(-t)) / 2); };
+  Number low = 3, high = 5;
+  for (int i = 0; i < 170; ++i) {
+    const Number middle = (low + high) / 2;
+    (current(middle) > 0 ? low : high) = middle;
+  }
+  write(folder, "half_wave.three_periods", {"t", "i", "u"}, 18, 181, [&](const Number& t) {
+    const Number phase = t - 2 * kPi * floor(t / (2 * kPi));
+    const bool conducts = phase < low;
+    return std::vector<Number>{conducts ? current(phase) : Number(0), conducts ? Number(sin(t)) : Number(0)};
+  });
+}
+
+/// The largest less the smallest of three phases, on a resistor and a coil: over each sixth of a period
+/// u = sqrt(3) cos(t - s) about its middle s.
+void rectifier_b6(const std::string& folder) {
+  const Number top = sqrt(Number(3)), sixth = kPi / 3;
+  // i' + i = u has the particular solution sqrt(3) (cos(t - s) + sin(t - s))/2.
+  const auto particular = [&](const Number& from_middle) {
+    return Number(top * (cos(from_middle) + sin(from_middle)) / 2);
+  };
+  Number begin = 0, current = 0;
+  long piece = 0;  // with its middle at pi/6 + piece pi/3: from phase 0 against phase 1 on
+  write(folder, "rectifier_b6.start_up", {"t", "i", "u"}, 6, 121, [&](const Number& t) {
+    while (sixth * (piece + 1) <= t) {
+      const Number end = sixth * (piece + 1), middle = sixth * piece + sixth / 2;
+      current = particular(end - middle) + (current - particular(begin - middle)) * exp(begin - end);
+      begin = end;
+      ++piece;
+    }
+    const Number middle = sixth * piece + sixth / 2;
+    return std::vector<Number>{particular(t - middle) + (current - particular(begin - middle)) * exp(begin - t),
+                               top * cos(t - middle)};
+  });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -138,6 +242,9 @@ int main(int argc, char** argv) {
     varying_capacitor(folder);
     skater(folder);
     water_main(folder);
+    converters(folder);
+    half_wave(folder);
+    rectifier_b6(folder);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;
