@@ -2,7 +2,7 @@
 # translation unit, so that headers are parsed, and the inline functions of libraries compiled, once for each and not once
 # for each source (docs/design/build.md). A source with compile options of its own stays by itself; CMake sees to that. Runs
 # make two units, since one took as long as all others together on four cores; Radau's matrices, a fifth of that one, are by
-# themselves.
+# themselves; so are Eigen's decompositions of linear analysis.
 set(unit_of_base first)
 set(unit_of_model first)
 set(unit_of_units first)
@@ -23,5 +23,6 @@ function(unite_folders target)
     endif()
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
   endforeach()
-  set_source_files_properties(engine/src/run/integrate/radau_systems.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  set_source_files_properties(engine/src/run/integrate/radau_systems.cpp engine/src/linear/eigenvalues.cpp
+    engine/src/linear/responses.cpp engine/src/linear/steady.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()

@@ -4,7 +4,7 @@ import pathlib
 import re
 import sys
 
-ORDER = ["base", "expression", "model", "graph", "read", "scene", "units", "equations", "program", "run", "study", "draw", "describe"]
+ORDER = ["base", "expression", "model", "graph", "read", "scene", "units", "equations", "program", "run", "linear", "study", "draw", "describe"]
 ENDS = {"study", "draw", "describe"}  # nothing includes these, not even each other
 # The stage of each public header; its sources are in the folder of this name.
 PUBLIC = {
@@ -17,6 +17,7 @@ PUBLIC = {
     "equations": "equations ordering slice",
     "program": "evaluator program",
     "run": "simulate trace_csv verify",
+    "linear": "linear",
     "study": "reduce study sweep trade",
     "draw": "drawing",
     "describe": "describe",

@@ -27,6 +27,7 @@
 #include "bgsim/simulate.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "bgsim/verify.hpp"
+#include "bgsim/linear.hpp"
 #include "bgsim/study.hpp"
 #include "bgsim/sweep.hpp"
 #include "bgsim/trade.hpp"

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "bgsim/linear.hpp"
 #include "bgsim/modes.hpp"
 #include "bgsim/simulate.hpp"
 #include "bgsim/slice.hpp"
@@ -54,6 +55,12 @@ class Study {
                                  const SceneOptions& options = {}) const;
   /// The same for a scene that is worked out already.
   [[nodiscard]] Simulation scene(RunInputs inputs, const SceneOptions& options = {}) const;
+
+  /// Linearized at a point, in the mode of the switches that the model is in; see linear_system().
+  /// @throws ModelError as linear_system.
+  [[nodiscard]] LinearSystem linearized(const RunInputs& point, const std::vector<std::string>& inputs = {}) const {
+    return linear_system(shared_model(), point, inputs);
+  }
 
   /// The same model in another mode of its switches.
   [[nodiscard]] Study in_mode(const Mode& closed) const;

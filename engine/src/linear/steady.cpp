@@ -1,0 +1,474 @@
+// Equilibria: Newton's iteration, then implicit Euler steps that become Newton's as they grow.
+#include <Eigen/LU>
+#include <Eigen/SparseLU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <tuple>
+
+#include "base/codes.hpp"
+#include "bgsim/linear.hpp"
+#include "bgsim/text.hpp"
+#include "equations/solvable_causality.hpp"
+#include "graph/law_numbers.hpp"
+#include "linear/partials.hpp"
+
+namespace bgsim {
+namespace {
+
+using Vector = Eigen::VectorXd;
+using Rates = Eigen::SparseMatrix<double>;
+
+/// A residual, relative to the terms that it is the sum of, above this is no equilibrium.
+constexpr double kResidual = 1e-9;
+/// A step, relative to the largest value that the state has had, above this is no end of the iteration.
+constexpr double kStep = 1e-9;
+/// A state below this part of the largest value that it has had is tried as 0.
+constexpr double kNothing = 1e-9;
+
+/// x' = f(x) at a fixed time.
+class Field {
+ public:
+  Field(const std::shared_ptr<const Model>& model, const RunInputs& scene)
+      : parameters_(scene.parameters), t_(scene.start) {
+    const BondGraph graph = build_bond_graph(*model);
+    const CausalGraph causal = solvable_causality(*model, graph);
+    check_laws(*model, graph, causal, scene.parameters);
+    system_ = derive_equations(*model, graph, causal);
+    const BlockOrder order = order_equations(*model, system_);
+    program_ = compile(model, system_, order, {{}, false});
+    evaluator_.emplace(program_, parameters_);
+    branch_ = first_branch(program_);
+  }
+
+  [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(program_.states.size()); }
+  [[nodiscard]] const Program& program() const { return program_; }
+  Evaluator& evaluator() { return *evaluator_; }
+
+  /// False where a law has no value.
+  bool rates(const Vector& x, Vector& f) {
+    Branch branch = branch_;
+    f.resize(size());
+    if (!evaluator_->initialize_modes(t_, x.data(), branch) || !evaluator_->rates(t_, x.data(), branch, f.data())) {
+      // Loops are solved from several starts, as at the start of a run.
+      std::vector<std::string> found;
+      branch = first_branch(program_);
+      if (!evaluator_->initialize_modes(t_, x.data(), branch) ||
+          !evaluator_->explore_loops(t_, x.data(), branch, found) || !evaluator_->rates(t_, x.data(), branch, f.data()))
+        return false;
+    }
+    branch_ = branch;
+    return f.allFinite();
+  }
+
+  /// Partials, and by state the magnitude of the terms of its rate.
+  bool slopes(const Vector& x, const Vector& f, Rates& jacobian, Vector& terms) {
+    const Sparsity& pattern = program_.jacobian_pattern;
+    std::vector<double> values(pattern.row.size(), 0.0), rounding;
+    Branch branch = branch_;
+    if (!evaluator_->initialize_modes(t_, x.data(), branch) ||
+        !evaluator_->jacobian(t_, x.data(), branch, values.data(), rounding))
+      return false;
+    std::vector<Eigen::Triplet<double>> triplets;
+    terms = f.cwiseAbs();
+    // Of what a rate is the sum: by its rounding. What slopes times states say is no measure, for a state may be any
+    // number (an angle of 1e15) and its law still be of size 1.
+    const bool known = !rounding.empty();
+    for (std::size_t c = 0; c < pattern.size; ++c)
+      for (auto k = pattern.column_start[c]; k < pattern.column_start[c + 1]; ++k) {
+        const auto row = static_cast<int>(pattern.row[static_cast<std::size_t>(k)]);
+        const double value = values[static_cast<std::size_t>(k)];
+        if (!std::isfinite(value)) return false;
+        triplets.emplace_back(row, static_cast<int>(c), value);
+        if (!known) terms(row) = std::max(terms(row), std::abs(value * x(static_cast<Eigen::Index>(c))));
+      }
+    for (std::size_t i = 0; i < rounding.size(); ++i)
+      if (std::isfinite(rounding[i]))
+        terms(static_cast<Eigen::Index>(i)) =
+            std::max(terms(static_cast<Eigen::Index>(i)), 0.25 * rounding[i] / std::numeric_limits<double>::epsilon());
+    jacobian.resize(size(), size());
+    jacobian.setFromTriplets(triplets.begin(), triplets.end());
+    return true;
+  }
+
+  [[nodiscard]] Fault fault() const { return evaluator_->fault(); }
+  void restart() { branch_ = first_branch(program_); }
+
+  std::vector<RunInputs::Initial> stored(const Vector& x, const Vector& errors) {
+    std::vector<RunInputs::Initial> values;
+    const auto add = [&](const StateInfo& state, double value, double error) {
+      values.push_back({state.element, state.port, value, state.place, state.signal, error});
+    };
+    for (Eigen::Index i = 0; i < size(); ++i) add(program_.states[static_cast<std::size_t>(i)], x(i), errors(i));
+    std::vector<double> dependent(program_.dependent.size());
+    Branch branch = branch_;
+    if (!dependent.empty() && evaluator_->initialize_modes(t_, x.data(), branch) &&
+        evaluator_->dependents(t_, x.data(), branch, dependent.data()))
+      for (std::size_t i = 0; i < dependent.size(); ++i) add(program_.dependent[i], dependent[i], 0.0);
+    std::sort(values.begin(), values.end(), [](const auto& a, const auto& b) {
+      return std::tuple(a.element, a.port, a.signal) < std::tuple(b.element, b.port, b.signal);
+    });
+    return values;
+  }
+
+ private:
+  std::vector<double> parameters_;
+  double t_;
+  EquationSystem system_;
+  Program program_;
+  std::optional<Evaluator> evaluator_;
+  Branch branch_;
+};
+
+struct Found {
+  Vector x, errors, rates;
+  Vector size;  ///< by state: the largest magnitude on the way
+  double residual = 0.0;
+  bool converged = false;
+};
+
+double relative(const Vector& f, const Vector& terms) {
+  double largest = 0.0;
+  for (Eigen::Index i = 0; i < f.size(); ++i)
+    if (f(i) != 0.0) largest = std::max(largest, std::abs(f(i)) / std::max(terms(i), std::abs(f(i))));
+  return largest;
+}
+
+/// (shift - J) dx = f, rows and columns of like magnitude; false if that is singular.
+bool solve(const Rates& jacobian, double shift, const Vector& f, const Vector& size, Vector& dx) {
+  const Eigen::Index n = f.size();
+  dx = Vector::Zero(n);
+  if (n == 0) return true;
+  std::vector<Eigen::Triplet<double>> triplets;
+  Vector row = Vector::Zero(n);
+  const auto entry = [&](Eigen::Index r, Eigen::Index c, double value) {
+    triplets.emplace_back(static_cast<int>(r), static_cast<int>(c), value * size(c));
+  };
+  for (Eigen::Index k = 0; k < jacobian.outerSize(); ++k)
+    for (Rates::InnerIterator it(jacobian, k); it; ++it) entry(it.row(), it.col(), -it.value());
+  for (Eigen::Index i = 0; i < n; ++i) entry(i, i, shift);
+  Rates matrix(n, n);
+  matrix.setFromTriplets(triplets.begin(), triplets.end());
+  for (Eigen::Index k = 0; k < matrix.outerSize(); ++k)
+    for (Rates::InnerIterator it(matrix, k); it; ++it) row(it.row()) = std::max(row(it.row()), std::abs(it.value()));
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (row(i) == 0.0) return false;
+  for (Eigen::Index k = 0; k < matrix.outerSize(); ++k)
+    for (Rates::InnerIterator it(matrix, k); it; ++it) it.valueRef() /= row(it.row());
+  const Vector right = f.cwiseQuotient(row);
+  constexpr Eigen::Index kDense = 120;
+  if (n <= kDense) {
+    Eigen::MatrixXd full(matrix);
+    // Rows have like magnitudes; columns, too, so that a rank is one of the graph and not of units.
+    Vector column = full.cwiseAbs().colwise().maxCoeff();
+    for (Eigen::Index c = 0; c < n; ++c) {
+      if (column(c) == 0.0) return false;
+      full.col(c) /= column(c);
+    }
+    const Eigen::PartialPivLU<Eigen::MatrixXd> lu(full);
+    if (shift == 0.0 && !(lu.rcond() > 1e-14)) return false;
+    dx = lu.solve(right).cwiseQuotient(column);
+  } else {
+    matrix.makeCompressed();
+    Eigen::SparseLU<Rates> lu(matrix);
+    if (lu.info() != Eigen::Success) return false;
+    dx = lu.solve(right);
+  }
+  dx = dx.cwiseProduct(size);
+  return dx.allFinite();
+}
+
+struct Iteration {
+  double first_step = 0.0;  ///< of implicit Euler; 0: Newton's iteration
+  double defect = 0.3;      ///< how far the rates may be from their linear forecast
+  int most = 300;
+};
+
+/// From @p x: until the rates vanish, or nothing moves on.
+Found iterate(Field& field, Vector x, const Vector& usual, const Iteration& how) {
+  Found found;
+  Vector f, terms, largest_terms = Vector::Zero(x.size()), dx, next_f;
+  Vector size = usual.cwiseMax(x.cwiseAbs());
+  double h = how.first_step, damping = 1.0;
+  bool known = field.rates(x, f);
+  for (int k = 0; known && k < how.most; ++k) {
+    Rates jacobian;
+    if (!field.slopes(x, f, jacobian, terms)) {
+      // A law without a slope may end exactly where all rest.
+      found.x = x;
+      found.rates = f;
+      found.residual = relative(f, largest_terms);
+      found.converged = f.isZero(0.0) || (k > 0 && found.residual <= 1e-15);
+      found.errors = Vector::Zero(x.size());
+      break;
+    }
+    largest_terms = largest_terms.cwiseMax(terms);
+    found.x = x;
+    found.rates = f;
+    found.residual = relative(f, largest_terms);
+    const Vector unit = size.unaryExpr([](double s) { return s > 0.0 ? s : 1.0; });
+    if (!solve(jacobian, h > 0.0 ? 1.0 / h : 0.0, f, unit, dx)) {
+      if (f.isZero(0.0)) {
+        found.errors = Vector::Zero(x.size());
+        found.converged = true;
+      }
+      break;
+    }
+    bool small = true, rounded = true;  // rounded: the states themselves are not known any better
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      small = small && std::abs(dx(i)) <= kStep * std::max(size(i), std::abs(x(i)));
+      rounded = rounded && std::abs(dx(i)) <= 4.0 * std::numeric_limits<double>::epsilon() * std::abs(x(i));
+    }
+    // Small steps of time end nothing: only where nothing would move in a step without end.
+    const bool endless = h == 0.0 || [&] {
+      const Vector moved = jacobian * dx;
+      for (Eigen::Index i = 0; i < x.size(); ++i)
+        if (std::abs(f(i) + moved(i)) > 0.1 * std::abs(f(i)) && std::abs(f(i)) > 1e-15 * largest_terms(i)) return false;
+      return true;
+    }();
+    if (f.isZero(0.0) || (small && endless && (found.residual <= kResidual || rounded))) {
+      found.errors = dx.cwiseAbs();
+      found.converged = true;
+      if (f.isZero(0.0))
+        found.errors.setZero();
+      else
+        x += dx;
+      if (Vector last; field.rates(x, last) && relative(last, largest_terms) <= found.residual) {
+        found.x = x;
+        found.rates = last;
+        found.residual = relative(last, largest_terms);
+      }
+      break;
+    }
+    // The longest part of the step on all of which the rates go about as their slopes say: of a sine that is level the
+    // step is without bound, and somewhere on it they fit by chance.
+    const auto fits = [&](double part) {
+      const Vector step = part * dx, at = x + step;
+      if (!field.rates(at, next_f)) return false;
+      const Vector forecast = f + jacobian * step;
+      double off = 0.0, all = 0.0;
+      for (Eigen::Index i = 0; i < x.size(); ++i) {
+        const double weight = largest_terms(i) > 0.0 ? 1.0 / largest_terms(i) : 1.0;
+        off = std::max(off, weight * std::abs(next_f(i) - forecast(i)));
+        all = std::max(all, weight * std::abs(f(i)));
+      }
+      return off <= how.defect * all + 1e-12;
+    };
+    const auto fits_all_the_way = [&](double part) {
+      constexpr int kParts = 16;
+      for (int k_part = kParts; k_part-- > 0;)
+        if (!fits(std::ldexp(part, -k_part))) return false;
+      return true;
+    };
+    bool accepted = false;
+    for (int halving = 0; halving < 70 && !accepted; ++halving) {
+      const double part = h > 0.0 ? 1.0 : damping;
+      accepted = h > 0.0 ? fits(part) : fits_all_the_way(part);
+      if (accepted) {
+        x += part * dx;
+        break;
+      }
+      if (h > 0.0) {
+        h *= 0.25;
+        if (!solve(jacobian, 1.0 / h, f, unit, dx)) return found;
+      } else {
+        damping *= 0.5;
+      }
+    }
+    if (!accepted) break;
+    double before = 0.0, after = 0.0;
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      const double weight = largest_terms(i) > 0.0 ? 1.0 / largest_terms(i) : 1.0;
+      before = std::max(before, weight * std::abs(f(i)));
+      after = std::max(after, weight * std::abs(next_f(i)));
+    }
+    // Longer steps as the rates fall. Where they rise the motion leaves something: by half a step at a time, so that an
+    // unstable state is left and not jumped back to.
+    if (h > 0.0) {
+      const double falls = after > 0.0 ? before / after : 4.0;
+      h = std::min(h * (falls >= 1.0 ? std::clamp(1.5 * falls, 1.5, 4.0) : falls > 0.7 ? 1.5 : 1.0), 1e200);
+    }
+    damping = std::min(1.0, 8.0 * damping);
+    size = size.cwiseMax(x.cwiseAbs());
+    f = next_f;
+  }
+  if (!found.converged) return found;
+  found.size = size.cwiseMax(found.x.cwiseAbs());
+  // What the iteration has left of a zero is one, where the rates are no larger for it.
+  for (Eigen::Index i = 0; i < found.x.size(); ++i) {
+    if (found.x(i) == 0.0 || std::abs(found.x(i)) > kNothing * size(i)) continue;
+    Vector tried = found.x, f_tried;
+    tried(i) = 0.0;
+    if (!field.rates(tried, f_tried)) continue;
+    if (relative(f_tried, largest_terms) > std::max(found.residual, 1e-15)) continue;
+    found.x = tried;
+    found.rates = f_tried;
+    found.residual = relative(f_tried, largest_terms);
+    found.errors(i) = 0.0;
+  }
+  return found;
+}
+
+class Search {
+ public:
+  Search(std::shared_ptr<const Model> model, const RunInputs& scene)
+      : model_(std::move(model)), scene_(scene), field_(model_, scene) {}
+
+  std::vector<Equilibrium> run(const SteadyOptions& options) {
+    RunInputs at = scene_;
+    at.outputs.clear();
+    const std::vector<double> start = initial_states(field_.evaluator(), at);
+    const Vector x0 = Eigen::Map<const Vector>(start.data(), static_cast<Eigen::Index>(start.size()));
+    usual_ = x0.cwiseAbs();
+    Vector f;
+    if (!field_.rates(x0, f)) fail_value();
+    duration_ = scene_.stop > scene_.start ? scene_.stop - scene_.start : 1.0;
+    if (!attempt(x0, {}, "Newton's iteration from the start of the scene") &&
+        !attempt(x0, {duration_ * 1e-6, 0.3, 400}, "implicit steps of growing length from the start of the scene") &&
+        !attempt(x0, {duration_ * 1e-9, 0.02, 4000}, "short implicit steps from the start of the scene"))
+      fail();
+    // With free states, or without a linearization that would tell, there may be others beside it without end.
+    if (options.all && result_.front().free.empty() && result_.front().not_linear.empty()) others(x0);
+    return std::move(result_);
+  }
+
+ private:
+  bool attempt(const Vector& x, const Iteration& how, const char* found_by) {
+    field_.restart();
+    Found found = iterate(field_, x, usual_, how);
+    if (found.x.size() > 0 && (best_.x.size() == 0 || found.residual < best_.residual)) best_ = found;
+    if (!found.converged) return false;
+    usual_ = usual_.cwiseMax(found.x.cwiseAbs());
+    largest_ = largest_.size() == 0 ? found.size : Vector(largest_.cwiseMax(found.size));
+    for (const Vector& other : points_) {
+      bool same = true;
+      for (Eigen::Index i = 0; i < x.size(); ++i) same = same && std::abs(other(i) - found.x(i)) <= 1e-6 * largest_(i);
+      if (same) return true;
+    }
+    points_.push_back(found.x);
+    result_.push_back(equilibrium(found, found_by));
+    return true;
+  }
+
+  Equilibrium equilibrium(const Found& found, const char* found_by) {
+    Equilibrium made;
+    made.values = field_.stored(found.x, found.errors);
+    made.residual = found.residual;
+    made.found = found_by;
+    for (const std::string& note :
+         leaving_switches(field_.evaluator(), scene_.start, {found.x.data(), found.x.data() + found.x.size()}))
+      made.found += "; " + note;
+    RunInputs point = scene_;
+    point.initial = made.values;
+    point.outputs.clear();
+    try {
+      const LinearSystem linear = linear_system(model_, point, {});
+      made.states = linear.states;
+      made.poles = poles(linear);
+      made.free = free_states(linear);
+      double slowest = -std::numeric_limits<double>::infinity();
+      for (const Pole& pole : made.poles) slowest = std::max(slowest, pole.s.real());
+      using Stability = Equilibrium::Stability;
+      made.stability = slowest > 0.0 ? Stability::unstable : slowest == 0.0 ? Stability::marginal : Stability::stable;
+      last_ = linear;
+    } catch (const ModelError& error) {
+      made.not_linear = error.diagnostics.front().situation;
+      last_ = {};
+      for (Eigen::Index i = 0; i < found.x.size(); ++i) {
+        const StateInfo& state = field_.program().states[static_cast<std::size_t>(i)];
+        made.states.push_back({field_.program().state_names[static_cast<std::size_t>(i)],
+                               {},
+                               found.x(i),
+                               found.rates(i),
+                               state.element.valid(),
+                               found.errors(i)});
+      }
+    }
+    return made;
+  }
+
+  /// Other starts: mirrored, at random within twice the values met so far, and off what is unstable.
+  void others(const Vector& x0) {
+    const auto try_at = [&](const Vector& x, double h, const char* how) {
+      if (result_.size() < kMost) attempt(x, {h, 0.3, 200}, how);
+    };
+    try_at(x0, duration_ * 1e-6, "implicit steps of growing length from the start of the scene");
+    for (std::size_t i = 0; i < points_.size() && i < 4; ++i) {
+      try_at(-points_[i], 0.0, "Newton's iteration from the mirrored values");
+      if (result_[i].stability != Equilibrium::Stability::unstable) continue;
+      const Vector off = unit().cwiseProduct(Vector::Constant(x0.size(), 1e-3));
+      for (const double sign : {1.0, -1.0})
+        try_at(points_[i] + sign * off, duration_ * 1e-4, "implicit steps from beside an unstable equilibrium");
+    }
+    std::mt19937_64 random(20261123);
+    const auto chance = [&] { return 4.0 * (static_cast<double>(random() >> 11U) * 0x1.0p-53) - 2.0; };
+    for (int k = 0; k < kStarts; ++k) {
+      Vector x = unit();
+      for (Eigen::Index i = 0; i < x.size(); ++i) x(i) *= chance();
+      try_at(x, k % 2 == 0 ? 0.0 : duration_ * 1e-6, "a start at random");
+    }
+  }
+  [[nodiscard]] Vector unit() const {
+    return usual_.unaryExpr([](double s) { return s > 0.0 ? s : 1.0; });
+  }
+
+  [[noreturn]] void fail_value() {
+    throw ModelError(
+        {diagnostic_of("BG407", "the search for a steady state cannot begin: " + words_of(field_.fault()), {}, {},
+                       "begin at values at which every law has a value: --set, or the scene's \"initial\"")},
+        model_->sources);
+  }
+  [[noreturn]] void fail() {
+    std::string remaining;
+    std::vector<Note> notes;
+    std::size_t count = 0;
+    Vector terms;
+    Rates jacobian;
+    for (Eigen::Index i = 0; i < best_.rates.size(); ++i) {
+      if (best_.rates(i) == 0.0) continue;
+      const auto k = static_cast<std::size_t>(i);
+      if (++count <= 4)
+        remaining += (remaining.empty() ? "" : ", ") + short_name(field_.program().state_names[k]) +
+                     "' = " + number_text(best_.rates(i), 4);
+      if (count <= 4)
+        notes.push_back(
+            {field_.program().states[k].place, field_.program().state_names[k] + " = " + number_text(best_.x(i), 6)});
+    }
+    throw ModelError(
+        {diagnostic_of(
+            "BG412",
+            "no steady state was found near the scene " + short_name(scene_.scene) + ": what remains nearest is " +
+                (remaining.empty() ? std::string("a point where a law has no value or slope") : remaining) +
+                (count > 4 ? ", ..." : ""),
+            {},
+            "in a steady state all stores and integrals rest, sources held at their values at t = " +
+                number_text(scene_.start),
+            "begin nearer (--set), or look what drives these: a free body or an integral that is driven has no "
+            "steady state",
+            std::move(notes))},
+        model_->sources);
+  }
+
+  static constexpr std::size_t kMost = 12;
+  static constexpr int kStarts = 24;
+  std::shared_ptr<const Model> model_;
+  const RunInputs& scene_;
+  Field field_;
+  Vector usual_;    ///< by state: the largest magnitude at the start and at what was found
+  Vector largest_;  ///< and on the ways there
+  double duration_ = 1.0;
+  Found best_;
+  std::vector<Vector> points_;
+  std::vector<Equilibrium> result_;
+  LinearSystem last_;
+};
+
+}  // namespace
+
+std::vector<Equilibrium> equilibria(const std::shared_ptr<const Model>& model, const RunInputs& scene,
+                                    const SteadyOptions& options) {
+  return Search(model, scene).run(options);
+}
+
+}  // namespace bgsim
