@@ -42,6 +42,12 @@ void parse_arguments(::CLI::App& app, Arguments arguments);
 Exit run_command(const Arguments& arguments);         ///< run.cpp
 Exit check_command(const Arguments& arguments);       ///< check.cpp
 Exit equations_command(const Arguments& arguments);   ///< equations.cpp
+Exit linearize_command(const Arguments& arguments);   ///< linearize.cpp
+Exit steady_command(const Arguments& arguments);      ///< steady.cpp
+Exit bode_command(const Arguments& arguments);        ///< bode.cpp
+Exit step_command(const Arguments& arguments);        ///< bode.cpp
+Exit poles_command(const Arguments& arguments);       ///< poles.cpp
+Exit zeros_command(const Arguments& arguments);       ///< poles.cpp
 Exit show_command(const Arguments& arguments);        ///< show.cpp
 Exit draw_command(const Arguments& arguments);        ///< draw.cpp
 Exit plot_command(const Arguments& arguments);        ///< plot.cpp

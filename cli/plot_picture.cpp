@@ -77,6 +77,9 @@ void add_panel(std::ostringstream& script, const Plot& plot, const Grid& grid, s
          << (panel.range ? "set yrange [" + number_text(panel.range->first, 12) + ":" +
                                number_text(panel.range->second, 12) + "]\n"
                          : std::string("set yrange [*:*]\n"))
+         << (panel.log_y  ? "set logscale y\nset format y '%g'\n"
+             : plot.log_x ? "unset logscale y\n"
+                          : "")
          << "plot ";
   for (std::size_t i = 0; i < panel.curves.size(); ++i) {
     const PlotCurve& curve = panel.curves[i];
@@ -108,6 +111,7 @@ std::string plot_svg(const Plot& plot) {
   script << "set border 3 lc rgb '#777777'\nset tics nomirror textcolor rgb '#333333'\nset grid lc rgb '#e2e2e2' lt 1\n"
             "set key at graph 0, graph 1.01 left bottom horizontal Left reverse samplen 2 maxrows 1\n";
   if (x_low < x_high) script << "set xrange [" << number_text(x_low, 12) << ":" << number_text(x_high, 12) << "]\n";
+  if (plot.log_x) script << "set logscale x\n";
   script << "set multiplot\nset label 1 " << gnuplot_string(plot.title) << " at screen "
          << fixed_number(14.0 / grid.width, 5) << "," << fixed_number(1.0 - 17.0 / grid.height, 5) << " font ',13'\n";
   for (std::size_t p = 0; p < plot.panels.size(); ++p) {

@@ -22,10 +22,12 @@ struct PlotPanel {
   std::vector<PlotCurve> curves;
   bool low = false;                                ///< of half the height: differences
   std::optional<std::pair<double, double>> range;  ///< of the ordinate; none: as far as the curves go
+  bool log_y = false;                              ///< by logarithms; all values are above zero
 };
 
 struct Plot {
   std::string title, x_label;
+  bool log_x = false;             ///< the abscissa by logarithms; all values are above zero
   std::vector<PlotPanel> panels;  ///< from above; more than kMostStacked stand in several columns
 };
 

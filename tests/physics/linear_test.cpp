@@ -384,7 +384,7 @@ TEST_CASE("the step response is the run of the same model whose source steps") {
 TEST_CASE("models of the repository are linearized, and slopes are those of differences of the rates") {
   for (const std::string& file : runnable_models_in("models")) {
     INFO(file);
-    const Study study = study_of(file);
+    const Study study = study_of(file).at_start();
     const RunInputs point = prepare_scene(study.model(), "");
     LinearSystem system;
     try {

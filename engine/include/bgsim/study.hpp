@@ -56,7 +56,8 @@ class Study {
   /// The same for a scene that is worked out already.
   [[nodiscard]] Simulation scene(RunInputs inputs, const SceneOptions& options = {}) const;
 
-  /// Linearized at a point, in the mode of the switches that the model is in; see linear_system().
+  /// Linearized at a point, in the mode of the switches that the model is in (at_start() gives that of a scene's
+  /// start); see linear_system().
   /// @throws ModelError as linear_system.
   [[nodiscard]] LinearSystem linearized(const RunInputs& point, const std::vector<std::string>& inputs = {}) const {
     return linear_system(shared_model(), point, inputs);

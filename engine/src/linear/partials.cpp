@@ -121,7 +121,7 @@ struct Slope {
 
 class PartialsAt {
  public:
-  PartialsAt(const Model& model, const EquationSystem& system, const BlockOrder& order, const Point& point,
+  PartialsAt(const Model& model, const EquationSystem& system, const BlockOrder& order, const LinearizationPoint& point,
              std::span<const double> tears)
       : model_(model), system_(system), order_(order), point_(point), pool_(order.pool) {
     std::vector<double> values(system.symbols.size(), std::numeric_limits<double>::quiet_NaN());
@@ -371,7 +371,7 @@ class PartialsAt {
   const Model& model_;
   const EquationSystem& system_;
   const BlockOrder& order_;
-  const Point& point_;
+  const LinearizationPoint& point_;
   ExprPool pool_;
   std::unordered_map<SymbolId, std::uint32_t> column_;
   std::vector<SymbolId> columns_;
@@ -399,7 +399,7 @@ std::string words_of(const Fault& fault) {
 }
 
 PointPartials partials_at(const std::shared_ptr<const Model>& model, const EquationSystem& system,
-                          const BlockOrder& order, const Point& point, bool edges) {
+                          const BlockOrder& order, const LinearizationPoint& point, bool edges) {
   // The loops are solved by the evaluator.
   CompileOptions options;
   options.energies = false;

@@ -10,7 +10,7 @@
 namespace bgsim {
 
 /// A point of a system.
-struct Point {
+struct LinearizationPoint {
   double t = 0.0;
   std::span<const double> parameters, x;
   std::span<const double> errors;  ///< by state: how far it can be off; empty: not at all
@@ -27,7 +27,7 @@ struct PointPartials {
 /// @param edges  whether kinks, jumps and borders of conditions at the point are refused.
 /// @throws ModelError BG407 no finite value or slope; BG408.
 PointPartials partials_at(const std::shared_ptr<const Model>& model, const EquationSystem& system,
-                          const BlockOrder& order, const Point& point, bool edges);
+                          const BlockOrder& order, const LinearizationPoint& point, bool edges);
 
 /// What is to be known of switches that a point is not on the side of.
 std::vector<std::string> leaving_switches(Evaluator& evaluator, double t, const std::vector<double>& x);

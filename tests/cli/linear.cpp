@@ -1,0 +1,144 @@
+// bgsim linearize, poles, zeros, bode, step, steady: results, files, refusals.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bgsim/csv.hpp"
+#include "command.hpp"
+
+using Catch::Contains;
+
+namespace {
+
+/// A mass on a spring and a damper, pushed: m = 2, k = 8, d = 0.4.
+const char* const kMass = R"({ "bgsim": 1, "name": "mass", "parameters": { "F": { "value": 0, "unit": "N" },
+  "m": { "value": 2, "unit": "kg" }, "k": { "value": 8, "unit": "N/m" }, "d": { "value": 0.4, "unit": "N s/m" } },
+  "elements": { "push": { "kind": "Se", "effort": "F" }, "v": { "kind": "1" }, "body": { "kind": "I", "inertance": "m" },
+    "spring": { "kind": "C", "capacitance": "1/k" }, "damper": { "kind": "R", "resistance": "d" } },
+  "bonds": [ { "from": "push", "to": "v" }, { "from": "v", "to": "body" }, { "from": "v", "to": "spring" },
+    { "from": "v", "to": "damper" } ],
+  "outputs": { "x": { "value": "spring.q", "unit": "m" } },
+  "scenes": { "rest": { "stop": 10, "samples": 101 }, "pulled": { "stop": 10, "samples": 101, "initial": { "spring.q": 1 } } } })";
+
+/// A folder with that model.
+struct WithMass : Workplace {
+  WithMass() { write("mass.json", kMass); }
+};
+
+}  // namespace
+
+TEST_CASE("the matrices of a mass on a spring are printed and written, with names and units") {
+  const WithMass here;
+  const Outcome printed = here.bgsim("linearize mass.json");
+  CHECK(printed.code == 0);
+  CHECK_THAT(printed.out, Contains("x' = A x + B u, y = C x + D u") && Contains("body.p") && Contains("N s"));
+  CHECK(here.bgsim("linearize mass.json --in push,k -o a.json").code == 0);
+  const auto json = nlohmann::json::parse(here.read("a.json"));
+  CHECK(json["states"][0]["name"] == "body.p");
+  CHECK(json["A"] == nlohmann::json({{-0.2, -8.0}, {0.5, 0.0}}));
+  // At rest the stiffness does nothing.
+  CHECK(json["B"] == nlohmann::json({{1.0, 0.0}, {0.0, 0.0}}));
+  CHECK(json["C"] == nlohmann::json({{0.0, 1.0}}));
+  CHECK(here.bgsim("linearize mass.json --scene pulled --in k -o b.csv --quiet").code == 0);
+  CHECK_THAT(here.read("b.csv"), Contains("B,body.p,k,-1\r\n"));
+  CHECK(here.bgsim("linearize mass.json --descriptor -o c.m").code == 0);
+  CHECK_THAT(here.read("c.m"), Contains("E(1, 1) = 1;") && Contains("state_names = {'body.p', 'spring.q'}"));
+}
+
+TEST_CASE("poles are printed with damping, frequency, and the stores they belong to") {
+  const WithMass here;
+  const Outcome outcome = here.bgsim("poles mass.json");
+  CHECK(outcome.code == 0);
+  // s^2 + 0.2 s + 4: damping 0.05, 2 rad/s
+  CHECK_THAT(outcome.out, Contains("-0.1 +- 1.9975j") && Contains("0.05") && Contains("body 50 %"));
+  CHECK_THAT(here.bgsim("poles mass.json --set d=-0.4").out, Contains("2 poles grow: unstable"));
+}
+
+TEST_CASE("zeros and gain of a transfer function are printed") {
+  const WithMass here;
+  const Outcome outcome = here.bgsim("zeros mass.json --in F --out push.f");
+  CHECK(outcome.code == 0);
+  CHECK_THAT(outcome.out, Contains("zero  0") && Contains("gain 0.5") && Contains("static gain 0"));
+  CHECK_THAT(here.bgsim("zeros mass.json --in F --out x").out,
+             Contains("no finite zeros") && Contains("static gain 0.125"));
+}
+
+TEST_CASE("a frequency response is that of the closed form, as table and as picture") {
+  const WithMass here;
+  CHECK(here.bgsim("bode mass.json --in push --out x --from 0.1 --to 100 --points 301 -o a.csv -o a.svg").code == 0);
+  const bgsim::CsvTable table = bgsim::parse_csv(here.read("a.csv"));
+  REQUIRE(table.columns[0].size() == 301);
+  for (std::size_t i = 0; i < 301; ++i) {
+    const double w = table.columns[0][i];
+    const std::complex<double> s(0.0, w), exact = 1.0 / (2.0 * s * s + 0.4 * s + 8.0);
+    // Fifteen digits are written.
+    CHECK(table.columns[2][i] == Approx(std::abs(exact)).epsilon(1e-12));
+    CHECK(table.columns[5][i] == Approx(exact.real()).epsilon(1e-11).margin(1e-15));
+  }
+  CHECK_THAT(here.read("a.svg"), Contains(">deg</text>") && Contains("angular frequency in rad/s"));
+  const Outcome impedance = here.bgsim("bode mass.json --impedance push --hz --from 1 --to 2 --points 2");
+  CHECK(impedance.code == 0);
+  const bgsim::CsvTable seen = bgsim::parse_csv(impedance.out);
+  const double w = 2.0 * 3.14159265358979323846;
+  CHECK(seen.columns[5][0] == Approx(0.4).epsilon(1e-12));
+  CHECK(seen.columns[6][0] == Approx(2.0 * w - 8.0 / w).epsilon(1e-12));
+}
+
+TEST_CASE("a step response is that of the closed form") {
+  const WithMass here;
+  const Outcome outcome = here.bgsim("step mass.json --in push --out x --stop 5 --points 51");
+  CHECK(outcome.code == 0);
+  const bgsim::CsvTable table = bgsim::parse_csv(outcome.out);
+  const double w = std::sqrt(4.0 - 0.01);
+  for (std::size_t i = 0; i < 51; ++i) {
+    const double t = table.columns[0][i];
+    const double exact = 0.125 * (1.0 - std::exp(-0.1 * t) * (std::cos(w * t) + 0.1 / w * std::sin(w * t)));
+    CHECK(table.columns[1][i] == Approx(exact).margin(1e-13));
+  }
+  CHECK(here.bgsim("step mass.json --in push --out x --impulse -o i.svg").code == 0);
+}
+
+TEST_CASE("a steady state is printed with its residual and stability, and taken as a point") {
+  const WithMass here;
+  const Outcome outcome = here.bgsim("steady mass.json --set F=4 --scene pulled");
+  CHECK(outcome.code == 0);
+  CHECK_THAT(outcome.out, Contains("1 steady state found") && Contains("stable") && Contains("spring.q  0.5") &&
+                              Contains("residual"));
+  const Outcome point = here.bgsim("linearize mass.json --at steady --set F=4 --in k");
+  CHECK(point.code == 0);
+  CHECK_THAT(point.out, Contains("at rest"));
+  CHECK_THAT(here.bgsim("linearize mass.json --scene pulled --at 2").out, Contains("at t = 2 of the scene pulled"));
+  CHECK_THAT(here.bgsim("poles mass.json --scene pulled").err, Contains("the point is no equilibrium"));
+}
+
+TEST_CASE("what linear analysis cannot do is refused with a fix") {
+  const WithMass here;
+  const auto refused = [&](const std::string& arguments, int code, const std::string& message) {
+    const Outcome outcome = here.bgsim(arguments);
+    INFO(arguments << "\n" << outcome.out << outcome.err);
+    CHECK(outcome.code == code);
+    CHECK_THAT(outcome.err, Contains(message));
+  };
+  refused("linearize mass.json --in psh", 1, "did you mean push?");
+  refused("linearize mass.json --out sprng.q", 2, "spring");
+  refused("linearize mass.json -o a.txt", 2, ".json, .csv or .m");
+  refused("linearize mass.json --at never", 2, "neither start, steady nor a time");
+  refused("linearize mass.json --at -1", 2, "before the scene's start");
+  refused("linearize mass.json --in push,,k", 2, "empty name");
+  refused("zeros mass.json --out x", 2, "--in is missing");
+  refused("zeros mass.json --in push", 2, "--out is missing");
+  refused("bode mass.json --in push --out x --from 2 --to 1", 2, "the range is empty");
+  refused("bode mass.json --in push --out x --from 2 --to 2", 2, "the range is empty");
+  refused("bode mass.json --in push --out x --from 0", 2, "above zero");
+  refused("bode mass.json --in push --out x --points 0", 2, "from 2 to");
+  refused("bode mass.json --in push --out x -o a.png", 2, ".csv or .svg");
+  refused("bode mass.json --impedance push --out x", 2, "exclude each other");
+  refused("step mass.json --in push --out x --stop 0", 2, "above zero");
+  refused("step mass.json --in push --out x --points 1", 2, "from 2 to");
+  refused("zeros mass.json --in m --out x", 1, "BG410");
+  here.write("free.json", R"({ "bgsim": 1, "name": "free", "elements": { "push": { "kind": "Se", "effort": 5 },
+    "body": { "kind": "I", "inertance": 2 } }, "bonds": [ { "from": "push", "to": "body" } ],
+    "scenes": { "s": { "stop": 1, "samples": 2 } } })");
+  refused("steady free.json", 1, "body.p' = 5");
+  CHECK_THAT(here.bgsim("poles free.json").out, Contains("free (poles at 0): body.p"));
+}
