@@ -113,6 +113,10 @@ class EventWatch {
   [[nodiscard]] const std::vector<double>& undecided_at() const { return undecided_at_; }
 
  private:
+  static constexpr double kClearlyOut = 16.0;  ///< of a band around a border that has been crossed in a row
+  /// So many changes of one condition, each a few steps after the one before, may be those of a state at rest.
+  static constexpr int kReturns = 8;
+
   [[nodiscard]] bool crossed(std::size_t guard, double value, const Branch& branch) const;
   [[nodiscard]] bool any_crossed(const std::vector<double>& values, const Branch& branch) const;
   [[nodiscard]] bool changes_at_border(std::size_t guard, const Branch& branch) const;
