@@ -229,7 +229,7 @@ void write_trace(const std::string& folder, std::uint64_t run, const Trace& trac
   file.commit();
 }
 
-Exit run_sweep(const SweepArguments& options) {
+Exit run_sweep(SweepArguments options) {
   SweepPlan plan;
   plan.seed = options.seed;
   for (const std::string& text : options.vary) plan.variations.push_back(parse_variation(text));
@@ -249,6 +249,9 @@ Exit run_sweep(const SweepArguments& options) {
   const Study study = read_study(options.file, reading);
   const Model& model = study.model();
   check_names(model, options, points);
+  // A step that varies is one for the scene as such, too.
+  for (const Variation& variation : plan.variations)
+    if (variation.name == "scene.step" && !options.overrides.step) options.overrides.step = variation.numbers.front();
   const RunInputs inputs = prepare(model, options.scene, options.overrides);
   const std::string folder =
       options.folder.empty() ? run_name(model, options.file, inputs.scene) + ".sweep" : options.folder;

@@ -43,6 +43,19 @@ TEST_CASE("a sweep writes a row for each run and says least, mean and largest of
   CHECK_FALSE(here.has("rc.charge.sweep/trace.5.csv"));
 }
 
+TEST_CASE("settings of the scene are varied like parameters") {
+  Workplace here;
+  with_model(here);
+  REQUIRE(
+      here.bgsim("sweep rc.json --vary scene.step=0.1,0.01 --method rk4 --result u='final(u)' -o step --quiet").code ==
+      0);
+  // u = 3 (1 - exp(-4)); the classical method is wrong by some h^4.
+  const std::string table = here.read("step/results.csv");
+  CHECK_THAT(table, Contains("0,0.1,2.9450") && Contains("\n1,0.01,2.94505308"));
+  REQUIRE(here.bgsim("sweep rc.json --vary scene.stop=1,4 --result u='final(u)' -o stop --quiet").code == 0);
+  CHECK_THAT(here.read("stop/results.csv"), Contains("\n0,1,1.8963") && Contains("\n1,4,2.9450"));
+}
+
 TEST_CASE("a sweep that is killed goes on where it was, and comes to the same table") {
   Workplace here;
   with_model(here);
