@@ -1,37 +1,34 @@
 #include <algorithm>
 #include <array>
 #include <set>
-#include <stdexcept>
 #include <unordered_map>
 #include <utility>
 
 #include "bgsim/equations.hpp"
 #include "bgsim/modes.hpp"
-#include "equations/borders.hpp"
 #include "equations/derivative_faults.hpp"
 #include "equations/impulses.hpp"
 #include "equations/junctions.hpp"
 #include "equations/law_forms.hpp"
+#include "equations/total_derivatives.hpp"
+#include "equations/unknowns.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
 namespace {
 
-/// Higher derivatives than this in a row come from a structure of higher index, not from a model of finite depth.
-constexpr std::uint32_t kMostDerivatives = 8;
-
 /// Builds the system: one table for each thing that a bond, a port or a signal turns into.
 class Derivation {
  public:
   Derivation(const Model& model, const BondGraph& graph, const CausalGraph& causal, bool in_pieces)
-      : model_(model), graph_(graph), causal_(causal), in_pieces_(in_pieces) {}
+      : model_(model), graph_(graph), causal_(causal), derivatives_(model, system_, problems_, in_pieces) {}
 
   EquationSystem run() {
     make_symbols();
     Translator translate(
         causal_.pool, system_.pool, [this](SymbolId symbol) { return meaning(symbol); },
-        [this](ExprId argument) { return derivative_of(argument); });
+        [this](ExprId argument) { return derivatives_.of(argument, wish_); });
     translate_ = &translate;
     write_ranked_parts();
     write_signals();
@@ -46,7 +43,7 @@ class Derivation {
     }
     write_switches();
     claim({});
-    write_derivatives();
+    derivatives_.write_equations();
     claim({});
     if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
     if (!system_.switches.empty() || !system_.diodes.empty())
@@ -58,28 +55,16 @@ class Derivation {
  private:
   // --- symbols
 
-  SymbolId add_symbol(SystemSymbol::Kind kind, std::size_t index, std::string name) {
-    system_.symbols.push_back({kind, static_cast<std::uint32_t>(index), std::move(name)});
-    return SymbolId(system_.symbols.size() - 1);
-  }
-
-  /// A new unknown; its equation is written later.
-  SymbolId add_unknown(std::string name) {
-    const SymbolId symbol = add_symbol(SystemSymbol::Kind::unknown, system_.equations.size(), std::move(name));
-    system_.equations.push_back({symbol, {}, false, {}, {}, {}, false, {}});
-    return symbol;
-  }
-
   void make_symbols() {
-    system_.time = add_symbol(SystemSymbol::Kind::time, 0, "t");
+    system_.time = add_symbol(system_, SystemSymbol::Kind::time, 0, "t");
     for (std::size_t i = 0; i < model_.parameters.size(); ++i)
-      system_.parameters.push_back(add_symbol(SystemSymbol::Kind::parameter, i, model_.parameters[i].name));
+      system_.parameters.push_back(add_symbol(system_, SystemSymbol::Kind::parameter, i, model_.parameters[i].name));
     for (std::size_t b = 0; b < graph_.bonds.size(); ++b) {
-      system_.efforts.push_back(add_unknown(bond_variable_name(BondId(b), Variable::effort)));
-      system_.flows.push_back(add_unknown(bond_variable_name(BondId(b), Variable::flow)));
+      system_.efforts.push_back(add_unknown(system_, bond_variable_name(BondId(b), Variable::effort)));
+      system_.flows.push_back(add_unknown(system_, bond_variable_name(BondId(b), Variable::flow)));
     }
     for (const Signal& signal : model_.signals)
-      system_.signals.push_back(signal.is_state() ? SymbolId() : add_unknown(signal.name));
+      system_.signals.push_back(signal.is_state() ? SymbolId() : add_unknown(system_, signal.name));
     stored_.resize(graph_.ports.size());
     for (std::size_t i = 0; i < model_.elements.size(); ++i) {
       const Element& element = model_.elements[i];
@@ -92,7 +77,7 @@ class Derivation {
 
   void make_integral(SignalId id) {
     const std::string& name = model_.signals[id.index()].name;
-    const SymbolId symbol = add_symbol(SystemSymbol::Kind::state, system_.states.size(), name);
+    const SymbolId symbol = add_symbol(system_, SystemSymbol::Kind::state, system_.states.size(), name);
     system_.signals[id.index()] = symbol;
     system_.states.push_back({name, symbol, {}, {}, 0, id});
   }
@@ -104,11 +89,11 @@ class Derivation {
     const bool integral = causal_.gives(graph_, port) == (displacement ? Gives::effort : Gives::flow);
     const std::string name = port_name(element, number) + (displacement ? ".q" : ".p");
     if (integral) {
-      stored_[port.index()] = add_symbol(SystemSymbol::Kind::state, system_.states.size(), name);
+      stored_[port.index()] = add_symbol(system_, SystemSymbol::Kind::state, system_.states.size(), name);
       const ExprId rate = displacement ? into(port) : effort(port);
       system_.states.push_back({name, stored_[port.index()], rate, id, static_cast<std::uint32_t>(number), SignalId{}});
     } else {
-      stored_[port.index()] = add_unknown(name);
+      stored_[port.index()] = add_unknown(system_, name);
       system_.dependent.push_back({name, stored_[port.index()], id, static_cast<std::uint32_t>(number)});
     }
   }
@@ -183,11 +168,6 @@ class Derivation {
   /// Expressions made since the last call are this element's or signal's.
   void claim(Origin origin) { system_.origins.resize(system_.pool.size(), origin); }
 
-  void define(SymbolId unknown, ExprId expression, ElementId element, Place place, bool implicit = false) {
-    Equation& equation = system_.equations[system_.symbols[unknown.index()].index];
-    equation = {unknown, expression, implicit, element, place, {}, false, equation.whole};
-  }
-
   void write_signals() {
     for (std::size_t i = 0; i < model_.signals.size(); ++i) {
       wish_ = Wish{model_.signals[i].place, {}};
@@ -195,7 +175,7 @@ class Derivation {
       if (model_.signals[i].is_state())
         system_.states[system_.symbols[system_.signals[i].index()].index].rate = value;
       else
-        define(system_.signals[i], value, {}, model_.signals[i].place);
+        define(system_, system_.signals[i], value, {}, model_.signals[i].place);
       claim({{}, SignalId(i)});
     }
   }
@@ -214,7 +194,8 @@ class Derivation {
         const SymbolId unknown = (effort ? system_.efforts : system_.flows)[solution.bond.index()];
         const Place& place = model_.elements[solution.element.index()].place;
         if (!solution.value.valid()) undetermined_.emplace(unknown, solution.element);
-        define(unknown, solution.value.valid() ? solution.value : system_.pool.constant(0.0), solution.element, place);
+        define(system_, unknown, solution.value.valid() ? solution.value : system_.pool.constant(0.0), solution.element,
+               place);
       }
       claim({part.elements.front(), {}});
     }
@@ -267,7 +248,7 @@ class Derivation {
     const Element& element = model_.elements[id.index()];
     const PortId port = graph_.port(id, 0);
     const auto& variables = imposed_variable(element.kind) == Variable::effort ? system_.efforts : system_.flows;
-    define(variables[graph_[port].bond.index()], (*translate_)(element.coefficient), id, element.place);
+    define(system_, variables[graph_[port].bond.index()], (*translate_)(element.coefficient), id, element.place);
     const ExprId power = system_.pool.mul(effort(port), flow(port));
     add_energy({EnergyPart::Role::source, id, signed_by(!graph_[port].head, power), {}, {}, {}, {}, false});
   }
@@ -279,7 +260,7 @@ class Derivation {
     const bool conducts = is_closed(element);
     const ExprId value =
         conducts ? signed_by(!element.diode->out, (*translate_)(element.diode->threshold)) : system_.pool.constant(0.0);
-    define((conducts ? system_.efforts : system_.flows)[bond], value, id, element.place);
+    define(system_, (conducts ? system_.efforts : system_.flows)[bond], value, id, element.place);
     const ExprId power = system_.pool.mul(effort(port), into(port));
     add_energy({EnergyPart::Role::dissipator, id, power, {}, {}, {}, {}, false});
   }
@@ -336,7 +317,7 @@ class Derivation {
   void write_detector(ElementId id) {
     const Element& element = model_.elements[id.index()];
     const auto& variables = imposed_variable(element.kind) == Variable::effort ? system_.efforts : system_.flows;
-    define(variables[graph_[graph_.port(id, 0)].bond.index()], system_.pool.constant(0.0), id, element.place);
+    define(system_, variables[graph_[graph_.port(id, 0)].bond.index()], system_.pool.constant(0.0), id, element.place);
   }
 
   void write_resistor(ElementId id) {
@@ -363,12 +344,12 @@ class Derivation {
       }
       apply_law(port, stored);
       const Wish laws = std::exchange(wish_, Wish{element.place, system_.symbols[stored.index()].name});
-      const ExprId rate = derivative_of(as_expression(stored));
+      const ExprId rate = derivatives_.of(as_expression(stored), wish_);
       wish_ = laws;
       if (displacement)
-        define(system_.flows[bond], signed_by(graph_[port].head, rate), id, element.place);
+        define(system_, system_.flows[bond], signed_by(graph_[port].head, rate), id, element.place);
       else
-        define(system_.efforts[bond], rate, id, element.place);
+        define(system_, system_.efforts[bond], rate, id, element.place);
     }
     add_store_energy(id);
   }
@@ -382,11 +363,11 @@ class Derivation {
                                  : meaning(port_variable(model_.elements[at.element.index()], law.port, law.variable));
     if (solved.use == LawUse::implicit) {
       const ExprId right = (*translate_)(law.right);
-      return define(unknown, system_.pool.sub(left, right), at.element, law.place, true);
+      return define(system_, unknown, system_.pool.sub(left, right), at.element, law.place, true);
     }
     // A flow counted into an element from which the half-arrow leaves is minus the bond's.
     const bool negated = solved.wanted == Variable::flow && !at.head;
-    define(unknown, signed_by(!negated, (*translate_)(solved.solution)), at.element, law.place);
+    define(system_, unknown, signed_by(!negated, (*translate_)(solved.solution)), at.element, law.place);
     set_loop_form(port, unknown, left);
   }
 
@@ -417,11 +398,11 @@ class Derivation {
     const bool same = graph_[one].head == !graph_[two].head;  // both flows count the way of the law, or both against it
     const std::size_t b1 = graph_[one].bond.index(), b2 = graph_[two].bond.index();
     if (causal_.gives(graph_, one) == Gives::effort) {
-      define(system_.efforts[b1], pool.mul(n, effort(two)), id, element.place);
-      define(system_.flows[b2], signed_by(same, pool.mul(n, flow(one))), id, element.place);
+      define(system_, system_.efforts[b1], pool.mul(n, effort(two)), id, element.place);
+      define(system_, system_.flows[b2], signed_by(same, pool.mul(n, flow(one))), id, element.place);
     } else {
-      define(system_.efforts[b2], pool.div(effort(one), n), id, element.place);
-      define(system_.flows[b1], signed_by(same, pool.div(flow(two), n)), id, element.place);
+      define(system_, system_.efforts[b2], pool.div(effort(one), n), id, element.place);
+      define(system_, system_.flows[b1], signed_by(same, pool.div(flow(two), n)), id, element.place);
     }
   }
 
@@ -433,11 +414,11 @@ class Derivation {
     const bool one_in = graph_[one].head, two_out = !graph_[two].head;
     const std::size_t b1 = graph_[one].bond.index(), b2 = graph_[two].bond.index();
     if (causal_.gives(graph_, one) == Gives::effort) {
-      define(system_.efforts[b1], signed_by(two_out, pool.mul(r, flow(two))), id, element.place);
-      define(system_.efforts[b2], signed_by(one_in, pool.mul(r, flow(one))), id, element.place);
+      define(system_, system_.efforts[b1], signed_by(two_out, pool.mul(r, flow(two))), id, element.place);
+      define(system_, system_.efforts[b2], signed_by(one_in, pool.mul(r, flow(one))), id, element.place);
     } else {
-      define(system_.flows[b2], signed_by(two_out, pool.div(effort(one), r)), id, element.place);
-      define(system_.flows[b1], signed_by(one_in, pool.div(effort(two), r)), id, element.place);
+      define(system_, system_.flows[b2], signed_by(two_out, pool.div(effort(one), r)), id, element.place);
+      define(system_, system_.flows[b1], signed_by(one_in, pool.div(effort(two), r)), id, element.place);
     }
   }
 
@@ -455,11 +436,11 @@ class Derivation {
       const PortId port = graph_.port(id, k);
       if (port == setter) continue;
       const std::size_t bond = graph_[port].bond.index();
-      define(shared[bond], as_expression(shared[graph_[setter].bond.index()]), id, element.place);
+      define(system_, shared[bond], as_expression(shared[graph_[setter].bond.index()]), id, element.place);
       const ExprId term = as_expression(balanced[bond]);
       sum = graph_[port].head == graph_[setter].head ? pool.sub(sum, term) : pool.add(sum, term);
     }
-    define(balanced[graph_[setter].bond.index()], sum, id, element.place);
+    define(system_, balanced[graph_[setter].bond.index()], sum, id, element.place);
   }
 
   // --- energy
@@ -499,141 +480,15 @@ class Derivation {
     add_energy(std::move(part));
   }
 
-  // --- derivatives
-
-  /// The total time derivative of an expression: an unknown whose equation is written once everything else is known.
-  ExprId derivative_of(ExprId argument) {
-    const std::vector<ExprId> roots{argument};
-    bool varies = false;
-    for (const SymbolId symbol : symbols_in(system_.pool, roots))
-      varies = varies || system_.symbols[symbol.index()].kind != SystemSymbol::Kind::parameter;
-    if (!varies) return system_.pool.constant(0.0);
-    if (argument == as_expression(system_.time)) return system_.pool.constant(1.0);
-    const auto [entry, is_new] = derivatives_.try_emplace(argument, SymbolId{});
-    if (is_new) {
-      entry->second = add_unknown(derivative_name(argument));
-      pending_.push_back({argument, entry->second, wish_});
-    }
-    return as_expression(entry->second);
-  }
-
-  [[nodiscard]] std::string derivative_name(ExprId argument) const {
-    if (system_.pool.is_symbol(argument))
-      return "der(" + system_.symbols[system_.pool.symbol_of(argument).index()].name + ")";
-    return "der#" + std::to_string(pending_.size() + 1);
-  }
-
-  void write_derivatives() {
-    for (std::size_t next = 0; next < pending_.size(); ++next) {
-      const Pending pending = pending_[next];  // a copy: more are added
-      wish_ = pending.wish;
-      if (system_.pool.is_symbol(pending.argument))
-        write_symbol_derivative(system_.pool.symbol_of(pending.argument), pending.unknown);
-      else
-        define(pending.unknown, total_derivative(pending.argument, wish_.place, pending.unknown), {}, wish_.place);
-    }
-  }
-
-  void write_symbol_derivative(SymbolId of, SymbolId unknown) {
-    const SystemSymbol symbol = system_.symbols[of.index()];
-    if (symbol.kind == SystemSymbol::Kind::state) {
-      const State& state = system_.states[symbol.index];
-      return define(unknown, state.rate, state.element, place_of(model_, state));
-    }
-    const Equation equation = system_.equations[symbol.index];
-    if (!equation.expression.valid()) return;  // its own problem has been reported
-    const std::uint32_t level = depth(of) + 1;
-    set_depth(unknown, level);
-    if (level > kMostDerivatives) return report_index(equation, symbol.name);
-    if (!equation.implicit)
-      return define(unknown, total_derivative(equation.expression, line_of(equation), unknown), equation.element,
-                    equation.place);
-    // 0 = F(u, ...) gives F_u u' + sum F_o o' = 0
-    ExprPool& pool = system_.pool;
-    if (may_jump(equation.expression)) look_at_borders(as_expression(of), line_of(equation), unknown);
-    ExprId own = pool.constant(0.0), others = pool.constant(0.0);
-    for (const auto& [s, partial] : partials(equation.expression)) {
-      if (s == of)
-        own = partial;
-      else
-        others = pool.add(others, pool.mul(partial, derivative_of(as_expression(s))));
-    }
-    define(unknown, pool.neg(pool.div(others, own)), equation.element, equation.place);
-  }
-
-  std::vector<std::pair<SymbolId, ExprId>> partials(ExprId expression) {
-    return gradient(system_.pool, expression,
-                    [this](SymbolId s) { return system_.symbols[s.index()].kind != SystemSymbol::Kind::parameter; });
-  }
-
-  /// Whether there are conditions in it, or other places where it changes form.
-  [[nodiscard]] bool may_jump(ExprId expression) const {
-    return jumps_with(system_.pool, expression,
-                      [this](SymbolId s) { return system_.symbols[s.index()].kind != SystemSymbol::Kind::parameter; });
-  }
-
-  /// @param place  the user's line that gives the expression.
-  ExprId total_derivative(ExprId expression, Place place, SymbolId derivative) {
-    ExprPool& pool = system_.pool;
-    if (may_jump(expression)) look_at_borders(expression, place, derivative);
-    ExprId sum = pool.constant(0.0);
-    for (const auto& [symbol, partial] : partials(expression))
-      sum = pool.add(sum, pool.mul(partial, derivative_of(as_expression(symbol))));
-    return sum;
-  }
-
-  [[nodiscard]] std::uint32_t depth(SymbolId symbol) const {
-    const auto found = depth_.find(symbol);
-    return found == depth_.end() ? 0 : found->second;
-  }
-  /// How many differentiations lie between an unknown and the model's own equations.
-  void set_depth(SymbolId symbol, std::uint32_t level) { depth_[symbol] = level; }
-
-  void report_index(const Equation& equation, const std::string& name) {
-    if (!index_reported_) problems_.push_back(index_fault(name, kMostDerivatives, equation.place));
-    index_reported_ = true;
-  }
-
-  /// Conditions do not make a jump: it is one if both sides differ where they meet. What differs wherever it was looked
-  /// at is refused; the run looks at the others where it comes by.
-  void look_at_borders(ExprId expression, Place place, SymbolId derivative) {
-    if (in_pieces_) return;
-    const auto name = [this](SymbolId s) { return system_.symbols[s.index()].name; };
-    Diagnostic fault = jump_fault(readable_text(system_.pool, expression, name), place, wish_);
-    if (certainly_jumps(model_, system_, expression)) return problems_.push_back(std::move(fault));
-    system_.equations[system_.symbols[derivative.index()].index].whole = expression;
-    system_.continuous.push_back({derivative, expression, std::move(fault)});
-  }
-
-  /// Where the model says what an element does: its value, rather than its name.
-  [[nodiscard]] static Place line_of(const Element& element) {
-    return element.coefficient_place.document.valid() ? element.coefficient_place : element.place;
-  }
-  [[nodiscard]] Place line_of(const Equation& equation) const {
-    if (!equation.element.valid()) return equation.place;
-    const Element& element = model_.elements[equation.element.index()];
-    return equation.place.begin == element.place.begin ? line_of(element) : equation.place;
-  }
-
-  struct Pending {
-    ExprId argument;
-    SymbolId unknown;
-    Wish wish;
-  };
-
   const Model& model_;
   const BondGraph& graph_;
   const CausalGraph& causal_;
-  bool in_pieces_;
   Translator* translate_ = nullptr;
   EquationSystem system_;
   std::vector<SymbolId> stored_;  ///< by PortId (stores only)
-  std::unordered_map<ExprId, SymbolId> derivatives_;
-  std::vector<Pending> pending_;
-  Wish wish_;  ///< of what is being written
-  std::unordered_map<SymbolId, std::uint32_t> depth_;
+  Wish wish_;                     ///< of what is being written
   std::vector<Diagnostic> problems_;
-  bool index_reported_ = false;
+  TotalDerivatives derivatives_;
   std::set<ElementId> solved_;                            ///< junctions, TF and GY whose equations are written
   std::unordered_map<SymbolId, ElementId> undetermined_;  ///< efforts and flows within rings
 };

@@ -1,0 +1,119 @@
+#include "equations/total_derivatives.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "bgsim/modes.hpp"
+#include "equations/borders.hpp"
+#include "equations/unknowns.hpp"
+#include "expression/graph.hpp"
+
+namespace bgsim {
+namespace {
+
+/// Higher derivatives than this in a row come from a structure of higher index, not from a model of finite depth.
+constexpr std::uint32_t kMostDerivatives = 8;
+
+Place line_of(const Model& model, const Equation& equation) {
+  if (!equation.element.valid()) return equation.place;
+  const Element& element = model.elements[equation.element.index()];
+  return equation.place.begin == element.place.begin ? line_of(element) : equation.place;
+}
+
+}  // namespace
+
+bool TotalDerivatives::varies(SymbolId symbol) const {
+  return system_.symbols[symbol.index()].kind != SystemSymbol::Kind::parameter;
+}
+
+ExprId TotalDerivatives::of(ExprId argument, const Wish& wish) {
+  ExprPool& pool = system_.pool;
+  const std::vector<SymbolId> symbols = symbols_in(pool, std::array{argument});
+  if (std::none_of(symbols.begin(), symbols.end(), [this](SymbolId s) { return varies(s); })) return pool.constant(0.0);
+  if (argument == pool.symbol(system_.time)) return pool.constant(1.0);
+  const auto [entry, is_new] = derivatives_.try_emplace(argument, SymbolId{});
+  if (is_new) {
+    entry->second = add_unknown(system_, name_of(argument));
+    pending_.push_back({argument, entry->second, wish});
+  }
+  return pool.symbol(entry->second);
+}
+
+std::string TotalDerivatives::name_of(ExprId argument) const {
+  if (system_.pool.is_symbol(argument))
+    return "der(" + system_.symbols[system_.pool.symbol_of(argument).index()].name + ")";
+  return "der#" + std::to_string(pending_.size() + 1);
+}
+
+void TotalDerivatives::write_equations() {
+  for (std::size_t next = 0; next < pending_.size(); ++next) {
+    const Pending pending = pending_[next];  // a copy: more are added
+    write_equation(pending);
+  }
+}
+
+void TotalDerivatives::write_equation(const Pending& pending) {
+  if (system_.pool.is_symbol(pending.argument)) return differentiate_symbol(pending);
+  const Place place = pending.wish.place;
+  define(system_, pending.unknown, total(pending.argument, place, pending), {}, place);
+}
+
+void TotalDerivatives::differentiate_symbol(const Pending& pending) {
+  const SymbolId of_symbol = system_.pool.symbol_of(pending.argument), unknown = pending.unknown;
+  const SystemSymbol symbol = system_.symbols[of_symbol.index()];
+  if (symbol.kind == SystemSymbol::Kind::state) {
+    const State& state = system_.states[symbol.index];
+    return define(system_, unknown, state.rate, state.element, place_of(model_, state));
+  }
+  const Equation equation = system_.equations[symbol.index];
+  if (!equation.expression.valid()) return;  // its own problem has been reported
+  const auto before = depth_.find(of_symbol);
+  const std::uint32_t level = (before == depth_.end() ? 0 : before->second) + 1;
+  depth_[unknown] = level;
+  if (level > kMostDerivatives) return report_index(equation, symbol.name);
+  const Place line = line_of(model_, equation);
+  if (!equation.implicit)
+    return define(system_, unknown, total(equation.expression, line, pending), equation.element, equation.place);
+  // 0 = F(u, ...) gives F_u u' + sum F_o o' = 0
+  ExprPool& pool = system_.pool;
+  const auto is_variable = [this](SymbolId s) { return varies(s); };
+  if (jumps_with(pool, equation.expression, is_variable)) look_at_borders(pending.argument, line, pending);
+  ExprId own = pool.constant(0.0), others = pool.constant(0.0);
+  for (const auto& [s, partial] : gradient(pool, equation.expression, is_variable)) {
+    if (s == of_symbol)
+      own = partial;
+    else
+      others = pool.add(others, pool.mul(partial, of(pool.symbol(s), pending.wish)));
+  }
+  define(system_, unknown, pool.neg(pool.div(others, own)), equation.element, equation.place);
+}
+
+/// @param place  the user's line that gives the expression.
+ExprId TotalDerivatives::total(ExprId expression, Place place, const Pending& pending) {
+  ExprPool& pool = system_.pool;
+  const auto is_variable = [this](SymbolId s) { return varies(s); };
+  if (jumps_with(pool, expression, is_variable)) look_at_borders(expression, place, pending);
+  ExprId sum = pool.constant(0.0);
+  for (const auto& [symbol, partial] : gradient(pool, expression, is_variable))
+    sum = pool.add(sum, pool.mul(partial, of(pool.symbol(symbol), pending.wish)));
+  return sum;
+}
+
+void TotalDerivatives::report_index(const Equation& equation, const std::string& name) {
+  if (!index_reported_) problems_.push_back(index_fault(name, kMostDerivatives, equation.place));
+  index_reported_ = true;
+}
+
+/// Conditions do not make a jump: it is one if both sides differ where they meet. What differs wherever it was looked
+/// at is refused; the run looks at the others where it comes by.
+void TotalDerivatives::look_at_borders(ExprId expression, Place place, const Pending& pending) {
+  if (in_pieces_) return;
+  const auto name = [this](SymbolId s) { return system_.symbols[s.index()].name; };
+  Diagnostic fault = jump_fault(readable_text(system_.pool, expression, name), place, pending.wish);
+  if (certainly_jumps(model_, system_, expression)) return problems_.push_back(std::move(fault));
+  system_.equations[system_.symbols[pending.unknown.index()].index].whole = expression;
+  system_.continuous.push_back({pending.unknown, expression, std::move(fault)});
+}
+
+}  // namespace bgsim
