@@ -19,6 +19,8 @@ const Range kZero(0.0, 0.0), kOne(1.0, 1.0);
 Range f(Op op, const Range& a) { return range_of(op, nullptr, a, kZero, kZero); }
 Range f(Op op, const Range& a, const Range& b) { return range_of(op, nullptr, a, b, kZero); }
 
+Jet constant_jet(double value) { return {value, {value, value}, kZero, 0.0, kZero}; }
+
 bool is_zero(const Range& x) { return x.lower() == 0.0 && x.upper() == 0.0; }
 /// All numbers for an empty range, or one with an end that is none.
 Range or_unknown(const Range& x) { return is_empty(x) ? kAllNumbers : x; }
@@ -91,6 +93,44 @@ Range partial(Op op, const Table* table, const Range& a, const Range& v) {
   }
 }
 
+double largest(const Range& x) { return std::max(std::fabs(x.lower()), std::fabs(x.upper())); }
+bool is_bounded(const Range& x) { return std::isfinite(x.lower()) && std::isfinite(x.upper()); }
+
+/// Second derivative along the stretch, and slope in its middle, by the chain rule; @p by_a is the partial derivative
+/// of an operator of one argument. Of other operators nothing is known.
+void bend_along(Op op, const Jet& a, const Jet& b, const Range& by_a, Jet& out) {
+  out.curve = kAllNumbers;
+  out.middle_slope = 0.0;
+  if (!is_bounded(a.curve)) return;
+  const auto take = [&out](double slope, const Range& curve) {
+    out.middle_slope = slope;
+    out.curve = or_unknown(curve);
+  };
+  switch (op) {
+    case Op::neg:
+      return take(-a.middle_slope, -a.curve);
+    case Op::add:
+      return take(a.middle_slope + b.middle_slope, a.curve + b.curve);
+    case Op::sub:
+      return take(a.middle_slope - b.middle_slope, a.curve - b.curve);
+    case Op::mul:
+      if (!is_bounded(b.curve)) return;
+      return take(a.middle_slope * b.middle + a.middle * b.middle_slope,
+                  product(a.curve, b.value) + product(a.value, b.curve) + 2.0 * product(a.slope, b.slope));
+    case Op::div:
+      if (is_zero(b.slope) && is_thin(b.value)) take(a.middle_slope / b.middle, quotient(a.curve, b.value));
+      return;
+    case Op::sin:
+      return take(std::cos(a.middle) * a.middle_slope, product(by_a, a.curve) - product(out.value, square(a.slope)));
+    case Op::cos:
+      return take(-std::sin(a.middle) * a.middle_slope, product(by_a, a.curve) - product(out.value, square(a.slope)));
+    case Op::exp:
+      return take(out.middle * a.middle_slope, product(out.value, a.curve + square(a.slope)));
+    default:
+      return;
+  }
+}
+
 /// Of what an operator is, so much that it is not to be called linear.
 bool is_much(double bend, const Range& value) {
   constexpr double kBends = 0.25;
@@ -100,7 +140,7 @@ bool is_much(double bend, const Range& value) {
 
 }  // namespace
 
-Jet time_jet(double begin, double end) { return {begin + (end - begin) / 2, {begin, end}, kOne}; }
+Jet time_jet(double begin, double end) { return {begin + (end - begin) / 2, {begin, end}, kOne, 1.0, kZero}; }
 
 Enclosure::Enclosure(const Program& program, std::span<const double> parameters, std::span<const ExprId> roots)
     : program_(program) {
@@ -164,10 +204,9 @@ Enclosure::Enclosure(const Program& program, std::span<const double> parameters,
     if (node.op == Op::constant || node.op == Op::symbol) {
       const std::uint32_t slot = node.op == Op::symbol ? slot_of_symbol[node.a] : kNowhere;
       if (node.op == Op::constant) {
-        jets_[out] = {node.constant, {node.constant, node.constant}, kZero};
+        jets_[out] = constant_jet(node.constant);
       } else if (level[i] == fixed) {
-        const double value = slot == kNowhere ? 0.0 : parameters[slot - program.first_parameter];
-        jets_[out] = {value, {value, value}, kZero};
+        jets_[out] = constant_jet(slot == kNowhere ? 0.0 : parameters[slot - program.first_parameter]);
       } else if (level[i] == by_modes) {
         modes_.emplace_back(out, slot - program.first_mode);
       } else if (slot == program.time_slot) {
@@ -216,8 +255,7 @@ Enclosure::Enclosure(const Program& program, std::span<const double> parameters,
 }
 
 void Enclosure::set_modes(std::span<const double> modes) {
-  for (const auto& [position, relation] : modes_)
-    jets_[position] = {modes[relation], {modes[relation], modes[relation]}, kZero};
+  for (const auto& [position, relation] : modes_) jets_[position] = constant_jet(modes[relation]);
   for (const Node& node : of_modes_) run(node, 0.0);
 }
 
@@ -231,7 +269,10 @@ void Enclosure::evaluate(double begin, double end, std::span<const Jet> states, 
 
 void Enclosure::evaluate_box(const Range& time, std::span<const Range> unknowns) {
   const auto jet = [](const Range& range) {
-    return Jet{range.lower() + (range.upper() - range.lower()) / 2, range, kZero};
+    Jet over;
+    over.middle = range.lower() + (range.upper() - range.lower()) / 2;
+    over.value = range;
+    return over;
   };
   if (at_time_ != kNowhere) jets_[at_time_] = jet(time);
   std::size_t k = 0;
@@ -316,7 +357,8 @@ void Enclosure::run(const Node& node, double half) {
     if (is_thin(a.value)) {
       out = a.value.lower() != 0.0 ? b : c;
     } else {
-      out = {apply(Op::select, a.middle, b.middle, c.middle), or_unknown(hull(b.value, c.value)), kAllNumbers};
+      out = {apply(Op::select, a.middle, b.middle, c.middle), or_unknown(hull(b.value, c.value)), kAllNumbers, 0.0,
+             kAllNumbers};
     }
     return;
   }
@@ -339,11 +381,14 @@ void Enclosure::run(const Node& node, double half) {
     const bool squared = node.op == Op::mul && node.a == node.b;
     out.value = squared ? square(a.value) : or_unknown(range_of(node.op, node.table, a.value, b.value, kZero));
   }
-  if (half == 0.0) {
+  if (half == 0.0) {  // over a box, or of what stands still, whose arguments have no slopes
     out.slope = kZero;
+    out.middle_slope = 0.0;
+    out.curve = kZero;
     return;
   }
   const Jet& b = jets_[node.b];
+  Partials d;
   switch (node.op) {
     case Op::add:
       out.slope = a.slope + b.slope;
@@ -352,12 +397,14 @@ void Enclosure::run(const Node& node, double half) {
       out.slope = a.slope - b.slope;
       break;
     default: {
-      const Partials d = partials(node, a.value, b.value, out.value);
+      d = partials(node, a.value, b.value, out.value);
       out.slope = product(d.a, a.slope);
       if (n > 1 && !is_zero(b.slope)) out.slope = or_unknown(out.slope + product(d.b, b.slope));
     }
   }
+  bend_along(node.op, a, b, d.a, out);
   if (n < 2 || is_zero(a.slope) || is_zero(b.slope)) return;
+  tighten(a, b, half, out);
   // The mean value form, with room for the roundings of the middle.
   constexpr double kRounding = 1e-15;
   const double room = kRounding * (std::fabs(out.middle) + std::fabs(a.middle) + std::fabs(b.middle));
@@ -365,6 +412,21 @@ void Enclosure::run(const Node& node, double half) {
   const double high = out.middle + half * std::max(out.slope.upper(), -out.slope.lower()) + room;
   const double least = std::max(out.value.lower(), low), most = std::min(out.value.upper(), high);
   if (least <= most) out.value = Range(least, most);
+}
+
+/// Taylor's formula for values and slopes, from the middle: terms that nearly cancel (the pressures on both sides of a
+/// valve) leave as much excess as their third derivatives, not their second.
+void Enclosure::tighten(const Jet& a, const Jet& b, double half, Jet& out) {
+  const double curve = std::max(std::fabs(out.curve.lower()), std::fabs(out.curve.upper()));
+  if (!std::isfinite(curve) || !std::isfinite(out.middle_slope)) return;
+  constexpr double kRounding = 1e-15;
+  const double slope_room = kRounding * (std::fabs(out.middle_slope) + std::fabs(a.middle_slope) +
+                                         std::fabs(b.middle_slope) + largest(out.slope));
+  const double bends = half * curve + slope_room;
+  out.slope = both(out.slope, {out.middle_slope - bends, out.middle_slope + bends});
+  const double room = kRounding * (std::fabs(out.middle) + std::fabs(a.middle) + std::fabs(b.middle));
+  const double moves = half * (std::fabs(out.middle_slope) + slope_room) + 0.5 * half * half * curve + room;
+  out.value = both(out.value, {out.middle - moves, out.middle + moves});
 }
 
 const Enclosure::Node* Enclosure::node_of(std::size_t root) const {

@@ -12,11 +12,14 @@
 namespace bgsim {
 
 /// A quantity over a stretch of time: its value in the middle of the stretch, what holds all its values, and what holds
-/// all its slopes by time. Where it has no bound, its ranges are all numbers.
+/// all its slopes by time; its slope in the middle, and what holds all its second derivatives. Where it has no bound,
+/// its ranges are all numbers; the slope in the middle means something where `curve` has bounds.
 struct Jet {
   double middle = 0.0;
   Range value = Range(0.0, 0.0);
   Range slope = Range(0.0, 0.0);
+  double middle_slope = 0.0;
+  Range curve = Range(-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity());
 };
 
 /// Time itself on [begin, end].
@@ -27,7 +30,8 @@ Jet time_jet(double begin, double end);
 
 /// Evaluates expressions of a Program over stretches of time: natural interval extensions, with the slopes by time
 /// carried along (forward differentiation) and used for the mean value form at every operator of two arguments. So the
-/// excess falls with the square of the stretch.
+/// excess falls with the square of the stretch, and with its cube where second derivatives are known: through sums,
+/// products, sines and exponentials of states and time.
 ///
 /// Relations are as their modes say. Values hold what rounded evaluations give, but for what rounding makes of
 /// differences of large terms: their signs are rounding's own.
@@ -78,6 +82,7 @@ class Enclosure {
     Range a, b;
   };
   void run(const Node& node, double half);
+  static void tighten(const Jet& a, const Jet& b, double half, Jet& out);
   [[nodiscard]] Partials partials(const Node& node, const Range& a, const Range& b, const Range& v) const;
   [[nodiscard]] double bend(const Node& node, const Range& a, const Range& b, const Range& v) const;
   [[nodiscard]] const Node* node_of(std::size_t root) const;

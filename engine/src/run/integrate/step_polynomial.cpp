@@ -112,8 +112,21 @@ Jet StepPolynomial::over(std::size_t which, double from, double to) const {
   }
   const double scale = to > from ? static_cast<double>(degree_) / (to - from) : 0.0;
   jet.slope = Range(scale * least, scale * most);
-  for (std::size_t level = degree_; level > 0; --level)
+  jet.curve = Range(0.0, 0.0);
+  if (degree_ > 1 && to > from) {
+    double low_bend = b[2] - 2.0 * b[1] + b[0], high_bend = low_bend;
+    for (std::size_t j = 3; j < points; ++j) {
+      const double bend = b[j] - 2.0 * b[j - 1] + b[j - 2];
+      low_bend = std::min(low_bend, bend);
+      high_bend = std::max(high_bend, bend);
+    }
+    const double squared = scale * (scale - 1.0 / (to - from)), bend_room = 4.0 * room;
+    jet.curve = Range(squared * (low_bend - bend_room), squared * (high_bend + bend_room));
+  }
+  for (std::size_t level = degree_; level > 0; --level) {
+    if (level == 1) jet.middle_slope = scale * (b[1] - b[0]);
     for (std::size_t j = 0; j < level; ++j) b[j] = 0.5 * (b[j] + b[j + 1]);
+  }
   jet.middle = b[0];
   return jet;
 }
