@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "bgsim/modes.hpp"
@@ -162,8 +163,28 @@ double largest_error(CompiledModel compiled, const CsvTable& reference, const st
 }
 
 Linearization linear_at(const Study& study, const RunInputs& inputs, double t, const std::vector<double>& x,
-                        const std::vector<std::string>& parameters) {
-  return linearize(study.shared_model(), study.equations(), study.order(), inputs, t, x, parameters);
+                        const std::vector<std::string>& names) {
+  RunInputs point = inputs;
+  point.start = t;
+  point.initial.clear();
+  const std::vector<State>& states = study.equations().states;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    point.initial.push_back({states[i].element, states[i].port, x[i], {}, states[i].signal, 0.0});
+  // Elements first, by number and port, then integrals: those have no element.
+  std::sort(point.initial.begin(), point.initial.end(), [](const RunInputs::Initial& p, const RunInputs::Initial& q) {
+    const auto key = [](const RunInputs::Initial& one) {
+      return std::tuple(!one.element.valid(), one.element.valid() ? one.element.index() : one.signal.index(), one.port);
+    };
+    return key(p) < key(q);
+  });
+  const LinearSystem system = study.linearized(point, names);
+  const auto dense = [](const LinearMatrix& matrix) {
+    std::vector<double> values(matrix.rows * matrix.columns, 0.0);
+    for (const auto& e : matrix.entries) values[e.row * matrix.columns + e.column] = e.value;
+    return values;
+  };
+  return {dense(system.a),      dense(system.b[0]),   dense(system.c),      dense(system.d[0]),
+          system.states.size(), system.inputs.size(), system.outputs.size()};
 }
 
 Linearization linear(const Study& study, const std::string& scene, const std::vector<std::string>& inputs,

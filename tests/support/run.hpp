@@ -70,11 +70,16 @@ CsvTable reference_trace(const std::string& name);
 /// magnitude of the reference's column.
 double largest_error(CompiledModel compiled, const CsvTable& reference, const std::vector<std::string>& names);
 
-/// A, B, C, D at a scene's start (or at states @p x, time @p t), inputs being the named parameters.
+/// A linear system as dense matrices, row-major: x' = A x + B u, y = C x + D u. Derivatives of inputs are left out.
+struct Linearization {
+  std::vector<double> a, b, c, d;
+  std::size_t states = 0, inputs = 0, outputs = 0;
+};
+/// At a scene's start (or at states @p x, time @p t).
 Linearization linear(const Study& study, const std::string& scene = {}, const std::vector<std::string>& inputs = {},
                      const std::vector<std::string>& set = {});
 Linearization linear_at(const Study& study, const RunInputs& run, double t, const std::vector<double>& x,
-                        const std::vector<std::string>& inputs = {});
+                        const std::vector<std::string>& names = {});
 /// Eigenvalues of A, by real part, then imaginary part.
 std::vector<std::complex<double>> poles(const Linearization& linearization);
 

@@ -274,7 +274,7 @@ TEST_CASE("the linearization agrees with the evaluator's own Jacobian") {
                  std::string(kScene)));
   std::vector<double> x(p.system().states.size());
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = 0.3 + 0.2 * static_cast<double>(i);
-  const Linearization lin = test::linear_at(p.study, p.inputs, 0.0, x, {"F"});
+  const test::Linearization lin = test::linear_at(p.study, p.inputs, 0.0, x, {"F"});
   const std::vector<double> j = jacobian_at(p, 0.0, x);
   REQUIRE(lin.a.size() == j.size());
   for (std::size_t i = 0; i < j.size(); ++i) CHECK(lin.a[i] == Approx(j[i]).epsilon(1e-12).margin(1e-13));

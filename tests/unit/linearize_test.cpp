@@ -1,4 +1,5 @@
-// What linearize() refuses. That its matrices are right: equations_test.cpp and tests/physics/oracle_test.cpp.
+// What linear_system() refuses. That its matrices are right: equations_test.cpp, tests/physics/oracle_test.cpp and
+// linear_test.cpp.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -13,7 +14,7 @@ namespace {
 
 const std::string kScene = R"x("scenes": { "s": { "stop": 1, "samples": 3 } })x";
 
-/// The message with which linearize() refuses the point @p x at t = 0; empty if it does not.
+/// The message with which linear_system() refuses the point @p x at t = 0; empty if it does not.
 std::string refusal(const CompiledModel& p, const std::vector<double>& x, const std::vector<std::string>& inputs) {
   try {
     linear_at(p.study, p.inputs, 0.0, x, inputs);
@@ -43,10 +44,10 @@ CompiledModel capacitor(const std::string& law) {
 
 }  // namespace
 
-TEST_CASE("a linearization takes parameters as inputs and no other names") {
+TEST_CASE("a linearization takes a parameter as input, but no flow that nothing gives") {
   const CompiledModel p = capacitor("e = q");
   CHECK(refusal(p, {1.0}, {"R"}).empty());
-  CHECK(refusal(p, {1.0}, {"r.f"}) == "BG406: there is no parameter \"r.f\" to serve as input");
+  CHECK(refusal(p, {1.0}, {"r.f"}) == "BG406: there is no input \"r.f\"");
 }
 
 TEST_CASE("a point at which a law has no finite value is not linearized") {
@@ -57,7 +58,9 @@ TEST_CASE("a point at which a law has no finite value is not linearized") {
 TEST_CASE("a point at which a law has no finite slope is not linearized") {
   const CompiledModel p = capacitor("e = sqrt(q)");
   CHECK(refusal(p, {1.0}, {}).empty());
-  CHECK(refusal(p, {0.0}, {}) == "BG407: the system cannot be linearized here: a partial derivative is not finite");
+  CHECK(refusal(p, {0.0}, {}) ==
+        "BG407: the system cannot be linearized here: sqrt(c.q) (c) has no finite slope by c.q = 0; the rate of c.q "
+        "depends on it");
 }
 
 TEST_CASE("a point at which an algebraic loop is singular is not linearized") {

@@ -161,15 +161,4 @@ std::vector<double> initial_states(Evaluator& evaluator, const RunInputs& inputs
 void check_start(const std::shared_ptr<const Model>& model, const EquationSystem& system, const BlockOrder& order,
                  const Slice& slice, const RunInputs& inputs);
 
-/// The system linearized at a point: x' = A x + B u, y = C x + D u, u being parameters; row-major.
-struct Linearization {
-  std::vector<double> a, b, c, d;
-  std::size_t states = 0, inputs = 0, outputs = 0;
-};
-/// Exact partial derivatives of the expressions, loops eliminated. Dense: for systems up to some thousand states.
-/// @throws ModelError BG406 unknown input parameter; BG407 the linearization is singular or not finite at this point.
-Linearization linearize(const std::shared_ptr<const Model>& model, const EquationSystem& system,
-                        const BlockOrder& order, const RunInputs& inputs, double t, std::span<const double> x,
-                        const std::vector<std::string>& input_parameters);
-
 }  // namespace bgsim
