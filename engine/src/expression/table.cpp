@@ -1,9 +1,9 @@
 #include <Eigen/SparseCore>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "base/lu.hpp"
 #include "bgsim/expression.hpp"
 #include "expression/table_formula.hpp"
 
@@ -78,8 +78,10 @@ void prepare_spline(Table& table) {
   }
   Eigen::SparseMatrix<double> matrix(size, size);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  Eigen::SparseLU<Eigen::SparseMatrix<double>> factors(matrix);
-  const Eigen::VectorXd solution = factors.solve(right);
+  SparseLu<double> lu;
+  lu.analyze(matrix);
+  lu.factorize(matrix);
+  const Eigen::VectorXd solution = lu.solve(right);
   for (std::size_t i = 0; i < n; ++i) table.slope2[i] = solution[static_cast<Eigen::Index>(i)];
 }
 

@@ -1,5 +1,3 @@
-#include <Eigen/LU>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +6,7 @@
 #include <unordered_map>
 
 #include "base/codes.hpp"
+#include "base/lu.hpp"
 #include "bgsim/infer_units.hpp"
 #include "bgsim/linear.hpp"
 #include "bgsim/modes.hpp"
@@ -87,7 +86,7 @@ Eigen::MatrixXd loops_by_columns(const Model& model, const LinearMatrix& loops, 
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(m, m);
     for (const auto& e : loops.entries)
       if (e.column >= columns) matrix(e.row, e.column - n) = e.value * row(e.row) * column(e.column - n);
-    solved = Eigen::PartialPivLU<Eigen::MatrixXd>(matrix).solve(right);
+    solved = DenseLu(matrix).solve(right);
   } else {
     std::vector<Eigen::Triplet<double>> triplets;
     for (const auto& e : loops.entries)
@@ -96,9 +95,11 @@ Eigen::MatrixXd loops_by_columns(const Model& model, const LinearMatrix& loops, 
                               e.value * row(e.row) * column(e.column - n));
     Eigen::SparseMatrix<double> matrix(m, m);
     matrix.setFromTriplets(triplets.begin(), triplets.end());
-    Eigen::SparseLU<Eigen::SparseMatrix<double>> lu(matrix);
-    if (lu.info() != Eigen::Success) singular();
-    solved = lu.solve(right);
+    SparseLu<double> lu;
+    lu.analyze(matrix);
+    if (!lu.factorize(matrix)) singular();
+    solved.resize(m, n);
+    for (Eigen::Index c = 0; c < n; ++c) solved.col(c) = lu.solve(right.col(c));
   }
   solved = column.asDiagonal() * solved;
   if (!solved.allFinite()) singular();

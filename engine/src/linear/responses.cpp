@@ -1,9 +1,9 @@
 // Frequency and time responses from one input to one output.
-#include <Eigen/SparseLU>
 #include <cmath>
 #include <limits>
 
 #include "base/codes.hpp"
+#include "base/lu.hpp"
 #include "linear/analysis.hpp"
 #include "linear/dense.hpp"
 
@@ -72,7 +72,7 @@ FrequencyResponse frequency_response(const LinearSystem& system, std::size_t inp
   SparseMatrix minus_a(n, n);
   minus_a.setFromTriplets(triplets.begin(), triplets.end());
   minus_a.makeCompressed();
-  Eigen::SparseLU<SparseMatrix> lu;
+  SparseLu<Complex> lu;
   bool analyzed = false;
   for (const double w : result.omega) {
     const Complex s(0.0, w);
@@ -92,16 +92,15 @@ FrequencyResponse frequency_response(const LinearSystem& system, std::size_t inp
         for (Index k = 0; k < matrix.outerSize(); ++k)
           for (SparseMatrix::InnerIterator it(matrix, k); it; ++it) it.valueRef() /= rows(it.row());
         right = b.cwiseQuotient(rows.cast<Complex>());
-        if (!analyzed) lu.analyzePattern(matrix);
+        if (!analyzed) lu.analyze(matrix);
         analyzed = true;
-        lu.factorize(matrix);
-        singular = lu.info() != Eigen::Success;
+        singular = !lu.factorize(matrix);
       }
       if (singular) {
         value = std::numeric_limits<double>::infinity();
       } else {
         Eigen::VectorXcd x = lu.solve(right);
-        const Eigen::VectorXcd correction = lu.solve(Eigen::VectorXcd(right - matrix * x));
+        const Eigen::VectorXcd correction = lu.solve(right - matrix * x);
         const Complex moved = (c.transpose() * correction)(0);
         x += correction;
         value += (c.transpose() * x)(0);

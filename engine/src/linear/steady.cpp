@@ -1,6 +1,4 @@
 // Equilibria: Newton's iteration, then implicit Euler steps that become Newton's as they grow.
-#include <Eigen/LU>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +6,7 @@
 #include <tuple>
 
 #include "base/codes.hpp"
+#include "base/lu.hpp"
 #include "bgsim/linear.hpp"
 #include "bgsim/text.hpp"
 #include "equations/solvable_causality.hpp"
@@ -166,13 +165,14 @@ bool solve(const Rates& jacobian, double shift, const Vector& f, const Vector& s
       if (column(c) == 0.0) return false;
       full.col(c) /= column(c);
     }
-    const Eigen::PartialPivLU<Eigen::MatrixXd> lu(full);
+    const DenseLu lu(full);
     if (shift == 0.0 && !(lu.rcond() > 1e-14)) return false;
-    dx = lu.solve(right).cwiseQuotient(column);
+    dx = Vector(lu.solve(right)).cwiseQuotient(column);
   } else {
     matrix.makeCompressed();
-    Eigen::SparseLU<Rates> lu(matrix);
-    if (lu.info() != Eigen::Success) return false;
+    SparseLu<double> lu;
+    lu.analyze(matrix);
+    if (!lu.factorize(matrix)) return false;
     dx = lu.solve(right);
   }
   dx = dx.cwiseProduct(size);

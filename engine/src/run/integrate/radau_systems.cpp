@@ -1,7 +1,7 @@
 #include "run/integrate/radau_systems.hpp"
 
 #include <Eigen/LU>
-#include <Eigen/SparseLU>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/lu.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/integrate/radau_formula.hpp"
 
@@ -188,8 +189,8 @@ class SparseSystems final : public RadauSystems {
     real_matrix_.resize(n_, n_);
     real_matrix_.setFromTriplets(places.begin(), places.end());
     complex_matrix_ = real_matrix_.cast<std::complex<double>>();
-    real_.analyzePattern(real_matrix_);
-    complex_.analyzePattern(complex_matrix_);
+    real_.analyze(real_matrix_);
+    complex_.analyze(complex_matrix_);
     place_.reserve(pattern.row.size());
     each([&](std::size_t row, std::size_t column, std::size_t) { place_.push_back(find(row, column)); });
     for (std::size_t i = 0; i < pattern.size; ++i) diagonal_.push_back(find(i, i));
@@ -210,9 +211,7 @@ class SparseSystems final : public RadauSystems {
       real[at] += kGamma;
       complex[at] += std::complex<double>(kAlpha, kBeta);
     }
-    real_.factorize(real_matrix_);
-    complex_.factorize(complex_matrix_);
-    return real_.info() == Eigen::Success && complex_.info() == Eigen::Success;
+    return real_.factorize(real_matrix_) && complex_.factorize(complex_matrix_);
   }
 
   void solve_real(double* u) override {
@@ -250,8 +249,8 @@ class SparseSystems final : public RadauSystems {
   Eigen::Index n_;
   Eigen::SparseMatrix<double> real_matrix_;
   Eigen::SparseMatrix<std::complex<double>> complex_matrix_;
-  Eigen::SparseLU<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>> real_;
-  Eigen::SparseLU<Eigen::SparseMatrix<std::complex<double>>, Eigen::COLAMDOrdering<int>> complex_;
+  SparseLu<double> real_;
+  SparseLu<std::complex<double>> complex_;
   std::vector<Eigen::Index> place_, diagonal_;  ///< among the values: of the pattern's entries, of the diagonal
   Eigen::VectorXd solution_;
   Eigen::VectorXcd complex_right_, complex_solution_;
