@@ -2,7 +2,8 @@
 # translation unit, so that headers are parsed, and the inline functions of libraries compiled, once for each and not once
 # for each source (docs/design/build.md). A source with compile options of its own stays by itself; CMake sees to that. Runs
 # make two units, since one took as long as all others together on four cores; Radau's matrices, a fifth of that one, are by
-# themselves; so are Eigen's decompositions of linear analysis.
+# themselves; so are the decompositions of linear analysis. Of the stages that runs go through, what is done once a run
+# (bgsim_cold) shares units with others.
 set(unit_of_base first)
 set(unit_of_model first)
 set(unit_of_units first)
@@ -11,18 +12,27 @@ set(unit_of_graph middle)
 set(unit_of_equations middle)
 set(unit_of_draw middle)
 set(unit_of_describe middle)
+set(unit_of_program once)
+set(unit_of_run once)
+set(hot_unit_of_base evaluation)
+set(hot_unit_of_expression evaluation)
+set(hot_unit_of_program evaluation)
 function(unite_folders target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   foreach(source IN LISTS ARGN)
     cmake_path(RELATIVE_PATH source BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} OUTPUT_VARIABLE file)
     string(REGEX REPLACE "^(engine/src/)?([^/]+)/.*" "\\2" group ${file})
-    if(file MATCHES "^engine/src/run/(watch|sink|measure)/")
+    if(NOT target STREQUAL bgsim)
+      if(DEFINED unit_of_${group})
+        set(group ${unit_of_${group}})
+      endif()
+    elseif(file MATCHES "^engine/src/run/(watch|sink)/")
       set(group watch)
-    elseif(DEFINED unit_of_${group})
-      set(group ${unit_of_${group}})
+    elseif(DEFINED hot_unit_of_${group})
+      set(group ${hot_unit_of_${group}})
     endif()
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
   endforeach()
   set_source_files_properties(engine/src/run/integrate/radau_systems.cpp engine/src/linear/eigenvalues.cpp
-    engine/src/linear/responses.cpp engine/src/linear/steady.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()

@@ -13,12 +13,9 @@ namespace bgsim {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Cells of a table that are looked at one by one; over more of them the range is taken to be unknown.
 constexpr std::size_t kMostCells = 64;
 
-/// All numbers: where a function leaves its domain within the range.
-Range unknown() { return {-kInfinity, kInfinity}; }
 Range thin_or_empty(double value) { return std::isnan(value) ? Range::empty() : Range(value, value); }
 
 /// Two units in the last place outwards: what a function of the mathematical library may be off by, and more.
@@ -31,7 +28,7 @@ Range monotone(Op op, const Range& x) { return widened(apply(op, x.lower()), app
 /// A monotone function with the domain [least, most].
 Range monotone(Op op, const Range& x, double least, double most) {
   if (x.upper() < least || x.lower() > most) return Range::empty();
-  return x.lower() < least || x.upper() > most ? unknown() : monotone(op, x);
+  return x.lower() < least || x.upper() > most ? kAllNumbers : monotone(op, x);
 }
 /// A monotone step function, whose values are exact.
 Range stepping(Op op, const Range& x) { return {apply(op, x.lower()), apply(op, x.upper())}; }
@@ -40,7 +37,7 @@ Range stepping(Op op, const Range& x) { return {apply(op, x.lower()), apply(op, 
 Range corners(Op op, const Range& x, const Range& y) {
   const std::array<double, 4> at{apply(op, x.lower(), y.lower()), apply(op, x.lower(), y.upper()),
                                  apply(op, x.upper(), y.lower()), apply(op, x.upper(), y.upper())};
-  if (std::any_of(at.begin(), at.end(), [](double v) { return std::isnan(v); })) return unknown();
+  if (std::any_of(at.begin(), at.end(), [](double v) { return std::isnan(v); })) return kAllNumbers;
   return widened(*std::min_element(at.begin(), at.end()), *std::max_element(at.begin(), at.end()));
 }
 
@@ -62,16 +59,16 @@ Range sine_like(Op op, const Range& x, double maximum) {
 
 Range tangent(const Range& x) {
   if (!std::isfinite(x.lower()) || !std::isfinite(x.upper()) || x.upper() - x.lower() >= std::numbers::pi)
-    return unknown();
-  return may_contain(x, 0.5 * std::numbers::pi, std::numbers::pi) ? unknown() : monotone(Op::tan, x);
+    return kAllNumbers;
+  return may_contain(x, 0.5 * std::numbers::pi, std::numbers::pi) ? kAllNumbers : monotone(Op::tan, x);
 }
 
 Range power(const Range& x, const Range& y) {
   if (x.lower() >= 0.0) return corners(Op::pow, x, y);
-  if (!is_thin(y)) return unknown();
+  if (!is_thin(y)) return kAllNumbers;
   const double n = y.lower();
-  if (n != std::floor(n)) return x.upper() < 0.0 ? Range::empty() : unknown();
-  if (n < 0.0 && x.upper() >= 0.0) return unknown();
+  if (n != std::floor(n)) return x.upper() < 0.0 ? Range::empty() : kAllNumbers;
+  if (n < 0.0 && x.upper() >= 0.0) return kAllNumbers;
   const Range ends = widened(apply(Op::pow, x.lower(), n), apply(Op::pow, x.upper(), n));
   const bool even = std::fmod(n, 2.0) == 0.0;
   return even && x.upper() > 0.0 ? Range(0.0, ends.upper()) : ends;
@@ -114,9 +111,9 @@ Range comparison(Op op, const Range& a, const Range& b) {
 
 Range table_range(Op op, const Table& table, const Range& x) {
   if (table.x.size() < 2 || x.upper() < table.x.front() || x.lower() > table.x.back()) return Range::empty();
-  if (x.lower() < table.x.front() || x.upper() > table.x.back()) return unknown();
+  if (x.lower() < table.x.front() || x.upper() > table.x.back()) return kAllNumbers;
   const std::size_t first = nearest_cell(table, x.lower()), last = nearest_cell(table, x.upper());
-  if (last - first >= kMostCells) return unknown();
+  if (last - first >= kMostCells) return kAllNumbers;
   Range result = Range::empty();
   for (std::size_t i = first; i <= last; ++i) {
     const Range part(std::max(x.lower(), table.x[i]), std::min(x.upper(), table.x[i + 1]));
@@ -205,7 +202,7 @@ Range logic(Op op, const Range& a, const Range& b) {
   const auto settles = [strong](const Range& x) { return is_thin(x) && x.lower() == strong; };
   if (settles(a) || settles(b)) return {strong, strong};
   if (is_empty(a) || is_empty(b))
-    return is_thin(a) || is_thin(b) || (is_empty(a) && is_empty(b)) ? Range::empty() : unknown();
+    return is_thin(a) || is_thin(b) || (is_empty(a) && is_empty(b)) ? Range::empty() : kAllNumbers;
   return op == Op::logical_and ? boost::numeric::min(a, b) : boost::numeric::max(a, b);
 }
 
@@ -217,7 +214,7 @@ Range range_of(Op op, const Table* table, const Range& a, const Range& b, const 
   if (is_empty(a) || (n == 2 && is_empty(b))) return Range::empty();
   if (op == Op::select) {
     if (is_thin(a)) return a.lower() != 0.0 ? b : c;
-    return is_empty(b) != is_empty(c) ? unknown() : hull(b, c);
+    return is_empty(b) != is_empty(c) ? kAllNumbers : hull(b, c);
   }
   if (table != nullptr)
     return is_thin(a) ? thin_or_empty(apply_table(op, *table, a.lower())) : table_range(op, *table, a);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <boost/numeric/interval.hpp>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -19,6 +20,10 @@ using Range = boost::numeric::interval<
     double, boost::numeric::interval_lib::policies<boost::numeric::interval_lib::save_state_nothing<
                                                        boost::numeric::interval_lib::rounded_arith_exact<double>>,
                                                    boost::numeric::interval_lib::checking_base<double>>>;
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Where a function leaves its domain within a range, or nothing is known of it.
+inline const Range kAllNumbers(-kInfinity, kInfinity);
 
 [[nodiscard]] inline bool is_empty(const Range& x) { return !(x.lower() <= x.upper()); }
 [[nodiscard]] inline bool is_thin(const Range& x) { return x.lower() == x.upper(); }

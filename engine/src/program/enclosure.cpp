@@ -11,9 +11,7 @@ namespace bgsim {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
-const Range kAllNumbers(-kInfinity, kInfinity);
 const Range kZero(0.0, 0.0), kOne(1.0, 1.0);
 
 Range f(Op op, const Range& a) { return range_of(op, nullptr, a, kZero, kZero); }

@@ -18,7 +18,6 @@ namespace {
 /// forgotten, one that oscillates keeps its size.
 constexpr double kDiagonal = 1.0 - 1.0 / std::numbers::sqrt2;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
