@@ -216,7 +216,7 @@ Enclosure::Enclosure(const Program& program, std::span<const double> parameters,
       }
       continue;
     }
-    Node step{node.op, 0, 0, 0, out, 0, nullptr};
+    Node step{node.op, 0, 0, 0, out, 0, nullptr, arity(node.op)};
     std::uint32_t* places[] = {&step.a, &step.b, &step.c};
     std::size_t n = 0;
     for_each_argument(node, [&](ExprId a) { *places[n++] = position[*at.find(a)]; });
@@ -289,7 +289,7 @@ void Enclosure::evaluate_point(double t, std::span<const double> states, std::sp
     if (node.op == Op::select)
       out = apply(Op::select, a, jets_[node.b].middle, jets_[node.c].middle);
     else if (node.table == nullptr)
-      out = apply(node.op, a, arity(node.op) > 1 ? jets_[node.b].middle : 0.0);
+      out = apply(node.op, a, jets_[node.b].middle);
     else if (node.cell == kNowhere)
       out = apply_table(node.op, *node.table, a);
     else if (node.op == Op::table)
@@ -306,7 +306,7 @@ Enclosure::Partials Enclosure::partials(const Node& node, const Range& a, const 
     const double slope = slope_in_cell(*node.table, a.lower(), cell);
     return {Range(slope, slope), kZero};
   }
-  if (arity(node.op) < 2) return {or_unknown(partial(node.op, node.table, a, v)), kZero};
+  if (node.arguments < 2) return {or_unknown(partial(node.op, node.table, a, v)), kZero};
   switch (node.op) {
     case Op::add:
       return {kOne, kOne};
@@ -349,7 +349,7 @@ Enclosure::Partials Enclosure::partials(const Node& node, const Range& a, const 
 void Enclosure::run(const Node& node, double half) {
   const Jet& a = jets_[node.a];
   Jet& out = jets_[node.out];
-  const int n = arity(node.op);
+  const int n = node.arguments;
   if (node.op == Op::select) {
     const Jet &b = jets_[node.b], &c = jets_[node.c];
     if (is_thin(a.value)) {
@@ -434,7 +434,7 @@ const Enclosure::Node* Enclosure::node_of(std::size_t root) const {
 
 double Enclosure::argument(std::size_t root, int which) const {
   const Node* node = node_of(root);
-  if (node == nullptr || which >= arity(node->op)) return 0.0;
+  if (node == nullptr || which >= node->arguments) return 0.0;
   return jets_[which == 0 ? node->a : node->b].middle;
 }
 
@@ -446,7 +446,7 @@ double Enclosure::bend(const Node& node, const Range& a, const Range& b, const R
     return moved == 0.0 ? 0.0 : 0.25 * (slope.upper() - slope.lower()) * moved;
   };
   double sum = part(d.a, a);
-  if (arity(node.op) > 1) sum += part(d.b, b);
+  if (node.arguments > 1) sum += part(d.b, b);
   return std::isnan(sum) ? kInfinity : sum;
 }
 

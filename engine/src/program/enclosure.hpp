@@ -77,6 +77,7 @@ class Enclosure {
     std::uint32_t a = 0, b = 0, c = 0, out = 0;
     std::uint32_t cell = 0;  ///< position of the mode that a linear table's cell is
     const Table* table = nullptr;
+    int arguments = 0;
   };
   struct Partials {
     Range a, b;

@@ -60,7 +60,7 @@ void Evaluator::Impl::run(std::span<const Instruction> code) {
         s[i.out] = table_curvature(program.pool.table(TableId(i.b)), s[i.a]);
         break;
       default:
-        s[i.out] = apply(i.op, s[i.a], arity(i.op) > 1 ? s[i.b] : 0.0, arity(i.op) > 2 ? s[i.c] : 0.0);
+        s[i.out] = apply(i.op, s[i.a], s[i.b], s[i.c]);  // of arguments that an operator has not, slot 0
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace bgsim {
 
@@ -39,13 +40,19 @@ struct Conversion {
   }
 };
 
+/// Made when it is first asked for: a run needs two or three of them.
+template <std::size_t Degree>
+const Conversion& conversion_of() {
+  static const Conversion conversion(Degree);
+  return conversion;
+}
+
 const Conversion& conversion(std::size_t degree) {
-  static const std::vector<Conversion> all = [] {
-    std::vector<Conversion> list;
-    for (std::size_t n = 0; n < kMost; ++n) list.emplace_back(n);
-    return list;
-  }();
-  return all[degree];
+  constexpr auto kAll = []<std::size_t... Degree>(std::index_sequence<Degree...>) {
+    return std::array{&conversion_of<Degree>...};
+  }
+  (std::make_index_sequence<kMost>());
+  return kAll[degree]();
 }
 
 /// Coefficients on [0, s] instead of [0, 1].

@@ -72,7 +72,7 @@ bool OperatorScreen::bends(std::size_t root) {
 void OperatorScreen::drop_noise(const StepEnds& step, const std::function<double(std::size_t state)>& tolerances) {
   noise_.assign(2 * bending_.size(), 0.0);
   const std::vector<std::uint32_t>& states = operators_->states();
-  evaluate(step.end, step.states_at_end, step.tears_at_end);
+  // The tears at the step's end are where take_ends() left them.
   for (const int pattern : {0, 1, 2}) {
     for (std::size_t k = 0; k < states.size(); ++k) {
       const bool up = pattern == 0 || (pattern == 1) == (k % 2 == 0);
