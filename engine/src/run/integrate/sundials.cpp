@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <new>
 
+#include "run/integrate/vectors.hpp"
+
 namespace bgsim {
 
 void ContextDeleter::operator()(SUNContext context) const { SUNContext_Free(&context); }
@@ -41,6 +43,7 @@ ContextHandle make_context() {
 
 VectorHandle make_vector(SUNContext context, std::size_t size) {
   VectorHandle vector = own<VectorHandle>(N_VNew_Serial(index(size), context));
+  use_own_operations(vector.get());
   N_VConst(0.0, vector.get());
   return vector;
 }
