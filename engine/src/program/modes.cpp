@@ -70,15 +70,19 @@ bool Evaluator::initialize_modes(double t, const double* x, Branch& branch) {
   // conditions needs n rounds; more than all of them means that they contradict each other.
   for (std::size_t round = 0; round < program.guarded.size() + 2; ++round) {
     if (!impl.run(program.guards, t, x, branch)) return false;
-    if (!impl.take(program.guards, impl.guard_values.data(), "a condition", {})) return false;
-    bool changed = false;
+    // One condition may hang on a law that ends at another's border (a flow f = if(e > 0, sqrt(e), -sqrt(-e)) and
+    // whether it is positive): the other comes first.
+    bool changed = false, open = false;
     for (std::size_t i = 0; i < program.guarded.size(); ++i) {
-      const double value = impl.mode_for(program.relations[program.guarded[i]], impl.guard_values[i]);
+      const double guard = impl.slots[program.guards.results[i]];
+      open = open || !std::isfinite(guard);
+      if (!std::isfinite(guard)) continue;
+      const double value = impl.mode_for(program.relations[program.guarded[i]], guard);
       double& mode = branch.modes[program.guarded[i]];
       changed = changed || value != mode;
       mode = value;
     }
-    if (!changed) return true;
+    if (!changed) return !open || impl.take(program.guards, impl.guard_values.data(), "a condition", {});
   }
   impl.fault = {Fault::Kind::loop_no_convergence,
                 t,

@@ -15,6 +15,7 @@
 #include "run/jump.hpp"
 #include "run/run.hpp"
 #include "run/sink/output_measures.hpp"
+#include "run/tried_sides.hpp"
 #include "run/watch/headway.hpp"
 
 namespace bgsim {
@@ -135,7 +136,7 @@ class SwitchedRun {
         return found == tolerance_.end() ? 0.0 : kOfTolerance * found->second;
       };
       DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_);
-      if (sides.failure) return fail(std::move(*sides.failure));
+      if (sides.failure) return try_sides(resolution, std::move(*sides.failure));
       diodes_ = std::move(sides.diodes);
       flow_off_ = std::move(sides.flow_off);
       effort_off_ = std::move(sides.effort_off);
@@ -144,9 +145,28 @@ class SwitchedRun {
     } catch (const ModelError& error) {
       return fail(not_allowed(error));
     }
+    put_diodes();
+    return true;
+  }
+
+  void put_diodes() {
     std::size_t next = 0;
     for (std::size_t i = 0; i < mode_.size(); ++i)
       if (is_diode_[i]) mode_[i] = diodes_[next++].conducts;
+  }
+
+  /// Where there is no linear problem that the sides follow from.
+  bool try_sides(const std::function<double(const StateInfo&)>& resolution, Diagnostic failure) {
+    std::optional<TriedSides> sides = tried_sides(program_of_, mode_, is_diode_, diodes_, inputs_, stored_, resolution);
+    if (!sides) return fail(std::move(failure));
+    for (std::size_t i = 0; i < diodes_.size(); ++i) {
+      diodes_[i].conducts = sides->conducts[i];
+      diodes_[i].pinned = false;
+      diodes_[i].source = 0.0;
+    }
+    flow_off_ = flow_error_ = std::move(sides->flow_error);
+    effort_off_ = effort_error_ = std::move(sides->effort_error);
+    put_diodes();
     return true;
   }
 
@@ -478,12 +498,23 @@ class SwitchedRun {
     }
     constexpr std::size_t kMostNotes = 20;
     for (const std::string& note : own.notes)
-      if (report.notes.size() < kMostNotes &&
+      if (report.notes.size() < kMostNotes && !solved_before(note) &&
           std::find(report.notes.begin(), report.notes.end(), note) == report.notes.end())
         report.notes.push_back(note);
     add_energy(own.energy);
     append(report.measures, own.measures);
     if (report.why_not_measured.empty()) report.why_not_measured = own.why_not_measured;
+  }
+
+  /// Where a loop has one solution, it is named once, and not again wherever a mode begins.
+  [[nodiscard]] bool solved_before(const std::string& note) const {
+    const std::size_t words = note.find(": ");
+    if (words == std::string::npos || note.find(", found from the start ") == std::string::npos ||
+        note.find("other solutions exist") != std::string::npos)
+      return false;
+    const std::string loop = note.substr(0, words + 2);
+    return std::any_of(result_.report.notes.begin(), result_.report.notes.end(),
+                       [&](const std::string& before) { return before.starts_with(loop); });
   }
 
   void add_energy(const EnergyAudit& own) {

@@ -6,6 +6,7 @@
 #include "bgsim/evaluator.hpp"
 #include "equations/solvable_causality.hpp"
 #include "graph/law_numbers.hpp"
+#include "run/tried_sides.hpp"
 
 namespace bgsim {
 
@@ -236,15 +237,25 @@ SwitchedStart ModePrograms::start(const RunInputs& inputs) {
 void ModePrograms::put_diodes(const RunInputs& inputs, SwitchedStart& start) {
   const auto count = static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true));
   if (count == 0) return;
-  try {
-    const DiodeSides sides = diode_sides(
-        network(start.mode), inputs.parameters, inputs.start, start.stored, [](const StateInfo&) { return 0.0; },
-        std::vector<DiodeState>(count));
-    start.failure = sides.failure;
-    if (sides.failure) return;
+  const auto put = [&](const auto& conducts) {
     std::size_t next = 0;
     for (std::size_t i = 0; i < start.mode.size(); ++i)
-      if (start.diodes[i]) start.mode[i] = sides.diodes[next++].conducts;
+      if (start.diodes[i]) start.mode[i] = conducts(next++);
+  };
+  const auto exact = [](const StateInfo&) { return 0.0; };
+  try {
+    const std::vector<DiodeState> before(count);
+    const DiodeSides sides =
+        diode_sides(network(start.mode), inputs.parameters, inputs.start, start.stored, exact, before);
+    if (!sides.failure) {
+      put([&](std::size_t diode) { return sides.diodes[diode].conducts; });
+      return;
+    }
+    const auto program_of = [&](const Mode& mode) -> const Program& { return at(mode, inputs.parameters); };
+    if (const auto tried = tried_sides(program_of, start.mode, start.diodes, before, inputs, start.stored, exact))
+      put([&](std::size_t diode) { return tried->conducts[diode]; });
+    else
+      start.failure = sides.failure;
   } catch (const ModelError&) {
     // The graph does not allow the mode of the other switches.
   }

@@ -1,0 +1,90 @@
+// Check valves (ideal diodes) beside orifices: laws that have no slope where the valve shuts.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+
+#include "support/run.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+/// A source, a valve (or none), an orifice and a store with an outlet, at one flow.
+std::string filled(const std::string& source, const std::string& valve, const std::string& law,
+                   const std::string& outlet, const std::string& start, const std::string& stop) {
+  return R"x({"bgsim": 1, "name": "filled", "elements": {
+    "p": {"kind": "Se", "effort": ")x" +
+         source + R"x("}, "j": {"kind": "1"}, )x" +
+         (valve.empty() ? std::string() : R"x("d": {"kind": "D", "passes": ")x" + valve + R"x("}, )x") +
+         R"x("r": {"kind": "R", "law": ")x" + law +
+         R"x("}, "n": {"kind": "0"}, "c": {"kind": "C", "capacitance": 1, "initial": {"e": )x" + start + "}}" +
+         (outlet.empty() ? std::string() : R"x(, "out": {"kind": "R", "resistance": )x" + outlet + "}") +
+         R"x(}, "bonds": [{"from": "p", "to": "j"}, )x" +
+         (valve.empty() ? std::string() : R"x({"from": "j", "to": "d"}, )x") +
+         R"x({"from": "j", "to": "r"}, {"from": "j", "to": "n"}, {"from": "n", "to": "c"})x" +
+         (outlet.empty() ? std::string() : R"x(, {"from": "n", "to": "out"})x") +
+         R"x(], "outputs": {"u": "c.e", "i": "r.f"}, "scenes": {"s": {"stop": )x" + stop + R"x(, "samples": 121}}})x";
+}
+
+/// As run_text, with valves that change the mode.
+RunResult run_modes(const std::string& text, const SceneOverrides& overrides = {}) {
+  return Study::from_text(text).scene("s", overrides).simulate(SimulateOptions{});
+}
+
+}  // namespace
+
+TEST_CASE("a check valve behind an orifice lets a store fill, come level and stay") {
+  // With d = 4 - u, d' = -sqrt(d)/2: d = (2 - t/4)^2 until t = 8, then 0; at t = 10 the source falls and the valve
+  // shuts.
+  for (const std::string law : {"e = 4*f*abs(f)", "f = 0.5*sign(e)*sqrt(abs(e))", "f = 0.5*sqrt(max(e, 0))",
+                                "f = if(e > 0, 0.5*sqrt(e), -0.5*sqrt(-e))"}) {
+    INFO(law);
+    const RunResult run = run_modes(filled("if(t < 10, 4, 1)", "in", law, "", "0", "12"));
+    REQUIRE(run.stop == StopReason::completed);
+    CHECK(std::count_if(run.report.notes.begin(), run.report.notes.end(), [](const std::string& note) {
+            return note.find("found from the start") != std::string::npos;
+          }) == (law.starts_with("e =") ? 1 : 0));
+    for (std::size_t k = 0; k < run.trace.times.size(); ++k) {
+      const double left = std::max(0.0, 2.0 - run.trace.times[k] / 4.0);
+      CHECK(std::abs(run.trace["u"][k] - (4.0 - left * left)) < 1e-5);  // some tolerances of 4e-6
+    }
+  }
+}
+
+TEST_CASE("a check valve is the same as a law that is 0 the other way") {
+  const std::pair<const char*, const char*> laws[] = {
+      {"f = 0.7*sign(e)*sqrt(abs(e))", "f = 0.7*sqrt(max(e, 0))"},
+      {"f = 0.7*sign(e)*abs(e)^0.3", "f = 0.7*max(e, 0)^0.3"},
+      {"f = 0.7*cbrt(e)", "f = 0.7*cbrt(max(e, 0))"},
+      {"f = if(e > 0, 0.7*sqrt(e), -0.7*sqrt(-e))", "f = 0.7*sqrt(max(e, 0))"},
+  };
+  for (const auto& [law, one_way] : laws)
+    for (const std::string source : {"2*cos(3*t)", "1 + 2*sin(2*t + 1)", "1e-3*(1 + 2*sin(2*t + 1))"}) {
+      INFO(law << ' ' << source);
+      RunResult with = run_modes(filled(source, "in", law, "3", "0.3", "12"), with_relative(1e-8));
+      const RunResult without = run_modes(filled(source, "", one_way, "3", "0.3", "12"), with_relative(1e-8));
+      REQUIRE(with.stop == StopReason::completed);
+      REQUIRE(without.stop == StopReason::completed);
+      // Both ends of each opening are at slopes without bound: errors of 1e-8 become some hundred times as large.
+      for (std::size_t k = 0; k < with.trace.times.size(); ++k)
+        CHECK(std::abs(with.trace["u"][k] - without.trace["u"][k]) < 3e-6);
+    }
+}
+
+TEST_CASE("a check valve from rest begins to pass as the source rises") {
+  for (const std::string law : {"f = 0.7*sign(e)*sqrt(abs(e))", "f = 0.7*cbrt(e)"})
+    for (const double sign : {1.0, -1.0}) {
+      INFO(law << ' ' << sign);
+      const std::string source = sign > 0.0 ? "3*sin(t)" : "-3*sin(t)";
+      const RunResult run =
+          run_modes(filled(source, sign > 0.0 ? "in" : "out", law, "3", "0", "9"), with_relative(1e-8));
+      const std::string one_way = law == "f = 0.7*cbrt(e)" ? "f = 0.7*cbrt(max(e, 0))" : "f = 0.7*sqrt(max(e, 0))";
+      const RunResult other = run_modes(filled("3*sin(t)", "", one_way, "3", "0", "9"), with_relative(1e-8));
+      REQUIRE(run.stop == StopReason::completed);
+      REQUIRE(other.stop == StopReason::completed);
+      for (std::size_t k = 0; k < run.trace.times.size(); ++k)
+        CHECK(std::abs(sign * run.trace["u"][k] - other.trace["u"][k]) < 3e-6);
+    }
+}
