@@ -182,7 +182,8 @@ void converters(const std::string& folder) {
   const auto leak = [&](double load) { return -1 / (capacitor * given(load)); };
   const Affine buck_closed{{{0, -1 / coil}, {1 / capacitor, leak(5)}}, {24 / coil, 0}};
   const Affine buck_free{{{0, -1 / coil}, {1 / capacitor, leak(5)}}, {0, 0}};
-  converter(folder, "buck.start_up", 0.002, 1001, Number(0.5), buck_closed, buck_free, {{{0, 0}, {0, leak(5)}}, {0, 0}});
+  converter(folder, "buck.start_up", 0.002, 1001, Number(0.5), buck_closed, buck_free,
+            {{{0, 0}, {0, leak(5)}}, {0, 0}});
   const Affine light_closed{{{0, -1 / coil}, {1 / capacitor, leak(200)}}, {24 / coil, 0}};
   const Affine light_free{{{0, -1 / coil}, {1 / capacitor, leak(200)}}, {0, 0}};
   converter(folder, "buck.light_load", 0.002, 1001, Number(0.5), light_closed, light_free,
