@@ -181,8 +181,8 @@ std::string sweep_record(const SweepRun& run, std::size_t results) {
 }
 
 SweepLog::SweepLog(const std::string& folder, const Shard& shard, const std::string& header)
-    : path_(folder + "/" + log_name(shard)) {
-  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    : path_(folder + "/" + log_name(shard)),
+      file_(::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666)) {
   if (file_ < 0) cannot("write", path_, std::strerror(errno));
   if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
     cannot("write", path_,

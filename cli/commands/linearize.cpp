@@ -15,7 +15,7 @@ namespace bgsim::cli {
 namespace {
 
 std::string ending_of(const std::string& file) {
-  const std::string ending = std::filesystem::path(file).extension().string();
+  std::string ending = std::filesystem::path(file).extension().string();
   if (ending != ".json" && ending != ".csv" && ending != ".m")
     throw UsageError("-o " + short_path(file) + ": the file is to end in .json, .csv or .m");
   return ending;

@@ -68,9 +68,7 @@ class Tableau {
 class Lemke {
  public:
   Lemke(const Complementarity& problem, const std::vector<bool>& first, const std::vector<bool>& held)
-      : n_(problem.size), held_(held), table_(problem) {
-    complete_ = find_basis(first);
-  }
+      : n_(problem.size), held_(held), table_(problem), complete_(find_basis(first)) {}
 
   ComplementarySides run() {
     ComplementarySides sides;
@@ -174,7 +172,7 @@ class Lemke {
   Tableau table_;
   std::vector<std::size_t> start_;  ///< columns of the first basis
   std::size_t column_ = 0;
-  bool complete_ = false;
+  bool complete_;  ///< the last: from all of the above
 };
 
 }  // namespace

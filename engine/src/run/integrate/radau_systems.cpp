@@ -40,8 +40,8 @@ Pair inverse(Pair a) {
 /// LU with partial pivoting of a matrix of a size known to the compiler, by rows. Reciprocals of the pivots are kept.
 template <class Number, std::size_t N>
 struct SmallLu {
-  std::array<Number, N * N> a;
-  std::array<std::size_t, N> pivot;
+  std::array<Number, N * N> a{};
+  std::array<std::size_t, N> pivot{};
 
   bool factor() {
     for (std::size_t k = 0; k < N; ++k) {
@@ -78,7 +78,7 @@ struct SmallLu {
 
 template <class Number>
 struct SmallLu<Number, 1> {
-  std::array<Number, 1> a;
+  std::array<Number, 1> a{};
 
   bool factor() {
     const double size = magnitude(a[0]);
@@ -104,14 +104,14 @@ class SmallSystems final : public RadauSystems {
   }
 
   void solve_real(double* u) override {
-    std::array<double, N> b;
+    std::array<double, N> b{};
     for (std::size_t i = 0; i < N; ++i) b[i] = u[i];
     real_.solve(b);
     for (std::size_t i = 0; i < N; ++i) u[i] = b[i];
   }
 
   void solve_complex(double* v, double* w) override {
-    std::array<Pair, N> b;
+    std::array<Pair, N> b{};
     for (std::size_t i = 0; i < N; ++i) b[i] = {v[i], w[i]};
     complex_.solve(b);
     for (std::size_t i = 0; i < N; ++i) {
