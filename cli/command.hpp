@@ -39,25 +39,26 @@ using Arguments = std::vector<std::string>;
 /// @throws UsageError for what the app does not take; HelpAsked after printing the app's help.
 void parse_arguments(::CLI::App& app, Arguments arguments);
 
-Exit run_command(const Arguments& arguments);         ///< run.cpp
-Exit check_command(const Arguments& arguments);       ///< check.cpp
-Exit equations_command(const Arguments& arguments);   ///< equations.cpp
-Exit linearize_command(const Arguments& arguments);   ///< linearize.cpp
-Exit steady_command(const Arguments& arguments);      ///< steady.cpp
-Exit bode_command(const Arguments& arguments);        ///< bode.cpp
-Exit step_command(const Arguments& arguments);        ///< bode.cpp
-Exit poles_command(const Arguments& arguments);       ///< poles.cpp
-Exit zeros_command(const Arguments& arguments);       ///< poles.cpp
-Exit show_command(const Arguments& arguments);        ///< show.cpp
-Exit draw_command(const Arguments& arguments);        ///< draw.cpp
-Exit plot_command(const Arguments& arguments);        ///< plot.cpp
-Exit reduce_command(const Arguments& arguments);      ///< reduce.cpp
-Exit report_command(const Arguments& arguments);      ///< report.cpp
-Exit trade_command(const Arguments& arguments);       ///< trade.cpp
-Exit sweep_command(const Arguments& arguments);       ///< sweep.cpp
-Exit verify_command(const Arguments& arguments);      ///< verify.cpp
-Exit new_command(const Arguments& arguments);         ///< new.cpp
-Exit explain_command(const Arguments& arguments);     ///< explain.cpp
-Exit completion_command(const Arguments& arguments);  ///< completion.cpp
+Exit run_command(const Arguments& arguments);          ///< run.cpp
+Exit check_command(const Arguments& arguments);        ///< check.cpp
+Exit equations_command(const Arguments& arguments);    ///< equations.cpp
+Exit linearize_command(const Arguments& arguments);    ///< linearize.cpp
+Exit steady_command(const Arguments& arguments);       ///< steady.cpp
+Exit bode_command(const Arguments& arguments);         ///< bode.cpp
+Exit step_command(const Arguments& arguments);         ///< bode.cpp
+Exit poles_command(const Arguments& arguments);        ///< poles.cpp
+Exit zeros_command(const Arguments& arguments);        ///< poles.cpp
+Exit show_command(const Arguments& arguments);         ///< show.cpp
+Exit draw_command(const Arguments& arguments);         ///< draw.cpp
+Exit plot_command(const Arguments& arguments);         ///< plot.cpp
+Exit reduce_command(const Arguments& arguments);       ///< reduce.cpp
+Exit report_command(const Arguments& arguments);       ///< report.cpp
+Exit trade_command(const Arguments& arguments);        ///< trade.cpp
+Exit sweep_command(const Arguments& arguments);        ///< sweep.cpp
+Exit sensitivity_command(const Arguments& arguments);  ///< sensitivity.cpp
+Exit verify_command(const Arguments& arguments);       ///< verify.cpp
+Exit new_command(const Arguments& arguments);          ///< new.cpp
+Exit explain_command(const Arguments& arguments);      ///< explain.cpp
+Exit completion_command(const Arguments& arguments);   ///< completion.cpp
 
 }  // namespace bgsim::cli

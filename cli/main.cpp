@@ -38,6 +38,7 @@ constexpr Command kCommands[] = {
     {"report", "scenes on one HTML page: plots, equations, energy audit", report_command},
     {"trade", "measure error against cost over methods and tolerances", trade_command},
     {"sweep", "run a scene with many values; a table of results", sweep_command},
+    {"sensitivity", "by how much outputs change with parameters", sensitivity_command},
     {"verify", "hold scenes against their reference traces", verify_command},
     {"new", "write a starter model", new_command},
     {"explain", "explain the code of a message", explain_command},
@@ -51,7 +52,7 @@ void print_help() {
                "       bgsim COMMAND ...\n\n"
                "Commands (details: bgsim COMMAND --help; for a file of such a name write ./NAME):\n";
   for (const Command& command : kCommands) {
-    std::cout << "  " << command.name << std::string(12 - std::string(command.name).size(), ' ') << command.about
+    std::cout << "  " << command.name << std::string(13 - std::string(command.name).size(), ' ') << command.about
               << '\n';
   }
   std::cout << "\nExamples:\n"

@@ -48,6 +48,9 @@ constexpr std::array kOtherCommands{
     Word{"freqresp", "bgsim bode gives the frequency response"},
     Word{"impulse", "bgsim step --impulse gives the impulse response"},
     Word{"pzmap", "bgsim poles and bgsim zeros"},
+    Word{"sens", "bgsim sensitivity gives derivatives by parameters"},
+    Word{"derivative", "bgsim sensitivity gives derivatives by parameters"},
+    Word{"gradient", "bgsim sensitivity gives derivatives by parameters"},
     Word{"help", "bgsim --help lists the commands, bgsim COMMAND --help explains one"},
     Word{"version", "bgsim --version"},
 };

@@ -18,7 +18,7 @@ PUBLIC = {
     "program": "evaluator program",
     "run": "simulate trace_csv verify",
     "linear": "linear",
-    "study": "reduce study sweep trade",
+    "study": "reduce sensitivity study sweep trade",
     "draw": "drawing",
     "describe": "describe",
 }

@@ -42,6 +42,8 @@ const std::map<std::string, std::string> kWithoutModel{
     {"BG409", "no run looks for poles; tested in tests/physics/linear_test.cpp"},
     {"BG410", "no run looks for zeros; tested in tests/physics/linear_test.cpp"},
     {"BG412", "no run looks for a steady state; tested in tests/physics/steady_test.cpp"},
+    {"BG413", "no run asks for sensitivities; tested in tests/cli/sensitivity.cpp"},
+    {"BG414", "no run asks for sensitivities; tested in tests/physics/sensitivity_test.cpp"},
     {"BG171", "no run of a model alone continues another; tested in tests/physics/snapshot_test.cpp"},
     {"BG173", "no run of a model alone names a mode; tested in tests/unit/modes_test.cpp"},
     {"BG620", "the laws that have been tied so far have common values, or end (BG601)"},

@@ -29,6 +29,7 @@
 #include "bgsim/verify.hpp"
 #include "bgsim/linear.hpp"
 #include "bgsim/study.hpp"
+#include "bgsim/sensitivity.hpp"
 #include "bgsim/sweep.hpp"
 #include "bgsim/trade.hpp"
 #include "bgsim/reduce.hpp"

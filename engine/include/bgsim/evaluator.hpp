@@ -127,6 +127,9 @@ class Evaluator {
   /// By Program::jump: the factors of its terms, then the effort of each C and the flow of each I.
   bool jump(double t, const double* x, Branch& branch, double* values);
 
+  /// By Program::crossings: two values for each relation, which may be infinite or NaN.
+  bool crossings(double t, const double* x, Branch& branch, double* values);
+
   /// The quantities of Program::must_not_jump, and how far each can be off if the time is off by @p time_error and all
   /// operations are rounded.
   bool continuous(double t, const double* x, Branch& branch, double time_error, double* values, double* bounds);

@@ -149,6 +149,10 @@ struct Program {
   Routine diodes;  ///< by `diode_elements`: effort, flow (the way that it passes), threshold, 1 where it may fire
   std::vector<ElementId> diode_elements;
   JumpPlan jump;
+  /// Of a system with Variations: so many states are the model's own; state i changes with the parameter by what state
+  /// varied_states + i holds. 0 in all others.
+  std::size_t varied_states = 0;
+  Routine crossings;          ///< by relation: what its guard changes by with that parameter, and with time
   Routine continuous;         ///< by `must_not_jump`
   Routine implicit_residual;  ///< rates, then residuals of all blocks, with the tears as given
   std::vector<ProgramBlock> blocks;
@@ -163,10 +167,19 @@ struct Program {
   SystemClass system_class = SystemClass::explicit_ode;
 };
 
+/// The derivatives of a system by one parameter, which are states and loops of the same system (see with_variations).
+struct Variations {
+  std::size_t states = 0;  ///< those of the model itself, before their derivatives
+  /// Of states, tears, time and parameters: their derivatives by the parameter and by time, in BlockOrder::pool. What
+  /// is not listed does not change.
+  std::vector<std::pair<SymbolId, ExprId>> by_parameter, by_time;
+};
+
 /// What is compiled.
 struct CompileOptions {
-  std::vector<std::size_t> outputs;  ///< positions in Model::outputs, in the order of the trace's columns
-  bool energies = true;              ///< the energy audit's powers and stored energies
+  std::vector<std::size_t> outputs;        ///< positions in Model::outputs, in the order of the trace's columns
+  bool energies = true;                    ///< the energy audit's powers and stored energies
+  const Variations* variations = nullptr;  ///< none in most systems
 };
 
 /// Compiles. Cost linear in the expressions, plus the Jacobian's symbolic partials.

@@ -93,6 +93,8 @@ constexpr std::array kCodes{
     Code{"BG410", kError, "An output that does not depend on the input"},
     Code{"BG411", kError, "A structurally singular loop"},
     Code{"BG412", kError, "No steady state was found"},
+    Code{"BG413", kError, "No such parameter for a sensitivity"},
+    Code{"BG414", kError, "A sensitivity that does not exist or is not found"},
     Code{"BG601", kError, "A law gives a value that is not finite"},
     Code{"BG602", kError, "A loop has no solution"},
     Code{"BG603", kError, "A singular loop"},

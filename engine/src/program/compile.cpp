@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <unordered_map>
 
 #include "bgsim/program.hpp"
 #include "program/freeze.hpp"
@@ -112,6 +113,26 @@ class Compiler {
       program_.guarded.push_back(i);
       guards_.push_back(program_.relations[i].guard);
     }
+    if (options_.variations != nullptr) vary_guards(*options_.variations);
+  }
+
+  /// Total derivatives of all guards: when their conditions change, and how that depends on the parameter.
+  void vary_guards(const Variations& variations) {
+    program_.varied_states = variations.states;
+    std::unordered_map<SymbolId, ExprId> changes[2];
+    for (const auto& [symbol, change] : variations.by_parameter) changes[0][symbol] = freeze_(change);
+    for (const auto& [symbol, change] : variations.by_time) changes[1][symbol] = freeze_(change);
+    for (const Relation& relation : program_.relations)
+      for (const auto& change : changes) {
+        ExprId total = program_.pool.constant(0.0);
+        // Those of denominators are not asked for: no law changes where they do.
+        if (relation.kind != Relation::Kind::denominator)
+          for (const auto& [symbol, partial] :
+               gradient(program_.pool, relation.guard, [&](SymbolId s) { return change.contains(s); }))
+            total = program_.pool.add(total, program_.pool.mul(partial, change.at(symbol)));
+        program_.origins.resize(program_.pool.size(), relation.where);
+        crossings_.push_back(total);
+      }
   }
 
   /// Whatever the rates and the loops divide by.
@@ -400,6 +421,7 @@ class Compiler {
     program_.guards = routine(guards_);
     program_.dependents = routine(dependents_);
     program_.continuous = routine(continuous_);
+    program_.crossings = routine(crossings_);
     program_.switches = routine(switches_);
     program_.diodes = routine(diodes_);
     program_.jump.routine = routine(jump_);
@@ -532,7 +554,7 @@ class Compiler {
   std::vector<SymbolId> tears_;
   std::vector<std::uint32_t> block_of_tear_;
   Roots rates_, outputs_, guards_, dependents_, continuous_, powers_, stored_, displacements_, switches_, diodes_,
-      jump_;
+      jump_, crossings_;
   std::vector<Roots> residuals_;  ///< by block
   std::vector<Partial> rates_by_states_, rates_by_tears_;
   std::vector<BlockPartials> block_partials_;

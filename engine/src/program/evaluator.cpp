@@ -304,6 +304,13 @@ bool Evaluator::jump(double t, const double* x, Branch& branch, double* values) 
          impl_->take(impl_->program.jump.routine, values, "what jumps with a switch", {});
 }
 
+bool Evaluator::crossings(double t, const double* x, Branch& branch, double* values) {
+  const Routine& routine = impl_->program.crossings;
+  if (!impl_->run(routine, t, x, branch)) return false;
+  for (std::size_t i = 0; i < routine.results.size(); ++i) values[i] = impl_->slots[routine.results[i]];
+  return true;
+}
+
 bool Evaluator::displacements(double t, const double* x, Branch& branch, double* values) {
   return impl_->run_or_given(impl_->program.displacements, t, x, branch) &&
          impl_->take(impl_->program.displacements, values, "what is stored", {});

@@ -17,6 +17,7 @@
 #include "run/sink/output_measures.hpp"
 #include "run/sink/recorder.hpp"
 #include "run/tolerances.hpp"
+#include "run/variation.hpp"
 #include "run/watch/branch_watch.hpp"
 #include "run/watch/continuity_watch.hpp"
 #include "run/watch/defect_watch.hpp"
@@ -94,6 +95,7 @@ class Run {
   void go_to(double t);
   void audit_to(double t);
   bool follow_grid();
+  bool vary_event(const Branch& before, std::optional<std::size_t> crossed);
 
   bool resume();
   void offer_snapshot();
@@ -127,6 +129,7 @@ class Run {
   DefectWatch defects_;
   BranchWatch loops_;
   ContinuityWatch continuity_;
+  VariationEvents variations_;
   std::optional<Diagnostic> jump_;  ///< where the run was taken across a border
   Vitality vitality_;
   ModeOrder mode_order_;

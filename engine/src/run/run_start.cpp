@@ -25,6 +25,10 @@ bool Run::begin() {
   for (std::string& line : found) result_.report.notes.push_back(std::move(line));
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
 
+  if (program_.varied_states > 0)
+    if (auto refused = VariationEvents::begin(evaluator_, t_, inputs_.stop - inputs_.start, x_, branch_))
+      return fail(std::move(*refused));
+
   note(negative_start_note(program_, x_));
   audit_.record_course(inputs_.output_times, options_.energy_course);
   audit_.begin(t_, x_.data(), branch_, inputs_.stop);

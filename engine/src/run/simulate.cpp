@@ -101,6 +101,7 @@ bool Run::integrate_to(double limit) {
 
 /// The integrator at the run's point. While signs are held at their border, the rates are what balances them.
 bool Run::start_here(double limit) {
+  if (events_.holding() && program_.varied_states > 0) return fail(held_variation_failure(program_, t_));
   if (events_.holding())
     integrator_->use_rates([this](double t, const double* x, Branch& branch, double* rates) {
       return events_.prepare(t, x, branch) && evaluator_.rates(t, x, branch, rates);
@@ -198,8 +199,10 @@ bool Run::take_time_event() {
   ++time_events_;
   jumped_at_ = t_;
   continuity_.before(t_, x_.data(), branch_);
+  const Branch before = program_.varied_states > 0 ? branch_ : Branch{};
   if (auto singularity = schedule_.pass(t_, branch_)) return fail(std::move(*singularity));
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
+  if (program_.varied_states > 0 && !vary_event(before, {})) return false;
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   due_ = between_ = false;
   return stays_in_mode();
@@ -217,7 +220,9 @@ bool Run::take_state_event() {
   jumped_at_ = t;
   continuity_.before(t_, x_.data(), branch_);
   errors_.before_event(t_, x_, branch_);
+  const Branch before = program_.varied_states > 0 ? branch_ : Branch{};
   if (!events_.cross(x_.data(), branch_)) return fail(*events_.failure());
+  if (program_.varied_states > 0 && !vary_event(before, events_.crossed_guard())) return false;
   errors_.after_event(t_, x_, branch_, events_.crossed_guard());
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   tolerances_.forget_noise();  // of rates beyond the event, evaluated on the side before it
@@ -248,6 +253,10 @@ bool Run::leave_law() {
   if (integrator_->last_fault().kind == Fault::Kind::none) return false;
   continuity_.before(t_, x_.data(), branch_);
   if (!events_.take_across(t_, x_.data(), branch_)) return false;
+  if (program_.varied_states > 0) {
+    jump_ = ended_law_failure(t_);
+    return true;
+  }
   fresh_ = true;
   vitality_ = {};
   jump_ = continuity_.after(t_, x_.data(), branch_);

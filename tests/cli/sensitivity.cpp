@@ -1,0 +1,76 @@
+// bgsim sensitivity: the table, the file, refusals.
+#include <catch2/catch.hpp>
+
+#include "command.hpp"
+
+using Catch::Contains;
+
+namespace {
+
+const char* const kModel = R"({ "bgsim": 1, "name": "rc",
+  "parameters": { "R": { "value": 2, "unit": "ohm" }, "C": { "value": 0.5, "unit": "F" }, "tau": "R*C" },
+  "elements": { "s": { "kind": "Se", "effort": 3 }, "loop": { "kind": "1" }, "r": { "kind": "R", "resistance": "R" },
+    "c": { "kind": "C", "capacitance": "C" } },
+  "bonds": [ { "from": "s", "to": "loop" }, { "from": "loop", "to": "r" }, { "from": "loop", "to": "c" } ],
+  "outputs": { "u": { "value": "c.e", "unit": "V" }, "i": { "value": "r.f", "unit": "A" } },
+  "scenes": { "charge": { "stop": 4, "samples": 3, "relative": 1e-9 }, "hold": { "stop": 1, "parameters": { "R": "4*C" } } } })";
+
+Workplace& with_model(Workplace& here) {
+  here.write("rc.json", kModel);
+  return here;
+}
+
+}  // namespace
+
+TEST_CASE("a table of sensitivities begins with what matters most") {
+  Workplace here;
+  const Outcome all = with_model(here).bgsim("sensitivity rc.json --of u --to c.q,R -o du.csv");
+  CAPTURE(all.err);
+  CHECK(all.code == 0);
+  // u = 3 (1 - exp(-4)): du/dR = -3 exp(-4) 4/R, du/dq0 = exp(-4)/C
+  CHECK_THAT(all.out, Contains("u = 2.94505308 V at t = 4") && Contains("-0.109893833") && Contains("V/ohm") &&
+                          Contains("0.0366312778"));
+  CHECK(all.out.find("\nR ") < all.out.find("\nc.q "));
+  CHECK_THAT(here.read("du.csv"), Catch::StartsWith("t,u,d(u)/d(c.q),d(u)/d(R)\r\n0,0,2,0\r\n"));
+}
+
+TEST_CASE("by default sensitivities are those of the outputs of the scene to all parameters that are numbers") {
+  Workplace here;
+  const Outcome all = with_model(here).bgsim("sensitivity rc.json --norm rms --quiet");
+  CHECK(all.code == 0);
+  CHECK_THAT(all.out,
+             Contains("rms of u") && Contains("rms of i") && Contains("\nR ") && Contains("\nC ") && !Contains("tau"));
+  // What a scene gives follows: R = 4 C.
+  const Outcome hold = here.bgsim("sensitivity rc.json --scene hold --of u --to C --relative 1e-10");
+  // R C = 4 C^2 = 1, and u = 3 (1 - exp(-1/(4 C^2))) at t = 1: du/dC = -3 exp(-1) 2/(4 C^3)
+  CHECK_THAT(hold.out, Contains("-4.41455329"));
+  const Outcome twice = here.bgsim("sensitivity rc.json --of u,double=2*c.e --to R --quiet");
+  CHECK_THAT(twice.out, Contains("double = "));
+}
+
+TEST_CASE("what cannot be derived is refused with a reason") {
+  Workplace here;
+  with_model(here);
+  const auto refused = [&](const std::string& arguments, int code, const std::string& part) {
+    const Outcome outcome = here.bgsim("sensitivity " + arguments);
+    CAPTURE(arguments, outcome.err);
+    CHECK(outcome.code == code);
+    CHECK_THAT(outcome.err, Contains(part));
+    CHECK(outcome.out.empty());
+  };
+  refused("rc.json --to Q", 2, "BG413");
+  refused("rc.json --to u", 2, "is an output");
+  refused("rc.json --to R,R", 2, "twice");
+  refused("rc.json --of nothing", 2, "BG121");
+  refused("rc.json --norm largest", 2, "--norm");
+  refused("rc.json --to R -o du.txt", 2, ".csv");
+  refused("rc.json --to R --scene none", 2, "BG140");
+  refused("rc.json --to R --max-steps 3", 3, "BG607");
+  refused("", 2, "model.json");
+  here.write("switched.json", R"({ "bgsim": 1, "name": "w", "parameters": { "k": 1 },
+    "elements": { "s": { "kind": "Se", "effort": 1 }, "w": { "kind": "Sw", "closed": "t > 1" }, "one": { "kind": "1" },
+      "r": { "kind": "R", "resistance": "k" }, "c": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "s", "to": "one" }, { "from": "one", "to": "w" }, { "from": "one", "to": "r" },
+      { "from": "one", "to": "c" } ], "outputs": { "q": "c.q" }, "scenes": { "s": { "stop": 2 } } })");
+  refused("switched.json --to k", 1, "BG414");
+}
