@@ -311,6 +311,9 @@ TEST_CASE("what has no sensitivity is refused") {
       refusal(integrals(R"x("k": 1)x", R"x("q": { "integral": "if(q > 0, -k*sqrt(q), 0)", "initial": 1 })x", "q", 3.0),
               {"k"}),
       Contains("BG"));
+  // A mean square of nothing.
+  CHECK_THAT(refusal(integrals(R"x("a": 0)x", R"x("x": { "integral": "a" })x", "x", 1.5), {"a"}, SensitivityNorm::rms),
+             Contains("BG414") && Contains("mean square"));
   // A peak at a corner.
   CHECK_THAT(refusal(integrals(R"x("a": 1)x", R"x("x": { "integral": "if(t < a, 1, -1)" })x", "x", 1.5), {"a"},
                      SensitivityNorm::peak),

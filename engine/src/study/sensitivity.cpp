@@ -167,6 +167,9 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
       }
       const double span = inputs.stop - inputs.start;
       const double rms = std::sqrt(measures[2 * n + i].final / span);
+      if (!(rms > 0.0))
+        refuse(model, "the root of the mean square of " + in_quotes(model.outputs[inputs.outputs[i]].name) + " is 0",
+               "a root has no derivative where it is 0", "ask for --norm final, or leave the output out (--of)");
       made.values.push_back(rms);
       made.derivatives.push_back(measures[3 * n + i].final / (2.0 * span * rms));
     }
