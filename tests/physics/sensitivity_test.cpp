@@ -298,6 +298,14 @@ TEST_CASE("what has no sensitivity is refused") {
       "scenes": { "s": { "stop": 2, "samples": 3 } })x",
                      {"k"}),
              Contains("BG414") && Contains("ideal switches"));
+  // An event that sets a store.
+  CHECK_THAT(refusal(R"x("parameters": { "k": 0.5 }, "elements": { "one": { "kind": "1" },
+      "m": { "kind": "I", "inertance": 1, "initial": { "p": 1 } }, "r": { "kind": "R", "resistance": 1 } },
+      "bonds": [ { "from": "one", "to": "m" }, { "from": "one", "to": "r" } ],
+      "events": { "kick": { "when": "t > 1", "set": { "m.p": "k*pre(m.p)" } } }, "outputs": { "p": "m.p" },
+      "scenes": { "s": { "stop": 2, "samples": 3 } })x",
+                     {"k"}),
+             Contains("BG414") && Contains("events that set stores"));
   // Dry friction that holds.
   CHECK_THAT(
       refusal(R"x("parameters": { "dry": 1 }, "elements": { "m": { "kind": "I", "inertance": 1, "initial": { "p": 1 } },

@@ -232,6 +232,53 @@ void rectifier_b6(const std::string& folder) {
   });
 }
 
+void bouncing_ball(const std::string& folder) {
+  const Number g = given(9.81), e = given(0.7), h = 1;
+  Number begin = -sqrt(2 * h / g), speed = sqrt(2 * g * h), before = -h;  // way before the flight
+  write(folder, "bouncing_ball.bounces", {"t", "height", "v", "path"}, 2.5, 501, [&](const Number& t) {
+    while (begin + 2 * speed / g <= t) {
+      begin += 2 * speed / g;
+      before += speed * speed / g;
+      speed *= e;
+    }
+    const Number s = t - begin, rise = speed * speed / (2 * g), height = s * (speed - g * s / 2);
+    return std::vector<Number>{height, speed - g * s, before + (g * s < speed ? height : Number(2 * rise - height))};
+  });
+}
+
+/// Parabolas between impacts on a table that moves as a sine; the next impact by bisection in the first of many small
+/// pieces at whose end the ball is below the table.
+void shaken_ball(const std::string& folder) {
+  const Number g = given(9.81), e = given(0.6), amplitude = given(0.01), w = 40, piece = given(1e-4);
+  Number begin = 0, x = given(0.3), v = 0;
+  const auto above = [&](const Number& t) {
+    const Number s = t - begin;
+    return Number(x + s * (v - g * s / 2) - amplitude * sin(w * t));
+  };
+  const auto next_impact = [&] {
+    Number high = begin + piece;
+    while (above(high) > 0) high += piece;
+    Number low = high - piece;
+    for (int i = 0; i < 150; ++i) {
+      const Number middle = (low + high) / 2;
+      (above(middle) > 0 ? low : high) = middle;
+    }
+    return high;
+  };
+  Number impact = next_impact();
+  write(folder, "shaken_ball.shaken", {"t", "height", "v", "table"}, 1.5, 501, [&](const Number& t) {
+    while (impact <= t) {
+      const Number table = amplitude * w * cos(w * impact);
+      v = (1 + e) * table - e * (v - g * (impact - begin));
+      x = amplitude * sin(w * impact);
+      begin = impact;
+      impact = next_impact();
+    }
+    const Number s = t - begin;
+    return std::vector<Number>{x + s * (v - g * s / 2), v - g * s, amplitude * sin(w * t)};
+  });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -246,6 +293,8 @@ int main(int argc, char** argv) {
     converters(folder);
     half_wave(folder);
     rectifier_b6(folder);
+    bouncing_ball(folder);
+    shaken_ball(folder);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

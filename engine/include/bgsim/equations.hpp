@@ -1,6 +1,7 @@
 /// EquationSystem: the model's equations, one for each unknown, as expressions. No order, no Jacobians, no solver.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -100,6 +101,17 @@ struct DiodeEquation {
   ExprId fires;  ///< 1 where it may begin to conduct, else 0
 };
 
+/// An event of the model.
+struct EventEquation {
+  ExprId when;  ///< 1 where its condition holds, else 0
+  struct Set {
+    std::optional<std::uint32_t> state;  ///< index into EquationSystem::states; none: it is dependent in this system
+    std::string name;                    ///< "mass.p"
+    ExprId value;                        ///< over unknowns, states, time and parameters of the instant before
+  };
+  std::vector<Set> sets;
+};
+
 /// What an impulse into a dependent store is to a state: per unit of the impulse, what the state gains.
 struct ImpulseTerm {
   std::uint32_t state = 0;      ///< index into EquationSystem::states
@@ -141,6 +153,7 @@ struct EquationSystem {
   std::vector<Continuous> continuous;
   std::vector<SwitchEquation> switches;  ///< in model order
   std::vector<DiodeEquation> diodes;     ///< in model order
+  std::vector<EventEquation> events;     ///< by position in Model::events
   JumpEquations jump;                    ///< empty in a model without switches
   LeftOut left_out;                      ///< by slice(); nothing before
   std::vector<Diagnostic> warnings;

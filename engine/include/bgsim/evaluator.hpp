@@ -124,6 +124,10 @@ class Evaluator {
   /// Four values by Program::diode_elements: effort and flow, counted the way that it passes, threshold, and 1 where it
   /// may begin to conduct, else 0.
   bool diodes(double t, const double* x, Branch& branch, double* values);
+  /// By Program::events: 1 where the condition holds, else 0.
+  bool event_conditions(double t, const double* x, Branch& branch, double* values);
+  /// What the events would set now, event by event.
+  bool event_values(double t, const double* x, Branch& branch, double* values);
   /// By Program::jump: the factors of its terms, then the effort of each C and the flow of each I.
   bool jump(double t, const double* x, Branch& branch, double* values);
 

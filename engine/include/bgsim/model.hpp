@@ -186,6 +186,24 @@ struct ModelBond {
   Place place;
 };
 
+/// What the model says shall happen at the instant at which a condition becomes true: stores and integrals are set.
+struct ModelEvent {
+  struct Set {
+    ElementId element;  ///< none for an integral among the signals
+    std::uint32_t port = 0;
+    SignalId signal;  ///< none for what an element stores
+    ExprId value;     ///< of the instant before
+    Place place;      ///< of the value
+    Place target_place;
+  };
+  std::string name;  ///< full name, e.g. "left.bounce"
+  ExprId when;       ///< condition
+  std::vector<Set> sets;
+  double priority = 0.0;  ///< of events at one instant those with the largest come first
+  Place place;            ///< of the event's key
+  Place when_place;
+};
+
 /// A column of the trace.
 struct Output {
   std::string name;
@@ -243,6 +261,7 @@ struct Model {
   std::vector<Signal> signals;
   std::vector<Element> elements;
   std::vector<ModelBond> bonds;
+  std::vector<ModelEvent> events;
   std::vector<Output> outputs;
   std::vector<Scene> scenes;
   std::vector<Diagnostic> warnings;

@@ -38,8 +38,9 @@ struct BlockOrder {
   std::vector<ExprId> stored;      ///< by EquationSystem::energy: a store's energy, none if it has no closed form
   std::vector<ExprId> continuous;  ///< by EquationSystem::continuous; none where the derivative is not needed
   std::vector<ExprId> switches;    ///< by EquationSystem::switches
-  std::vector<ExprId> diodes;      ///< by EquationSystem::diodes: effort, flow, threshold, fires
-  std::vector<ExprId> impulses, conjugates;  ///< by the terms and conjugates of EquationSystem::jump
+  std::vector<ExprId> event_conditions, event_values;  ///< of EquationSystem::events; values event by event
+  std::vector<ExprId> diodes;                          ///< by EquationSystem::diodes: effort, flow, threshold, fires
+  std::vector<ExprId> impulses, conjugates;            ///< by the terms and conjugates of EquationSystem::jump
   SystemClass system_class = SystemClass::explicit_ode;
 };
 

@@ -110,6 +110,20 @@ struct JumpPlan {
   Routine routine;  ///< results: the terms' factors, then the conjugates by the displacements of all energy parts
 };
 
+/// An event of the model.
+struct ProgramEvent {
+  std::string name;
+  double priority = 0.0;
+  Place place;
+  struct Set {
+    std::optional<std::uint32_t> state;  ///< none: it is dependent in this program
+    std::string name;                    ///< "mass.p"
+    Place place;
+  };
+  std::vector<Set> sets;
+  std::uint32_t first_value = 0;  ///< among the results of Program::event_values
+};
+
 /// All that a run needs: it refers to nothing outside of itself, and nothing changes it.
 struct Program {
   std::shared_ptr<const Model> model;
@@ -148,6 +162,9 @@ struct Program {
   std::vector<ElementId> switch_elements;
   Routine diodes;  ///< by `diode_elements`: effort, flow (the way that it passes), threshold, 1 where it may fire
   std::vector<ElementId> diode_elements;
+  Routine event_conditions;  ///< by `events`: 1 where its condition holds, else 0
+  Routine event_values;      ///< of all that they set, event by event
+  std::vector<ProgramEvent> events;
   JumpPlan jump;
   /// Of a system with Variations: so many states are the model's own; state i changes with the parameter by what state
   /// varied_states + i holds. 0 in all others.

@@ -25,7 +25,7 @@ struct Trace {
 };
 
 /// The terms of the energy balance over time: each the integral from the run's start to that time, in EnergyAudit's
-/// sense. Vectors of one length.
+/// sense; what events bring is among what is supplied. Vectors of one length.
 struct EnergyCourse {
   std::vector<double> times, supplied, stored, dissipated, exchanged, residual;
 };
@@ -40,7 +40,8 @@ struct EnergyAudit {
   double dissipated = 0.0;         ///< by R and RR
   double exchanged = 0.0;          ///< through modulated stores, whose energy is no function of their state alone
   double switching = 0.0;          ///< lost in jumps, where switches tie stores to each other or cut them off
-  double residual = 0.0;           ///< supplied - stored - dissipated - exchanged - switching
+  double events = 0.0;             ///< brought to the stores by events that set them; negative: taken
+  double residual = 0.0;           ///< supplied + events - stored - dissipated - exchanged - switching
   double turnover = 0.0;           ///< largest of the terms' magnitudes and of the gross energy turned over
   double relative = 0.0;           ///< |residual| / turnover
   double least_dissipation = 0.0;  ///< smallest power of a single R or RR met; negative: an active element
@@ -84,6 +85,13 @@ struct RunReport {
   std::uint64_t steps = 0, rate_evaluations = 0, jacobian_evaluations = 0, factorizations = 0, nonlinear_iterations = 0,
                 error_test_failures = 0, convergence_failures = 0, loop_iterations = 0;
   std::uint64_t time_events = 0, state_events = 0;
+  /// By event of the model: how often it took place, and the energy that it brought to the stores.
+  struct SetEvent {
+    std::string name;
+    std::uint64_t count = 0;
+    double energy = 0.0;
+  };
+  std::vector<SetEvent> set_events;
   bool switches = false;                                      ///< the model has ideal switches
   std::uint64_t mode_changes = 0, modes = 0;                  ///< how often they changed sides; how many modes were met
   std::vector<std::pair<std::string, double>> stage_seconds;  ///< wall time by stage, in order

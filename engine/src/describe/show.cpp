@@ -54,6 +54,20 @@ std::string show_element(const Model& model, const Element& element) {
   return visible_line(text) + "\n";
 }
 
+std::string show_event(const Model& model, const ModelEvent& event) {
+  const Writer write{model};
+  std::string text = "event " + event.name + ": when " + write(event.when) + " set ";
+  for (const ModelEvent::Set& set : event.sets) {
+    const Element* store = set.signal.valid() ? nullptr : &model.elements[set.element.index()];
+    text += (&set == event.sets.data() ? "" : ", ") +
+            (store == nullptr ? model.signals[set.signal.index()].name
+                              : port_name(*store, set.port) + "." + letter(stored_variable(*store, set.port))) +
+            " = " + write(set.value);
+  }
+  if (event.priority != 0.0) text += ", priority " + shortest_number(event.priority);
+  return visible_line(text) + "\n";
+}
+
 std::string show_scene(const Model& model, const Scene& scene) {
   const Writer write{model};
   std::string text = "scene " + scene.name + ":";
@@ -128,6 +142,7 @@ std::string show_model(const Model& model) {
   for (const Element& element : model.elements) text += show_element(model, element);
   for (const ModelBond& bond : model.bonds)
     text += "bond " + bond.name + ": " + end_text(model, bond.from) + " -> " + end_text(model, bond.to) + "\n";
+  for (const ModelEvent& event : model.events) text += show_event(model, event);
   for (const Output& output : model.outputs)
     line("output " + output.name + " = " + write(output.value) + with_unit(output.unit));
   for (const Scene& scene : model.scenes) text += show_scene(model, scene);

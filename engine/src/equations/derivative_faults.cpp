@@ -1,5 +1,7 @@
 #include "equations/derivative_faults.hpp"
 
+#include "base/codes.hpp"
+
 namespace bgsim {
 
 Diagnostic jump_fault(const std::string& expression, const Place& place, const Wish& wish) {
@@ -28,6 +30,14 @@ Diagnostic index_fault(const std::string& quantity, std::uint32_t most, const Pl
           {},
           "only systems of index 1 after symbolic differentiation are integrated",
           "give one of the dependent stores a small compliance or resistance of its own"};
+}
+
+Diagnostic dependent_target(const std::string& event, const std::string& store, const Place& place,
+                            const std::string& when) {
+  return diagnostic_of(
+      "BG404", "the event \"" + event + "\" sets " + store + when + ", which other stores determine", place,
+      "an event sets states and integrals; a dependent store follows from the states",
+      "set the store that determines it (bgsim check lists them), or give this one a higher \"priority\"");
 }
 
 }  // namespace bgsim

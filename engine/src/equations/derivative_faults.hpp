@@ -20,4 +20,8 @@ Diagnostic jump_fault(const std::string& expression, const Place& place, const W
 /// BG403: a quantity would have to be differentiated more than @p most times.
 Diagnostic index_fault(const std::string& quantity, std::uint32_t most, const Place& place);
 
+/// BG404: @p event sets @p store, a dependent one. @p when: " at t = 3 in this mode", or nothing.
+Diagnostic dependent_target(const std::string& event, const std::string& store, const Place& place,
+                            const std::string& when = {});
+
 }  // namespace bgsim

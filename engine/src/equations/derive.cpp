@@ -42,6 +42,7 @@ class Derivation {
       system_.outputs.push_back({output.name, translate(output.value), output.unit});
     }
     write_switches();
+    write_events();
     claim({});
     derivatives_.write_equations();
     claim({});
@@ -82,12 +83,16 @@ class Derivation {
     system_.states.push_back({name, symbol, {}, {}, 0, id});
   }
 
+  [[nodiscard]] static std::string stored_name(const Element& element, std::size_t number) {
+    return port_name(element, number) + (stores_displacement(element, number) ? ".q" : ".p");
+  }
+
   void make_stored(ElementId id, std::size_t number) {
     const Element& element = model_.elements[id.index()];
     const bool displacement = stores_displacement(element, number);
     const PortId port = graph_.port(id, number);
     const bool integral = causal_.gives(graph_, port) == (displacement ? Gives::effort : Gives::flow);
-    const std::string name = port_name(element, number) + (displacement ? ".q" : ".p");
+    const std::string name = stored_name(element, number);
     if (integral) {
       stored_[port.index()] = add_symbol(system_, SystemSymbol::Kind::state, system_.states.size(), name);
       const ExprId rate = displacement ? into(port) : effort(port);
@@ -310,6 +315,31 @@ class Derivation {
         const bool displacement = stores_displacement(model_.elements[part.element.index()], k);
         system_.jump.conjugates.push_back(displacement ? effort(port) : into(port));
       }
+    }
+  }
+
+  void write_events() {
+    ExprPool& pool = system_.pool;
+    for (const ModelEvent& event : model_.events) {
+      wish_ = Wish{event.when_place, {}};
+      const ExprId holds = (*translate_)(event.when);
+      EventEquation equation{pool.select(holds, pool.constant(1.0), pool.constant(0.0)), {}};
+      for (const ModelEvent::Set& set : event.sets) {
+        wish_ = Wish{set.place, {}};
+        const auto same = [&set](const State& state) {
+          return state.element == set.element && state.port == set.port && state.signal == set.signal;
+        };
+        const auto state = std::find_if(system_.states.begin(), system_.states.end(), same);
+        const std::string name = set.signal.valid() ? model_.signals[set.signal.index()].name
+                                                    : stored_name(model_.elements[set.element.index()], set.port);
+        equation.sets.push_back({{}, name, (*translate_)(set.value)});
+        if (state != system_.states.end()) {
+          equation.sets.back().state = static_cast<std::uint32_t>(state - system_.states.begin());
+        } else if (switches_of(model_).empty()) {
+          problems_.push_back(dependent_target(event.name, name, set.target_place));
+        }
+      }
+      system_.events.push_back(std::move(equation));
     }
   }
 

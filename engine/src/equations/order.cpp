@@ -36,6 +36,10 @@ class Ordering {
     for (const SwitchEquation& at : system_.switches) order_.switches.push_back(resolve(at.leaves));
     for (const DiodeEquation& at : system_.diodes)
       for (const ExprId e : {at.effort, at.flow, at.threshold, at.fires}) order_.diodes.push_back(resolve(e));
+    for (const EventEquation& event : system_.events) {
+      order_.event_conditions.push_back(resolve(event.when));
+      for (const EventEquation::Set& set : event.sets) order_.event_values.push_back(resolve(set.value));
+    }
     for (const ImpulseTerm& term : system_.jump.terms) order_.impulses.push_back(resolve(term.factor));
     for (const ExprId e : system_.jump.conjugates) order_.conjugates.push_back(resolve(e));
     for (const Continuous& quantity : system_.continuous)
@@ -81,6 +85,10 @@ class Ordering {
     for (const SwitchEquation& at : system_.switches) need_all(at.leaves);
     for (const DiodeEquation& at : system_.diodes)
       for (const ExprId e : {at.effort, at.flow, at.threshold, at.fires}) need_all(e);
+    for (const EventEquation& event : system_.events) {
+      need_all(event.when);
+      for (const EventEquation::Set& set : event.sets) need_all(set.value);
+    }
     for (const ImpulseTerm& term : system_.jump.terms) need_all(term.factor);
     for (const ExprId e : system_.jump.conjugates) need_all(e);
     while (!open.empty()) {

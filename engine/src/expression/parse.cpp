@@ -383,6 +383,11 @@ class Parser {
            "argument " + std::to_string(i + 1) + " of " + std::string(f.name));
     }
     switch (f.op) {
+      case Op::constant:  // pre(x): what an event sets is computed from the instant before
+        if (!scope_.after_event)
+          fail("BG118", "pre(...) cannot be used here", begin, at_,
+               "leave it out; the value before an event has a meaning in the \"set\" of that event only");
+        return x[0].id;
       case Op::select:
         return pool_.select(x[0].id, x[1].id, x[2].id);
       case Op::min:

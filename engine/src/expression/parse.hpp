@@ -30,6 +30,7 @@ struct ExpressionScope {
   /// Loads a column of data: table("file.csv", "column", x) or table("file.csv", "column", x, spline).
   std::function<TableId(std::string_view file, std::string_view column, Interpolation)> table;
   SymbolId time;
+  bool after_event = false;  ///< what an event sets: pre(x), the value before it, has a meaning
 };
 
 /// Parses one expression into @p pool.

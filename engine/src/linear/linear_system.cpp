@@ -31,6 +31,7 @@ struct StorePort {
 Model with_outputs(const Model& model, const RunInputs& point, std::vector<StorePort>& ports) {
   Model made = model;
   made.outputs.clear();
+  made.events.clear();  // what happens at an instant has no part in a neighbourhood of a point
   for (const std::size_t i : point.outputs) made.outputs.push_back(model.outputs[i]);
   for (std::size_t e = 0; e < model.elements.size(); ++e) {
     const Element& element = model.elements[e];
@@ -282,6 +283,10 @@ LinearSystem linear_system(const std::shared_ptr<const Model>& model, const RunI
     Evaluator evaluator(program, point.parameters);
     x = initial_states(evaluator, at);
     notes = leaving_switches(evaluator, point.start, x);
+    if (!model->events.empty())
+      notes.push_back(short_name(model->events.front().name) +
+                      (model->events.size() > 1 ? " and the other events of the model" : ", an event of the model,") +
+                      " set stores at an instant and have no part in this");
   }
   const std::vector<double> errors = errors_of(system, point);
   const PointPartials partials =

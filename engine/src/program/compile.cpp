@@ -84,6 +84,7 @@ class Compiler {
   }
 
   void freeze_all() {
+    std::uint32_t values_of_events = 0;
     const auto freeze_list = [this](const std::vector<ExprId>& from) {
       Roots result;
       for (const ExprId e : from) result.push_back(e.valid() ? freeze_(e) : ExprId{});
@@ -104,6 +105,18 @@ class Compiler {
     for (const SwitchEquation& at : system_.switches) program_.switch_elements.push_back(at.element);
     diodes_ = freeze_list(order_.diodes);
     for (const DiodeEquation& at : system_.diodes) program_.diode_elements.push_back(at.element);
+    event_conditions_ = freeze_list(order_.event_conditions);
+    event_values_ = freeze_list(order_.event_values);
+    for (std::size_t i = 0; i < system_.events.size(); ++i) {
+      const ModelEvent& event = program_.model->events[i];
+      ProgramEvent compiled{event.name, event.priority, event.place, {}, values_of_events};
+      for (std::size_t k = 0; k < event.sets.size(); ++k) {
+        const EventEquation::Set& set = system_.events[i].sets[k];
+        compiled.sets.push_back({set.state, set.name, event.sets[k].place});
+      }
+      values_of_events += static_cast<std::uint32_t>(event.sets.size());
+      program_.events.push_back(std::move(compiled));
+    }
     jump_ = freeze_list(order_.impulses);
     for (const ImpulseTerm& term : system_.jump.terms) program_.jump.terms.push_back({term.state, term.dependent});
     for (const ExprId e : freeze_list(order_.conjugates)) jump_.push_back(e);
@@ -178,7 +191,8 @@ class Compiler {
       program_.energy_modulated.push_back(part.modulated);
       LawsOfStore laws{part.displacements, {}};
       // What a jump turns into heat is found from laws, also where the energy has a closed form.
-      const bool needs_laws = !part.energy.valid() || !system_.switches.empty() || !system_.diodes.empty();
+      const bool needs_laws =
+          !part.energy.valid() || !system_.switches.empty() || !system_.diodes.empty() || !system_.events.empty();
       if (part.role == EnergyPart::Role::store && !part.modulated && needs_laws)
         for (const ExprId e : part.conjugates) laws.conjugates.push_back(freeze_.plain(e));
       program_.store_laws.push_back(std::move(laws));
@@ -424,6 +438,8 @@ class Compiler {
     program_.crossings = routine(crossings_);
     program_.switches = routine(switches_);
     program_.diodes = routine(diodes_);
+    program_.event_conditions = routine(event_conditions_);
+    program_.event_values = routine(event_values_);
     program_.jump.routine = routine(jump_);
     if (options_.energies) {
       program_.powers = routine(powers_);
@@ -554,7 +570,7 @@ class Compiler {
   std::vector<SymbolId> tears_;
   std::vector<std::uint32_t> block_of_tear_;
   Roots rates_, outputs_, guards_, dependents_, continuous_, powers_, stored_, displacements_, switches_, diodes_,
-      jump_, crossings_;
+      event_conditions_, event_values_, jump_, crossings_;
   std::vector<Roots> residuals_;  ///< by block
   std::vector<Partial> rates_by_states_, rates_by_tears_;
   std::vector<BlockPartials> block_partials_;

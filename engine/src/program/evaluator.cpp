@@ -299,6 +299,16 @@ bool Evaluator::diodes(double t, const double* x, Branch& branch, double* values
          impl_->take(impl_->program.diodes, values, "effort and flow of a diode", {});
 }
 
+bool Evaluator::event_conditions(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run_or_given(impl_->program.event_conditions, t, x, branch) &&
+         impl_->take(impl_->program.event_conditions, values, "the condition of an event", {});
+}
+
+bool Evaluator::event_values(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run_or_given(impl_->program.event_values, t, x, branch) &&
+         impl_->take(impl_->program.event_values, values, "what an event sets", {});
+}
+
 bool Evaluator::jump(double t, const double* x, Branch& branch, double* values) {
   return impl_->run(impl_->program.jump.routine, t, x, branch) &&
          impl_->take(impl_->program.jump.routine, values, "what jumps with a switch", {});

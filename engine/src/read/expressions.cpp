@@ -32,6 +32,7 @@ ExprId Reader::parse(const Context& context, NodeId value, std::string_view text
                      Parse parse_text) {
   ExpressionScope scope;
   scope.time = model_.time;
+  scope.after_event = context.after_event;
   scope.name = [&](std::string_view name) { return meaning(context, name); };
   scope.known_names = [&] { return known_names(context); };
   scope.table = [&](std::string_view path, std::string_view column, Interpolation interpolation) {

@@ -28,6 +28,10 @@ std::string help_for_type(const Document& file, NodeId value, JsonKind wanted, c
   if (what == "\"outputs\"")
     return wanted == JsonKind::object ? "write an object, with a name for each column: { \"v\": \"body.f\" }"
                                       : "write a list of names: [\"v\", \"x\"]";
+  if (what == "\"events\"")
+    return "write an object: { \"bounce\": { \"when\": \"height <= 0\", \"set\": { \"mass.p\": \"-0.7*pre(mass.p)\" } "
+           "} }";
+  if (what == "\"set\"") return "write an object, store to expression: { \"mass.p\": \"-0.7*pre(mass.p)\" }";
   if (what == "\"elements\"") return "write an object: { \"mass\": { \"kind\": \"I\", \"inertance\": 2 } }";
   if (what == "\"bonds\"") return "write an array: [{ \"from\": \"body\", \"to\": \"mass\" }]";
   if (what == "\"scenes\"") return "write an object: { \"run\": { \"stop\": 1 } }";

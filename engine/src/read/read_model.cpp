@@ -39,6 +39,7 @@ Model Reader::read(std::string text) {
   declare_all();
   parse_quantities();
   for (std::size_t i = 0; i < model_.elements.size(); ++i) parse_element(i);
+  for (std::size_t scope = 0; scope < scopes_.size(); ++scope) parse_events(scope);
   parse_outputs(0);
   parse_scenes();
   apply_options();
@@ -181,9 +182,9 @@ bool Reader::is_model(DocumentId id) {
 
 /// The head of a file that is known to be a model.
 void Reader::check_root(const Scope& scope) {
-  static constexpr std::array<std::string_view, 13> kKeys{"bgsim",   "name",   "about",    "source", "parameters",
-                                                          "signals", "types",  "elements", "bonds",  "ports",
-                                                          "outputs", "scenes", "$schema"};
+  static constexpr std::array<std::string_view, 14> kKeys{"bgsim",   "name",    "about",    "source", "parameters",
+                                                          "signals", "types",   "elements", "bonds",  "ports",
+                                                          "events",  "outputs", "scenes",   "$schema"};
   const Document& file = document(scope);
   const NodeId root = Document::root();
   check_keys(file, root, kKeys, "a model");

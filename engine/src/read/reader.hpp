@@ -49,6 +49,7 @@ struct Context {
   std::size_t scope = 0;
   const Element* own = nullptr;    ///< whose law or energy it is: its variables come first
   const char* constant = nullptr;  ///< set where only parameters may be used: what is computed, "an initial value"
+  bool after_event = false;        ///< what an event sets: it may use pre(x)
 };
 
 class Reader {
@@ -183,6 +184,12 @@ class Reader {
   void parse_initial(std::size_t index, NodeId value);
   void parse_priority(std::size_t index, NodeId value);
   void parse_outputs(std::size_t scope);
+
+  // events (read/events.cpp)
+  void parse_events(std::size_t scope);
+  void parse_event(std::size_t scope, NodeId node);
+  void parse_sets(std::size_t scope, NodeId object, ModelEvent& event);
+  std::optional<ModelEvent::Set> set_target(std::size_t scope, NodeId node);
 
   // what is said outside of the model's files (reader_options.cpp)
   void apply_options();

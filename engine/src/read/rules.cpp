@@ -124,6 +124,10 @@ void Reader::check_equalities() {
     if (element.diode) check(element.diode->fire, element.diode->fire_place);
     for (const Law& law : element.laws) check(law.right, law.place);
   }
+  for (const ModelEvent& event : model_.events) {
+    check(event.when, event.when_place);
+    for (const ModelEvent::Set& set : event.sets) check(set.value, set.place);
+  }
   for (const Output& output : model_.outputs) check(output.value, output.place);
 }
 

@@ -92,8 +92,9 @@ void energy_lines(std::string& out, const RunReport& report) {
     line(out, "energy", "not audited: " + energy.why_not);
     return;
   }
-  std::string terms = "supplied " + number_text(energy.supplied, 6) + " = stored " + number_text(energy.stored, 6) +
-                      " + dissipated " + number_text(energy.dissipated, 6);
+  const std::string events = report.set_events.empty() ? "" : " + events " + number_text(energy.events, 6);
+  std::string terms = "supplied " + number_text(energy.supplied, 6) + events + " = stored " +
+                      number_text(energy.stored, 6) + " + dissipated " + number_text(energy.dissipated, 6);
   if (report.switches) terms += " + switching " + number_text(energy.switching, 6);
   if (energy.exchanged != 0.0) terms += " + exchanged " + number_text(energy.exchanged, 6);
   line(out, "energy", terms + unit);
@@ -139,6 +140,15 @@ std::string report_text(const RunResult& result) {
     line(out, "events",
          count_text(r.time_events, "known time", "known times") + ", " +
              count_text(r.state_events, "change of a condition", "changes of conditions"));
+  if (!r.set_events.empty()) {
+    constexpr std::size_t kListed = 8;
+    std::string text;
+    for (std::size_t i = 0; i < r.set_events.size() && i < kListed; ++i)
+      text += (i == 0 ? "" : ", ") + short_name(r.set_events[i].name) + " " +
+              count_text(r.set_events[i].count, "time", "times");
+    if (r.set_events.size() > kListed) text += " and " + std::to_string(r.set_events.size() - kListed) + " more";
+    line(out, "set", text);
+  }
   if (r.switches)
     line(out, "switches",
          count_text(r.mode_changes, "change of the mode", "changes of the mode") + ", " +
@@ -185,6 +195,10 @@ std::string report_json(const RunResult& result) {
                     {"loop_iterations", r.loop_iterations},
                     {"time_events", r.time_events},
                     {"state_events", r.state_events}};
+  for (const RunReport::SetEvent& event : r.set_events) {
+    json["set_events"][event.name] = {{"count", event.count}};
+    if (r.energy.done) json["set_events"][event.name]["energy"] = event.energy;
+  }
   if (r.switches) {
     json["counts"]["mode_changes"] = r.mode_changes;
     json["counts"]["modes"] = r.modes;
@@ -193,6 +207,7 @@ std::string report_json(const RunResult& result) {
     json["energy"] = {{"supplied", r.energy.supplied},     {"stored", r.energy.stored},
                       {"dissipated", r.energy.dissipated}, {"exchanged", r.energy.exchanged},
                       {"residual", r.energy.residual},     {"relative", r.energy.relative}};
+    if (!r.set_events.empty()) json["energy"]["events"] = r.energy.events;
     if (r.switches) json["energy"]["switching"] = r.energy.switching;
     if (!r.energy.least_dissipation_element.empty())
       json["energy"]["least_dissipation"] = {{"element", r.energy.least_dissipation_element},

@@ -21,6 +21,7 @@
 #include "run/watch/branch_watch.hpp"
 #include "run/watch/continuity_watch.hpp"
 #include "run/watch/defect_watch.hpp"
+#include "run/watch/event_jumps.hpp"
 #include "run/watch/events.hpp"
 #include "run/watch/mode_order.hpp"
 #include "run/watch/pace_judge.hpp"
@@ -46,12 +47,13 @@ class Run {
         tolerances_(program, inputs, implicit_),
         schedule_(program, evaluator_, inputs),
         events_(program, inputs, evaluator_, tolerances_, !implicit_),
+        jumps_(program, evaluator_, inputs.start, inputs.stop),
         defects_(program, inputs, evaluator_, tolerances_),
         loops_(program, evaluator_, inputs.start, inputs.stop),
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),
         mode_order_(program, evaluator_, inputs, implicit_),
         pace_(program, evaluator_, inputs, options),
-        errors_(program, evaluator_, tolerances_, inputs, options.error_estimate),
+        errors_(program, evaluator_, tolerances_, inputs, options.error_estimate && program.events.empty()),
         recorder_(program, evaluator_, events_, errors_, clock_, inputs, options, result_),
         audit_(program, evaluator_, options.energy_audit),
         measures_(program, evaluator_, options.measures),
@@ -67,6 +69,9 @@ class Run {
   [[nodiscard]] const std::vector<double>& leaving() const { return leaves_; }
   /// Four values by Program::diode_elements where it has left the mode (see Evaluator::diodes).
   [[nodiscard]] const std::vector<double>& diodes() const { return diodes_; }
+  /// Of the model's events, from the stretch before and for the one after.
+  void know_events(EventMemory memory) { jumps_.remember(std::move(memory)), known_events_ = true; }
+  [[nodiscard]] const EventMemory& events() const { return jumps_.memory(); }
   /// How large the states have been in programs of other modes; by state.
   void know_scales(std::vector<double> scales) { known_scales_ = std::move(scales); }
   [[nodiscard]] double largest(std::size_t state) const { return tolerances_.largest(state); }
@@ -91,7 +96,9 @@ class Run {
   bool iteration_stalls();
   void give_loops();
   bool change_form(bool implicit);
+  bool settle_instant();
   bool stays_in_mode();
+  bool take_events();
   void go_to(double t);
   void audit_to(double t);
   bool follow_grid();
@@ -126,6 +133,7 @@ class Run {
   Tolerances tolerances_;
   Schedule schedule_;
   EventWatch events_;
+  EventJumps jumps_;
   DefectWatch defects_;
   BranchWatch loops_;
   ContinuityWatch continuity_;
@@ -163,6 +171,7 @@ class Run {
   std::optional<double> next_known_;
   std::vector<double> y_;  ///< scratch
   std::vector<double> leaves_, diodes_, known_scales_;
+  bool known_events_ = false;
   bool left_mode_ = false, left_by_states_ = false;
   double integration_seconds_ = 0.0;
 };

@@ -108,7 +108,13 @@ void Run::report() {
     report.measures = measures_.finish(t_, x_.data(), branch_);
     report.why_not_measured = measures_.why_not();
   }
+  for (std::size_t i = 0; i < program_.events.size(); ++i)
+    report.set_events.push_back({program_.events[i].name, jumps_.memory().counts[i], jumps_.memory().energies[i]});
   report.errors = errors_.finish(result_.stop == StopReason::completed);
+  if (!program_.events.empty()) {
+    report.errors.possible = false;
+    report.errors.why_not = "the model has events that set stores";
+  }
   if (errors_.lost() && result_.stop == StopReason::completed)
     note("what the outputs are wrong by could not be estimated: " + *errors_.lost());
   note(output_errors_note(report.errors, program_.output_names, inputs_.relative));

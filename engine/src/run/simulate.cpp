@@ -40,6 +40,49 @@ RunResult Run::execute() {
   return std::move(result_);
 }
 
+/// At one instant: switches first, then the events of the model that are due, until neither does anything. False if the
+/// run ends here.
+bool Run::settle_instant() {
+  std::optional<std::size_t> latest;
+  bool turned = false;
+  while (stays_in_mode()) {
+    if (!jumps_.any()) return true;
+    if (!events_.prepare(t_, x_.data(), branch_)) return fail_with_fault();
+    if (!jumps_.look(t_, x_.data(), branch_)) return fail(*jumps_.failure());
+    if (!jumps_.due().empty()) {
+      if (turned && jumps_.repeats(t_))
+        return fail(jumps_.endless(t_, "it is due again as soon as it has taken place"));
+      latest = jumps_.due().front();
+      if (!take_events()) return false;
+    } else if (latest && events_.turn_back(t_, x_.data(), branch_)) {
+      turned = true;
+    } else {
+      if (!latest) return true;
+      if (events_.unresolved()) return fail(jumps_.accumulation(*latest, t_));
+      if (events_.rests())
+        if (auto note = jumps_.resting(*latest, t_)) result_.report.notes.push_back(std::move(*note));
+      return true;
+    }
+  }
+  return false;
+}
+
+/// What the events that are due set.
+bool Run::take_events() {
+  if (events_.unresolved()) return fail(jumps_.accumulation(jumps_.due().front(), t_));
+  jumped_at_ = t_;
+  fresh_ = true;
+  for (const std::size_t event : jumps_.due()) {
+    audit_.before_jump(t_, x_.data(), branch_);
+    jumps_.set(event, x_);
+    if (!events_.jumped(t_, x_.data(), branch_)) return fail(*events_.failure());
+    jumps_.bring(event, audit_.after_jump(t_, x_.data(), branch_));
+  }
+  tolerances_.forget_noise();
+  tolerances_.accept(t_, x_);
+  return jumps_.taken(t_) || fail(*jumps_.failure());
+}
+
 /// Whether all switches stay on their side. If not, the run ends here, before anything is recorded of this instant.
 bool Run::stays_in_mode() {
   if (program_.switch_elements.empty()) return true;
@@ -56,7 +99,9 @@ bool Run::stays_in_mode() {
 
 bool Run::integrate() {
   const bool resumed = !options_.resume.empty();
-  if (!resumed && !stays_in_mode()) return false;
+  if (!resumed && !known_events_ && !jumps_.begin(t_, x_.data(), branch_, result_.report.notes))
+    return fail(*jumps_.failure());
+  if (!resumed && !settle_instant()) return false;
   if (!resumed && !emit_here()) return false;
   if (!(inputs_.stop > t_)) return !resumed || choose_integrator();
   if (!resumed && !implicit_)
@@ -121,7 +166,7 @@ bool Run::start_here(double limit) {
 bool Run::take_step() {
   if (auto jump = implicit_ ? std::nullopt : loops_.check(*integrator_)) return go_back() || fail(std::move(*jump));
   if (!vitality_.look(integrator_->step(), integrator_->time())) {
-    if (leave_law()) return jump_ ? fail(std::move(*jump_)) : stays_in_mode();
+    if (leave_law()) return jump_ ? fail(std::move(*jump_)) : settle_instant();
     return eliminate_loops() || take_multistep() || fail_as_stuck("time no longer advances");
   }
   const double* end = integrator_->end();
@@ -146,6 +191,7 @@ bool Run::take_step() {
   }
   const double t = integrator_->time();
   if (!holds(ends, t, false)) return true;
+  if (jumps_.any() && jumps_.overdue(t)) return fail(*jumps_.failure());
   events_.pass();
   tolerances_.accept(t, {end, tolerances_.size()});
   errors_.add(t_, x_, t, *integrator_);
@@ -205,7 +251,7 @@ bool Run::take_time_event() {
   if (program_.varied_states > 0 && !vary_event(before, {})) return false;
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   due_ = between_ = false;
-  return stays_in_mode();
+  return settle_instant();
 }
 
 bool Run::take_state_event() {
@@ -229,7 +275,7 @@ bool Run::take_state_event() {
   between_ = false;
   fresh_ = true;
   if (events_.stays_within_tolerance()) take_multistep();
-  if (stays_in_mode()) return emit_here();
+  if (settle_instant()) return emit_here();
   left_by_states_ = left_mode_;
   return false;
 }
@@ -269,7 +315,7 @@ bool Run::rescue() {
   constexpr std::uint64_t kStepsBetween = 10;
   if (clock_.end() != RunClock::End::none) return false;
   fresh_ = true;
-  if (integrator_->failure().fault && leave_law()) return !jump_ && stays_in_mode();
+  if (integrator_->failure().fault && leave_law()) return !jump_ && settle_instant();
   if (events_.failure()) return false;
   if (steps_ < rescued_at_ + kStepsBetween) return false;
   rescued_at_ = steps_;

@@ -48,7 +48,8 @@ std::string fingerprint(const Program& program, const RunInputs& inputs) {
   Digest digest;
   for (const auto* const names : {&program.state_names, &program.tear_names, &program.energy_names})
     for (const std::string& name : *names) digest.add(name);
-  for (const Routine* const routine : {&program.once, &program.rates, &program.guards, &program.powers})
+  for (const Routine* const routine : {&program.once, &program.rates, &program.guards, &program.powers,
+                                       &program.event_conditions, &program.event_values})
     digest.add(*routine);
   for (const double slot : program.initial_slots) digest.add(slot);
   for (const auto& table : program.pool.tables())
@@ -57,6 +58,11 @@ std::string fingerprint(const Program& program, const RunInputs& inputs) {
       digest.add(table->y[i]);
     }
   for (const Relation& relation : program.relations) digest.add(relation.text);
+  for (const ProgramEvent& event : program.events) {
+    digest.add(event.name);
+    digest.add(event.priority);
+    for (const ProgramEvent::Set& set : event.sets) digest.add(set.name);
+  }
   for (const double parameter : inputs.parameters) digest.add(parameter);
   for (const RunInputs::Initial& initial : inputs.initial) digest.add(initial.value);
   digest.add(inputs.start);

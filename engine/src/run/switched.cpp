@@ -60,6 +60,7 @@ class SwitchedRun {
     const RunInputs inputs = inputs_here(*program);
     Run run(*program, inputs, options, clock_);
     run.know_scales(scales(*program));
+    if (!events_.empty()) run.know_events(events_);
     const RunResult part = run.execute();
     for (std::size_t i = 0; i < program->states.size(); ++i) {
       double& scale = scale_[key(program->states[i])];
@@ -67,6 +68,7 @@ class SwitchedRun {
       if (part.report.steps > 0) tolerance_[key(program->states[i])] = run.tolerance(i);
     }
     add(part);
+    if (!program->events.empty()) events_ = run.events();
     if (!part.stored.values.empty()) stored_ = part.stored;
     if (part.stop != StopReason::completed || !run.left_mode()) return false;
     if (stored_.values.size() != program->states.size() + program->dependent.size())
@@ -496,6 +498,7 @@ class SwitchedRun {
       else
         found->second += seconds;
     }
+    report.set_events = own.set_events;  // counted over all stretches
     constexpr std::size_t kMostNotes = 20;
     for (const std::string& note : own.notes)
       if (report.notes.size() < kMostNotes && !solved_before(note) &&
@@ -528,7 +531,7 @@ class SwitchedRun {
     const EnergyCourse& piece = own.course;
     for (std::size_t i = 0; i < piece.times.size(); ++i) {
       course.times.push_back(piece.times[i]);
-      course.supplied.push_back(energy.supplied + piece.supplied[i]);
+      course.supplied.push_back(energy.supplied + energy.events + piece.supplied[i]);
       course.stored.push_back(energy.stored + piece.stored[i]);
       course.dissipated.push_back(energy.dissipated + energy.switching + piece.dissipated[i]);
       course.exchanged.push_back(energy.exchanged + piece.exchanged[i]);
@@ -539,6 +542,7 @@ class SwitchedRun {
     energy.dissipated += own.dissipated;
     energy.exchanged += own.exchanged;
     energy.residual += own.residual;
+    energy.events += own.events;
     energy.turnover += own.turnover;
     energy.activity.resize(own.activity.size());
     for (std::size_t i = 0; i < own.activity.size(); ++i) energy.activity[i] += own.activity[i];
@@ -583,6 +587,7 @@ class SwitchedRun {
   double begin_;
   std::shared_ptr<const Model> names_;
   RunResult result_;
+  EventMemory events_;  ///< empty before the first stretch
   std::vector<DiodeState> diodes_;
   std::vector<double> flow_off_, effort_off_;      ///< by diode: what they may be off by
   std::vector<double> flow_error_, effort_error_;  ///< the same, without an allowance

@@ -320,6 +320,12 @@ Reduction reduce(const Study& study, const ReduceOptions& options) {
                                     "an element is cut by what it does in one program; another mode may need it",
                                     "reduce the model with a switch on one side: an Se or Sf of 0 in its place")},
                      study.model().sources);
+  if (!study.model().events.empty())
+    throw ModelError(
+        {diagnostic_of("BG610", "a model with events that set stores cannot be reduced", {},
+                       "the error of a cut is that of the state equations; an event changes states at once",
+                       "leave the events out, and write them into the reduced model again")},
+        study.model().sources);
   return Reducer(study, options).run();
 }
 

@@ -30,7 +30,13 @@ GivenValues given_of(const Model& model, const std::string& scene, const SceneOv
                    model.sources);
 }
 
-void refuse_switches(const Model& model) {
+void refuse_jumps(const Model& model) {
+  if (!model.events.empty())
+    refuse(model,
+           "the model has events that set stores (" + in_quotes(model.events.front().name) +
+               "), whose jumps are not derived",
+           "sensitivities cross the events of conditions in laws and signals, not jumps of the states",
+           "take the difference of two runs, by bgsim sweep", model.events.front().place);
   const std::vector<ElementId> switches = switches_of(model);
   if (switches.empty()) return;
   const Element& first = model.elements[switches.front().index()];
@@ -66,7 +72,7 @@ SensitivityScene::SensitivityScene(const Study& study, const std::string& scene,
   made->overrides = overrides;
   made->seed = find_seed(model, to);
   made->inputs = study.scene(scene, overrides).inputs();  // with all that is looked at before a run
-  refuse_switches(model);
+  refuse_jumps(model);
   GivenValues given = given_of(model, made->inputs.scene, overrides);
   made->value = value_of(model, given, made->seed, made->inputs);
   if (made->seed.parameter.valid()) made->unit = model.parameters[made->seed.parameter.index()].unit;

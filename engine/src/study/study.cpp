@@ -133,7 +133,8 @@ Simulation::Simulation(Study study, RunInputs inputs, const SceneOptions& option
   }
   const EquationSystem& system = study_.equations();
   const BlockOrder& order = study_.order();
-  if (!options.keep_all)
+  // An event acts on what it sets, whatever the outputs depend on.
+  if (!options.keep_all && model().events.empty())
     compiled->cut = timed(compiled->seconds, "slice", [&] {
       return slice(model(), study_.graph(), system, order, inputs_.outputs, options.energy_audit);
     });

@@ -63,6 +63,7 @@ class UnitBuilder {
         value(site, "the initial value of " + name, unit, signal.initial, signal.initial_place, 1);
     }
     for (std::uint32_t i = 0; i < model_.elements.size(); ++i) element(i);
+    for (std::uint32_t i = 0; i < model_.events.size(); ++i) event(i);
     outputs();
     if (scene_ != nullptr) scene();
     return std::move(result_);
@@ -166,6 +167,23 @@ class UnitBuilder {
           if (found != scene_->initial.end())
             value(site, name, port_form(ElementId(i), port, variable), found->second.first, found->second.second, 1);
         }
+    }
+  }
+
+  void event(std::uint32_t index) {
+    const ModelEvent& at = model_.events[index];
+    const UnitSite site{UnitSite::Kind::event, index};
+    static_cast<void>(expression(site, at.when, at.when_place));
+    for (const ModelEvent::Set& set : at.sets) {
+      if (set.signal.valid()) {
+        value(site, model_.signals[set.signal.index()].name, variable(result_.first_signal + set.signal.value),
+              set.value, set.place, 1);
+        continue;
+      }
+      const Element& store = model_.elements[set.element.index()];
+      const Variable stored = stored_variable(store, set.port);
+      value(site, port_name(store, set.port) + "." + letter(stored), port_form(set.element, set.port, stored),
+            set.value, set.place, 1);
     }
   }
 

@@ -14,8 +14,8 @@ namespace bgsim {
 
 /// Whose text an equation comes from.
 struct UnitSite {
-  enum class Kind : std::uint8_t { parameter, signal, output, element, law, energy, initial, scene } kind;
-  std::uint32_t index = 0;  ///< of the parameter, signal, output or element
+  enum class Kind : std::uint8_t { parameter, signal, output, element, law, energy, initial, event, scene } kind;
+  std::uint32_t index = 0;  ///< of the parameter, signal, output, element or event
   std::uint32_t port = 0;   ///< of a field; for initial values the position among them
 };
 

@@ -185,6 +185,8 @@ class UnitWords {
         return "the energy of " + in_quotes(model_.elements[s.index].name);
       case UnitSite::Kind::initial:
         return "the initial value of " + in_quotes(model_.elements[s.index].name);
+      case UnitSite::Kind::event:
+        return "the event " + in_quotes(model_.events[s.index].name);
       case UnitSite::Kind::scene:
         return "the scene";
     }

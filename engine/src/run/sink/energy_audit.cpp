@@ -168,13 +168,36 @@ void EnergyAuditor::give_up(const std::string& why) {
   why_not_ = why;
 }
 
-/// What the store says it took in; none if its energy is no function of its state alone.
-std::optional<double> EnergyAuditor::change_of_store(std::size_t part) const {
+void EnergyAuditor::before_jump(double t, const double* x, const Branch& branch) {
+  branch_ = branch;
+  if (!measuring_ || !look_at_stores(t, x, "before an event")) return;
+  energy_at_jump_ = energy_after_;
+  displaced_at_jump_ = displaced_after_;
+}
+
+double EnergyAuditor::after_jump(double t, const double* x, const Branch& branch) {
+  branch_ = branch;
+  if (!measuring_ || !look_at_stores(t, x, "after an event")) return 0.0;
+  double brought = 0.0;
+  for (std::size_t part = 0; part < program_.energy_roles.size(); ++part) {
+    if (program_.energy_roles[part] != EnergyPart::Role::store) continue;
+    const double change = change_of_store(part, energy_at_jump_, displaced_at_jump_).value_or(0.0);
+    brought += change;
+    gross_events_ += std::abs(change);
+  }
+  by_events_.add(brought);
+  return brought;
+}
+
+/// What the store says it took in since it had @p energy and held @p displaced; none if its energy is no function of
+/// its state alone.
+std::optional<double> EnergyAuditor::change_of_store(std::size_t part, const std::vector<double>& energy,
+                                                     const std::vector<double>& displaced) const {
   if (program_.energy_modulated[part]) return std::nullopt;
-  if (!std::isnan(energy_before_[part])) return energy_after_[part] - energy_before_[part];
+  if (!std::isnan(energy[part])) return energy_after_[part] - energy[part];
   const std::size_t first = program_.first_displacement[part];
   const std::size_t count = program_.first_displacement[part + 1] - first;
-  const double change = evaluator_.energy_by_laws(part, std::span(displaced_before_).subspan(first, count),
+  const double change = evaluator_.energy_by_laws(part, std::span(displaced).subspan(first, count),
                                                   std::span(displaced_after_).subspan(first, count));
   return std::isnan(change) ? std::nullopt : std::optional(change);
 }
@@ -191,6 +214,7 @@ bool EnergyAuditor::look_at_stores(double t, const double* x, const char* when) 
 /// The balance from the start to where look_at_stores() last looked.
 EnergyAuditor::Terms EnergyAuditor::terms() const {
   Terms terms;
+  terms.residual.add(by_events_.value());
   for (std::size_t i = 0; i < program_.energy_roles.size(); ++i) {
     const double taken = total_[i].value();
     if (program_.energy_roles[i] == EnergyPart::Role::source) {
@@ -221,7 +245,7 @@ void EnergyAuditor::record(double t) {
 
 void EnergyAuditor::append(double t, const Terms& now) {
   course_.times.push_back(t);
-  course_.supplied.push_back(now.supplied.value());
+  course_.supplied.push_back(now.supplied.value() + by_events_.value());
   course_.stored.push_back(now.stored.value());
   course_.dissipated.push_back(now.dissipated.value());
   course_.exchanged.push_back(now.exchanged.value());
@@ -244,7 +268,8 @@ EnergyAudit EnergyAuditor::finish(double t, const double* x, const Branch& branc
   audit.dissipated = end.dissipated.value();
   audit.exchanged = end.exchanged.value();
   audit.residual = end.residual.value();
-  const double largest = std::max({gross_source_, gross_dissipation_, swing_, std::abs(audit.stored)});
+  audit.events = by_events_.value();
+  const double largest = std::max({gross_source_, gross_dissipation_, swing_, gross_events_, std::abs(audit.stored)});
   const bool finite = std::isfinite(largest) && std::isfinite(audit.residual) &&
                       std::all_of(activity_.begin(), activity_.end(), [](double a) { return std::isfinite(a); });
   if (!finite) {

@@ -68,8 +68,15 @@ class EnergyAuditor {
     }
     add_smooth(from, to, order, solution);
   }
+  /// Before and after an event sets states; the latter returns the energy that it brought to the stores. Stores whose
+  /// energy is no function of what they hold alone are left out.
+  void before_jump(double t, const double* x, const Branch& branch);
+  double after_jump(double t, const double* x, const Branch& branch);
+
   template <class Archive>
   void carry(Archive& archive) {
+    archive("by events", by_events_);
+    archive("gross of events", gross_events_);
     archive("measuring", measuring_);
     archive("why not", why_not_);
     archive("longest", longest_);
@@ -129,7 +136,11 @@ class EnergyAuditor {
   [[nodiscard]] Terms terms() const;
   void record(double t);
   void append(double t, const Terms& now);
-  [[nodiscard]] std::optional<double> change_of_store(std::size_t part) const;
+  [[nodiscard]] std::optional<double> change_of_store(std::size_t part) const {
+    return change_of_store(part, energy_before_, displaced_before_);
+  }
+  [[nodiscard]] std::optional<double> change_of_store(std::size_t part, const std::vector<double>& energy,
+                                                      const std::vector<double>& displaced) const;
 
   const Program& program_;
   Evaluator& evaluator_;
@@ -148,6 +159,9 @@ class EnergyAuditor {
   std::vector<double> rounding_;  ///< of power_, at rounding_at_
   double rounding_at_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> energy_before_, energy_after_, displaced_before_, displaced_after_;
+  CompensatedSum by_events_;
+  double gross_events_ = 0.0;
+  std::vector<double> energy_at_jump_, displaced_at_jump_;
   std::vector<double> record_times_;  ///< none left: no course is asked for, or it is complete
   std::size_t next_record_ = 0;
   EnergyCourse course_;

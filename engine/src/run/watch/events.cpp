@@ -1,6 +1,7 @@
 #include "run/watch/events.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <limits>
@@ -17,8 +18,6 @@ constexpr double kNear = 1e-9;
 constexpr int kMostRounds = 100;
 /// A change at most so many steps after the one before is a return.
 constexpr std::uint64_t kStepsToReturn = 4;
-
-int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
 
 /// By guard: they come in the order of program.guarded, two for each floor, round and table.
 std::vector<std::size_t> relations_of_guards(const Program& program) {
@@ -59,6 +58,9 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
   band_.assign(count, 0.0);
   rest_.assign(count, 0.0);
   returns_.assign(count, 0);
+  turned_at_.assign(count, 0.0);
+  turned_slope_ = turned_hold_ = within_way_ = turned_at_;
+  within_.assign(count, 0);
   crossed_at_.assign(count, 0);
   excursion_.assign(count, 0.0);
   direction_.assign(count, 0);
@@ -73,6 +75,13 @@ bool EventWatch::start(double t, const double* x, Branch& branch) {
   if (!evaluator_.guards(t, x, branch, values_.data())) return fail_with_fault();
   for (std::size_t i = 0; i < side_.size(); ++i) side_[i] = border_[i] ? 1 : sign_of(values_[i]);
   for (std::size_t i = 0; i < side_.size(); ++i) just_crossed_[i] = side_[i] == 0;
+  hold_what_rests(t, x, branch);
+  return settle(t, x, branch);
+}
+
+bool EventWatch::jumped(double t, const double* x, Branch& branch) {
+  std::fill(returns_.begin(), returns_.end(), 0);
+  jumped_at_ = t;
   hold_what_rests(t, x, branch);
   return settle(t, x, branch);
 }
@@ -290,6 +299,8 @@ void EventWatch::see_excursions() {
 }
 
 void EventWatch::pass() {
+  crossed_here_.clear();
+  unresolved_ = rests_ = false;
   ++passed_;
   if (!any() || screened_) return;
   see_excursions();
@@ -446,10 +457,14 @@ std::optional<std::size_t> EventWatch::singularity_ahead(double t, const double*
 bool EventWatch::cross(const double* y, Branch& branch) {
   if (!guards(event_time_, y, branch, end_)) return fail_with_fault();
   crossed_guard_.reset();
+  crossed_here_.clear();
+  unresolved_ = false;
   bool returned = false;
   for (std::size_t i = 0; i < end_.size(); ++i) {
     if (!crossed(i, end_[i], branch)) continue;
     if (!crossed_guard_) crossed_guard_ = i;
+    crossed_here_.push_back(i);
+    if (lost_since_turned(i, event_time_, y, branch)) unresolved_ = true;
     if (passed_ > crossed_at_[i] + kStepsToReturn) returns_[i] = 0;
     if (++returns_[i] == 1) excursion_[i] = 0.0;
     crossed_at_[i] = passed_;
@@ -472,7 +487,8 @@ bool EventWatch::judge_rhythm(double t, const double* x, const Branch& branch) {
   times_.pop_front();
   const double gap = stretch / static_cast<double>(kEventsInARow);
   if (gap >= kNear * span_) return true;
-  if (rest_at_kinks(t, x, branch)) {
+  // Where an event of the model has set states, the sameness of the rates on both sides says nothing.
+  if (!(jumped_at_ >= t - stretch) && rest_at_kinks(t, x, branch)) {
     times_.clear();
     return true;
   }

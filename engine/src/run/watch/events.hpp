@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -27,6 +28,19 @@ class EventWatch {
   bool start(double t, const double* x, Branch& branch);
   /// Makes the modes agree with the guards at a point where something has jumped. False: failure().
   bool settle(double t, const double* x, Branch& branch);
+
+  /// The same where an event of the model has set states: what a condition did before says nothing of a rest there.
+  bool jumped(double t, const double* x, Branch& branch);
+
+  /// After all that events set at a state event: a guard that crossed there and is now on its way back, by the rates,
+  /// is taken back at once, although rounding leaves it beyond its border: it has crossed again only when it is further
+  /// beyond. True if any is.
+  bool turn_back(double t, const double* x, Branch& branch);
+  /// Whether a guard that was taken back crossed in the last event again before it was away by more than rounding or
+  /// than the method tells, or one that is on its way back would not be away by more within the run.
+  [[nodiscard]] bool unresolved() const { return unresolved_; }
+  /// Whether a guard that crossed there is at its border still, and no step along the rates moves it.
+  [[nodiscard]] bool rests() const { return rests_; }
 
   /// nearer: a denominator comes to zero, too far ahead to be believed; the step is to be made again, up to limit().
   enum class Search { none, found, failed, nearer };
@@ -76,6 +90,12 @@ class EventWatch {
     archive("hold", hold_);
     archive("band", band_);
     archive("rest", rest_);
+    archive("jumped at", jumped_at_);
+    archive("turned at", turned_at_);
+    archive("turned slope", turned_slope_);
+    archive("turned hold", turned_hold_);
+    archive("within", within_);
+    archive("within way", within_way_);
     archive("returns", returns_);
     archive("excursion", excursion_);
     archive("crossed at", crossed_at_);
@@ -117,6 +137,7 @@ class EventWatch {
   /// So many changes of one condition, each a few steps after the one before, may be those of a state at rest.
   static constexpr int kReturns = 8;
 
+  static int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
   [[nodiscard]] bool crossed(std::size_t guard, double value, const Branch& branch) const;
   [[nodiscard]] bool any_crossed(const std::vector<double>& values, const Branch& branch) const;
   [[nodiscard]] bool changes_at_border(std::size_t guard, const Branch& branch) const;
@@ -145,6 +166,14 @@ class EventWatch {
   bool judge_rhythm(double t, const double* x, const Branch& branch);
   bool is_singular_at(double t, const double* x, const Branch& branch);
   [[nodiscard]] std::vector<double> doubts(double t, const double* x, const Branch& branch);
+  struct Motion {
+    double after, change;  ///< time; by how much a guard has moved then
+  };
+  [[nodiscard]] std::optional<Motion> motion(std::size_t guard, double t, const double* x,
+                                             const std::vector<double>& rates, Branch branch, double rounding,
+                                             bool& fault);
+  [[nodiscard]] bool lost_since_turned(std::size_t guard, double t, const double* x, const Branch& branch);
+  [[nodiscard]] std::vector<double> roundings(double t, const double* x, const Branch& branch);
   [[nodiscard]] std::vector<double> shaken(double t, const double* x, Branch branch, const std::vector<double>& f);
   bool is_kink(std::size_t guard, double t, const double* x, const Branch& branch);
   bool rest_at_kinks(double t, const double* x, const Branch& branch);
@@ -160,12 +189,18 @@ class EventWatch {
   Stiction stiction_;
   std::vector<std::size_t> relation_;  ///< by guard
   Denominators denominators_;
-  std::vector<bool> border_;               ///< by guard: of a floor or table cell
-  std::vector<int> side_;                  ///< by guard: side of its mode; 0 undecided
-  std::vector<double> hold_;               ///< by guard: not seen as crossed up to this size; see take_across
-  std::vector<double> band_;               ///< by guard: the same, around a kink that what rests there crossed in a row
-  std::vector<double> rest_;               ///< by guard: its sign is 0, and stays so up to this size
-  std::vector<int> returns_;               ///< by guard: changes in a row, a few steps apart
+  std::vector<bool> border_;  ///< by guard: of a floor or table cell
+  std::vector<int> side_;     ///< by guard: side of its mode; 0 undecided
+  std::vector<double> hold_;  ///< by guard: not seen as crossed up to this size; see take_across
+  std::vector<double> band_;  ///< by guard: the same, around a kink that what rests there crossed in a row
+  std::vector<double> rest_;  ///< by guard: its sign is 0, and stays so up to this size
+  std::vector<double> turned_at_, turned_slope_, turned_hold_;  ///< by guard: of turn_back(); slope 0: never
+  std::vector<std::size_t> within_;        ///< by guard: so often in a row it came back from within the tolerances
+  std::vector<double> within_way_;         ///< by guard: how far it had gone in the first of these
+  std::vector<std::size_t> crossed_here_;  ///< guards that crossed in the last event, until turn_back()
+  bool unresolved_ = false, rests_ = false;
+  double jumped_at_ = -std::numeric_limits<double>::infinity();  ///< when an event of the model last set states
+  std::vector<int> returns_;                                     ///< by guard: changes in a row, a few steps apart
   std::vector<double> excursion_;          ///< by guard: its largest magnitude since the first of these
   std::vector<std::uint64_t> crossed_at_;  ///< by guard: passed_ at its last change
   std::uint64_t passed_ = 0;               ///< steps without a change
