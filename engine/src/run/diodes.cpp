@@ -232,7 +232,9 @@ class Sides {
     sides_again_ = sides.takes_z == last_sides_ ? sides_again_ + 1 : 0;
     last_sides_ = sides.takes_z;
     if (!same && !is_linear() && sides_again_ < kMostTimes) return false;
+    result_.undecided.assign(n_, false);
     for (std::size_t i = 0; i < n_; ++i) {
+      result_.undecided[i] = sides.value[i].zero && sides.value[i].known != PowerSeries::kExact;
       result_.diodes[i].conducts = next_conducts_[i];
       result_.diodes[i].pinned = held[i] && next_conducts_[i];
     }

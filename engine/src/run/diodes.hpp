@@ -32,6 +32,9 @@ struct DiodeState {
 
 struct DiodeSides {
   std::vector<DiodeState> diodes;
+  /// By diode: whether what it has at this side is 0 as far as the series reach, so that they do not say which way it
+  /// goes. Each store that conducting diodes tie to others takes an order from what is known.
+  std::vector<bool> undecided;
   std::vector<double> flow_off, effort_off;      ///< how far each one's flow and effort can be off at this point
   std::vector<double> flow_error, effort_error;  ///< the same by the resolution of states and rounding alone
   std::optional<Diagnostic> failure;

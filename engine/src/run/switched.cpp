@@ -138,16 +138,24 @@ class SwitchedRun {
         return found == tolerance_.end() ? 0.0 : kOfTolerance * found->second;
       };
       DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_);
-      if (sides.failure) return try_sides(resolution, std::move(*sides.failure));
+      if (sides.failure)
+        return try_sides(resolution, std::vector<bool>(diodes_.size(), true)) || fail(std::move(*sides.failure));
       diodes_ = std::move(sides.diodes);
       flow_off_ = std::move(sides.flow_off);
       effort_off_ = std::move(sides.effort_off);
       flow_error_ = std::move(sides.flow_error);
       effort_error_ = std::move(sides.effort_error);
+      put_diodes();
+      // A diode has left its side, and the series do not say whether by rounding or for good.
+      const bool again = !switched_ && mode_ == left_;
+      for (std::size_t i = 0; again && i < tripped_.size(); ++i) {
+        if (!tripped_[i] || !sides.undecided[i]) continue;
+        static_cast<void>(try_sides(resolution, sides.undecided));
+        break;
+      }
     } catch (const ModelError& error) {
       return fail(not_allowed(error));
     }
-    put_diodes();
     return true;
   }
 
@@ -157,10 +165,11 @@ class SwitchedRun {
       if (is_diode_[i]) mode_[i] = diodes_[next++].conducts;
   }
 
-  /// Where there is no linear problem that the sides follow from.
-  bool try_sides(const std::function<double(const StateInfo&)>& resolution, Diagnostic failure) {
-    std::optional<TriedSides> sides = tried_sides(program_of_, mode_, is_diode_, diodes_, inputs_, stored_, resolution);
-    if (!sides) return fail(std::move(failure));
+  /// Where no linear problem says on which sides some diodes are. False where none are possible.
+  bool try_sides(const std::function<double(const StateInfo&)>& resolution, const std::vector<bool>& free) {
+    std::optional<TriedSides> sides =
+        tried_sides(program_of_, mode_, is_diode_, diodes_, free, inputs_, stored_, resolution);
+    if (!sides) return false;
     for (std::size_t i = 0; i < diodes_.size(); ++i) {
       diodes_[i].conducts = sides->conducts[i];
       diodes_[i].pinned = false;

@@ -117,12 +117,14 @@ class Trial {
 };
 
 /// By number of changes to the present sides, kMostModes at most.
-std::vector<std::vector<bool>> nearest_first(const std::vector<bool>& present) {
+/// @param free  by diode: may change
+std::vector<std::vector<bool>> nearest_first(const std::vector<bool>& present, const std::vector<bool>& free) {
   constexpr std::size_t kMostModes = 256;
   std::vector<std::vector<bool>> result{present};
   std::vector<std::size_t> last{0};  // behind the last change, so that each comes up once
   for (std::size_t at = 0; at < result.size() && result.size() < kMostModes; ++at)
     for (std::size_t i = last[at]; i < present.size() && result.size() < kMostModes; ++i) {
+      if (!free[i]) continue;
       result.push_back(result[at]);
       result.back()[i] = !present[i];
       last.push_back(i + 1);
@@ -134,7 +136,7 @@ std::vector<std::vector<bool>> nearest_first(const std::vector<bool>& present) {
 
 std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mode& mode,
                                       const std::vector<bool>& is_diode, const std::vector<DiodeState>& before,
-                                      const RunInputs& inputs, const Stored& stored,
+                                      const std::vector<bool>& free, const RunInputs& inputs, const Stored& stored,
                                       const std::function<double(const StateInfo&)>& resolution) {
   std::vector<bool> present;
   for (const DiodeState& diode : before) present.push_back(diode.conducts);
@@ -142,7 +144,7 @@ std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mod
   const double shortest = std::max(kShortest * (inputs.stop - stored.t), 64.0 * kUlp * std::abs(stored.t));
   std::optional<TriedSides> best;
   int longest = 0;
-  for (const std::vector<bool>& conducts : nearest_first(present)) {
+  for (const std::vector<bool>& conducts : nearest_first(present, free)) {
     Mode tried = mode;
     std::size_t next = 0;
     for (std::size_t i = 0; i < tried.size(); ++i)

@@ -16,20 +16,22 @@ struct TriedSides {
 };
 
 /// The sides of all diodes an instant after stored.t, for laws that have no slope there (an orifice at rest,
-/// f = k*sqrt(e) at 0), where diode_sides() has no linear problem to solve. Each mode of the diodes is entered, with
-/// its jump, and followed over small times, ever longer ones: of all modes the one in which no flow and no effort goes
-/// beyond its border for longest, and of equal ones that nearest to the present sides.
+/// f = k*sqrt(e) at 0), where diode_sides() has no linear problem to solve, or of those that it cannot decide. Each
+/// mode of the diodes is entered, with its jump, and followed over small times, ever longer ones: of all modes the one
+/// in which no flow and no effort goes beyond its border for longest, and of equal ones that nearest to the present
+/// sides.
 ///
 /// Cost: at most 256 modes, each derived once; ten steps of two evaluations in each, and as many as it has states to
 /// know what rounding makes of the borders.
 /// @param mode        of all switches; that of the diodes is the present one
 /// @param is_diode    by switch
 /// @param before      by diode: those that may not begin to conduct stay as they are
+/// @param free        by diode: those that are tried on both sides; the others stay as they are
 /// @param resolution  of a state: by how much it may be off
 /// @return  none if no mode is possible at all
 std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mode& mode,
                                       const std::vector<bool>& is_diode, const std::vector<DiodeState>& before,
-                                      const RunInputs& inputs, const Stored& stored,
+                                      const std::vector<bool>& free, const RunInputs& inputs, const Stored& stored,
                                       const std::function<double(const StateInfo&)>& resolution);
 
 }  // namespace bgsim

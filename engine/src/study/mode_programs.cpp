@@ -252,7 +252,8 @@ void ModePrograms::put_diodes(const RunInputs& inputs, SwitchedStart& start) {
       return;
     }
     const auto program_of = [&](const Mode& mode) -> const Program& { return at(mode, inputs.parameters); };
-    if (const auto tried = tried_sides(program_of, start.mode, start.diodes, before, inputs, start.stored, exact))
+    const std::vector<bool> all(count, true);
+    if (const auto tried = tried_sides(program_of, start.mode, start.diodes, before, all, inputs, start.stored, exact))
       put([&](std::size_t diode) { return tried->conducts[diode]; });
     else
       start.failure = sides.failure;
