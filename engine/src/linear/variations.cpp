@@ -89,6 +89,7 @@ class Varying {
     made_.variations.by_parameter.assign(by_parameter_.begin(), by_parameter_.end());
     made_.variations.by_time.assign(by_time_.begin(), by_time_.end());
     made_.model = std::make_shared<const Model>(std::move(model_));
+    order().origins.resize(pool().size());  // what was added last belongs to no law
     return std::move(made_);
   }
 
