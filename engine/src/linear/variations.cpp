@@ -310,7 +310,7 @@ void refuse_kinks(const Model& model, const VariedSystem& varied, GivenValues& g
                   const RunInputs& inputs) {
   if (!seed.parameter.valid()) return;
   std::vector<char> moves(given.parameters.size(), 0);
-  // What hangs on the seed, whatever its derivative seems to be.
+  // What depends on the seed, whatever its derivative seems to be.
   moves[seed.parameter.index()] = 1;
   const auto hangs = [&](std::size_t i) {
     for (const SymbolId symbol : symbols_in(given.pool, {&given.parameters[i].value, 1}))

@@ -70,7 +70,7 @@ bool Evaluator::initialize_modes(double t, const double* x, Branch& branch) {
   // conditions needs n rounds; more than all of them means that they contradict each other.
   for (std::size_t round = 0; round < program.guarded.size() + 2; ++round) {
     if (!impl.run(program.guards, t, x, branch)) return false;
-    // One condition may hang on a law that ends at another's border (a flow f = if(e > 0, sqrt(e), -sqrt(-e)) and
+    // One condition may depend on a law that ends at another's border (a flow f = if(e > 0, sqrt(e), -sqrt(-e)) and
     // whether it is positive): the other comes first.
     bool changed = false, open = false;
     for (std::size_t i = 0; i < program.guarded.size(); ++i) {

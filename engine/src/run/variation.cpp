@@ -33,7 +33,7 @@ Diagnostic failure(const Program& program, std::optional<std::size_t> relation, 
                        std::move(help));
 }
 
-/// How far the quantity that a relation hangs on is from its border.
+/// How far the quantity that a relation depends on is from its border.
 double off_border(const Evaluator& evaluator, const Relation& relation, double t, const std::vector<double>& x,
                   const Branch& branch) {
   const Program& program = evaluator.program();

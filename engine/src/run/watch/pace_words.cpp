@@ -55,14 +55,14 @@ Diagnostic with_limit(Diagnostic diagnostic, const Program& program, const PaceF
   Limit limit = limit_of(program, facts);
   const std::string step = number_text(facts.pace.progress * (1.0 + facts.rows), 2);
   diagnostic.notes.push_back({limit.place, "steps are " + step + " long on average, limited by " + limit.words});
-  // A coil in front of diodes that all block: the voltage between these hangs on currents of 1e-25 A.
+  // A coil in front of diodes that all block: the voltage between these depends on currents of 1e-25 A.
   constexpr std::size_t kMostLoops = 4;
   for (const ProgramBlock& loop : program.blocks)
     if (facts.iteration_fails && !loop.linear && diagnostic.notes.size() <= kMostLoops)
       diagnostic.notes.push_back(
           {loop.place, "the integrator's iteration fails in more than every fourth step: what the loop through " +
                            first_names(loop.elements) +
-                           " gives may hang on the states too sharply; a resistance or a small store at its nodes "
+                           " gives may depend on the states too sharply; a resistance or a small store at its nodes "
                            "makes it smoother"});
   return diagnostic;
 }
