@@ -56,6 +56,7 @@ Exit report_command(const Arguments& arguments);       ///< report.cpp
 Exit trade_command(const Arguments& arguments);        ///< trade.cpp
 Exit sweep_command(const Arguments& arguments);        ///< sweep.cpp
 Exit sensitivity_command(const Arguments& arguments);  ///< sensitivity.cpp
+Exit fit_command(const Arguments& arguments);          ///< fit/
 Exit verify_command(const Arguments& arguments);       ///< verify.cpp
 Exit new_command(const Arguments& arguments);          ///< new.cpp
 Exit explain_command(const Arguments& arguments);      ///< explain.cpp

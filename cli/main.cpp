@@ -39,6 +39,7 @@ constexpr Command kCommands[] = {
     {"trade", "measure error against cost over methods and tolerances", trade_command},
     {"sweep", "run a scene with many values; a table of results", sweep_command},
     {"sensitivity", "by how much outputs change with parameters", sensitivity_command},
+    {"fit", "find parameters from measured data", fit_command},
     {"verify", "hold scenes against their reference traces", verify_command},
     {"new", "write a starter model", new_command},
     {"explain", "explain the code of a message", explain_command},

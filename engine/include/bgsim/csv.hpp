@@ -1,6 +1,8 @@
 /// CSV (RFC 4180): fields written, tables of numbers read strictly.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -38,5 +40,17 @@ class CsvError : public std::runtime_error {
 /// @throws CsvError for anything else: a record of another length, a field that is no number, an open quote, no header.
 /// @note Time and memory linear in the text.
 CsvTable parse_csv(std::string_view text);
+
+/// The same of measurements, where cells may be empty.
+struct CsvCells {
+  CsvTable table;                               ///< NaN where there is no number
+  std::vector<std::size_t> lines;               ///< of the text, by record
+  std::vector<std::optional<CsvError>> faults;  ///< by column: of the first cell that is neither empty nor a number
+};
+
+/// Reads a CSV text as parse_csv does, but for what stands in the cells: an empty one, "NaN" or "NA" is a missing
+/// value; another that is no number is kept as a fault of its column, which may be one that nobody asks for.
+/// @throws CsvError for the header, a record of another length, an open quote.
+CsvCells parse_csv_cells(std::string_view text);
 
 }  // namespace bgsim

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
 #include "base/text.hpp"
@@ -140,11 +141,11 @@ std::string csv_field(std::string_view text) {
   return quoted + '"';
 }
 
-CsvTable parse_csv(std::string_view text) {
-  CsvReader reader(text);
-  CsvTable table;
-  table.names = parse_header(reader);
-  table.columns.resize(table.names.size());
+namespace {
+
+/// Reads the records: @p take gets the record's line, the column and the text of each cell.
+template <class Take>
+void for_each_cell(CsvReader& reader, const CsvTable& table, const Take& take) {
   std::string field;
   while (!reader.at_end()) {
     std::size_t column = 0;
@@ -152,9 +153,7 @@ CsvTable parse_csv(std::string_view text) {
     bool more = true;
     while (more) {
       more = reader.field(field);
-      if (column < table.names.size()) {
-        table.columns[column].push_back(parse_number(line, table, column, field));
-      }
+      if (column < table.names.size()) take(line, column, field);
       ++column;
     }
     if (column != table.names.size()) {
@@ -162,7 +161,44 @@ CsvTable parse_csv(std::string_view text) {
                                std::to_string(table.names.size()) + " columns");
     }
   }
+}
+
+bool is_missing(const std::string& field) {
+  const std::string word = lower_case(trimmed(field));
+  return word.empty() || word == "nan" || word == "na";
+}
+
+}  // namespace
+
+CsvTable parse_csv(std::string_view text) {
+  CsvReader reader(text);
+  CsvTable table;
+  table.names = parse_header(reader);
+  table.columns.resize(table.names.size());
+  for_each_cell(reader, table, [&](std::size_t line, std::size_t column, const std::string& field) {
+    table.columns[column].push_back(parse_number(line, table, column, field));
+  });
   return table;
+}
+
+CsvCells parse_csv_cells(std::string_view text) {
+  CsvReader reader(text);
+  CsvCells cells;
+  CsvTable& table = cells.table;
+  table.names = parse_header(reader);
+  table.columns.resize(table.names.size());
+  cells.faults.resize(table.names.size());
+  for_each_cell(reader, table, [&](std::size_t line, std::size_t column, const std::string& field) {
+    if (column == 0) cells.lines.push_back(line);
+    double value = std::numeric_limits<double>::quiet_NaN();
+    if (!is_missing(field)) try {
+        value = parse_number(line, table, column, field);
+      } catch (const CsvError& error) {
+        if (!cells.faults[column]) cells.faults[column] = error;
+      }
+    table.columns[column].push_back(value);
+  });
+  return cells;
 }
 
 }  // namespace bgsim
