@@ -64,6 +64,7 @@ class ArkodeIntegrator final : public OdeBy<Arkode> {
     }
   }
 
+  [[nodiscard]] bool one_step() const override { return true; }
   [[nodiscard]] std::string method() const override {
     std::string text = facts_.words;
     if (facts_.fixed_step()) text += ", steps of one length";

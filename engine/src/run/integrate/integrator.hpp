@@ -62,6 +62,9 @@ class Integrator {
   /// of the integrator.
   [[nodiscard]] const Branch& branch() const { return branch_; }
   [[nodiscard]] virtual std::string method() const = 0;
+  /// Whether a step knows nothing of the one before. Such steps are long beside what the slopes of the rates change
+  /// over.
+  [[nodiscard]] virtual bool one_step() const { return false; }
   [[nodiscard]] virtual Counts counts() const = 0;
   /// Estimated local error of the failed step relative to the tolerance, by unknown.
   virtual void weighted_errors(double* error) = 0;

@@ -158,6 +158,7 @@ class RadauIntegrator final : public Integrator {
 
   [[nodiscard]] const double* end() const override { return y_.data(); }
   [[nodiscard]] Counts counts() const override { return counts_; }
+  [[nodiscard]] bool one_step() const override { return true; }
   [[nodiscard]] std::string method() const override {
     return std::string("Radau IIA of order 5, ") + (systems_->dense() ? "dense" : "sparse");
   }

@@ -70,6 +70,7 @@ class VerletIntegrator final : public Integrator {
   }
 
   [[nodiscard]] const double* end() const override { return x_.data(); }
+  [[nodiscard]] bool one_step() const override { return true; }
   [[nodiscard]] std::string method() const override { return "Störmer-Verlet, steps of one length"; }
   [[nodiscard]] Counts counts() const override { return counts_; }
   void weighted_errors(double* error) override { std::fill(error, error + size_, 0.0); }

@@ -17,6 +17,8 @@ namespace {
 /// The propagation over a step is that of the L-stable SDIRK method of order two with this diagonal: a stiff error is
 /// forgotten, one that oscillates keeps its size.
 constexpr double kDiagonal = 1.0 - 1.0 / std::numbers::sqrt2;
+/// A solution of order q leaves a defect that q/2 + 1 points integrate exactly.
+constexpr int kMostDefectPoints = 3;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 }  // namespace
@@ -35,9 +37,10 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tol
     measuring_ = states > 0 && outputs > 0;
   possible_ = !wanted || why_not_.empty() || states == 0;  // without states nothing is integrated
   if (!measuring_) return;
-  from_ = to_ = start_ = inputs.start;
+  from_ = to_ = start_ = middle_at_ = inputs.start;
   error_.assign(states, 0.0);
   begin_error_.assign(states, 0.0);
+  middle_error_.assign(states, 0.0);
   largest_.assign(outputs, 0.0);
   bounded_.assign(outputs, 0.0);
   beyond_.assign(outputs, 0.0);
@@ -98,7 +101,7 @@ bool GlobalError::set_modes(double t, const std::vector<double>& y, Branch& bran
 /// sharply than the error is small (a square root at 0), the slope there is nearer to what takes one to the other. With
 /// the modes that hold there: beyond a border a law goes on as it was never meant to (a transistor's conductance).
 bool GlobalError::see_jacobian(double t) {
-  for (std::size_t i = 0; i < error_.size(); ++i) middle_[i] = y_[i] - 0.5 * begin_error_[i];
+  for (std::size_t i = 0; i < error_.size(); ++i) middle_[i] = y_[i] - 0.5 * error_[i];
   branch_there_ = branch_;
   const bool there =
       set_modes(t, middle_, branch_there_) && evaluator_.jacobian(t, middle_.data(), branch_there_, entries_.data());
@@ -148,14 +151,39 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   from_ = from;
   to_ = to;
   steps_ += 1.0;
-  const double length = to - from;
+  for (std::size_t i = 0; i < states; ++i) begin_error_[i] += polynomial_.at(i, from).first - x[i];
+  error_ = begin_error_;
+  middle_at_ = to;
   const Integrator::Rates& held = integrator.special_rates();
-  for (std::size_t i = 0; i < states; ++i)
-    before_[static_cast<Eigen::Index>(i)] = begin_error_[i] + (polynomial_.at(i, from).first - x[i]);
+  const int points = std::clamp(integrator.order() / 2 + 1, 1, kMostDefectPoints);
+  if (!matters(begin_error_) || !integrator.one_step()) {
+    if (!propagate(from, to, points, held)) return;
+    if (!matters(error_) || !integrator.one_step()) return;
+    error_ = begin_error_;
+  }
+  const double middle = from + 0.5 * (to - from);
+  if (!propagate(from, middle, points, held)) return;
+  middle_at_ = middle;
+  middle_error_ = error_;
+  propagate(middle, to, points, held);
+}
 
+/// Whether an error is in reach of what is noted of outputs: a thousandth of that, beside the largest value of some
+/// state so far.
+bool GlobalError::matters(const std::vector<double>& error) const {
+  constexpr double kReach = 1e-3 * OutputErrors::kLarge;
+  for (std::size_t i = 0; i < error.size(); ++i)
+    if (std::abs(error[i]) > kReach * tolerances_.largest(i)) return true;
+  return false;
+}
+
+/// Takes error_ from one time to another within polynomial_. False if it gave up.
+bool GlobalError::propagate(double from, double to, int points, const Integrator::Rates& held) {
+  const std::size_t states = error_.size();
+  const double length = to - from;
+  for (std::size_t i = 0; i < states; ++i) before_[static_cast<Eigen::Index>(i)] = error_[i];
   // Integrals of r and of (to - t) r by Gauss' rule.
-  constexpr int kMostPoints = 3;
-  const GaussRule& rule = gauss_rule(std::clamp(integrator.order() / 2 + 1, 1, kMostPoints));
+  const GaussRule& rule = gauss_rule(points);
   defect_.setZero();
   moment_.setZero();
   for (std::size_t k = 0; k < rule.position.size(); ++k) {
@@ -165,10 +193,12 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
       y_[i] = value;
       right_[static_cast<Eigen::Index>(i)] = slope;
     }
-    if (!(held ? held(t, y_.data(), branch_, rates_.data()) : evaluator_.rates(t, y_.data(), branch_, rates_.data())))
-      return give_up("the rates could not be evaluated at t = " + number_text(t, 6));
+    if (!(held ? held(t, y_.data(), branch_, rates_.data()) : evaluator_.rates(t, y_.data(), branch_, rates_.data()))) {
+      give_up("the rates could not be evaluated at t = " + number_text(t, 6));
+      return false;
+    }
     // Where friction is held it takes whatever force an error brings. What holds is solved for, and has no program.
-    if (k == rule.position.size() / 2 && !(held ? see_differences(t, held) : see_jacobian(t))) return;
+    if (k == rule.position.size() / 2 && !(held ? see_differences(t, held) : see_jacobian(t))) return false;
     for (std::size_t i = 0; i < states; ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       const double r = length * rule.weight[k] * (right_[row] - rates_[i]);
@@ -186,8 +216,12 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   lu_.compute(matrix_);
   before_ = lu_.solve(right_);
   right_ = lu_.solve(before_);
-  if (!right_.allFinite()) return give_up("it grew beyond all numbers");
+  if (!right_.allFinite()) {
+    give_up("it grew beyond all numbers");
+    return false;
+  }
   for (std::size_t i = 0; i < states; ++i) error_[i] = right_[static_cast<Eigen::Index>(i)];
+  return true;
 }
 
 void GlobalError::before_event(double t, const std::vector<double>& x, const Branch& branch) {
@@ -231,9 +265,13 @@ void GlobalError::judge(double t, const double* y, const Branch& branch, const s
     least_value_[k] = std::min(least_value_[k], row[k]);
     most_value_[k] = std::max(most_value_[k], row[k]);
   }
-  const double part = to_ > from_ ? std::clamp((t - from_) / (to_ - from_), 0.0, 1.0) : 1.0;
-  for (std::size_t i = 0; i < error_.size(); ++i)
-    y_[i] = y[i] - (begin_error_[i] + part * (error_[i] - begin_error_[i]));
+  // Between the ends of a step, and its middle where that is known, along straight lines.
+  const bool second = t > middle_at_;
+  const std::vector<double>& left = second ? middle_error_ : begin_error_;
+  const std::vector<double>& right = second || middle_at_ == to_ ? error_ : middle_error_;
+  const double a = second ? middle_at_ : from_, b = second ? to_ : middle_at_;
+  const double part = b > a ? std::clamp((t - a) / (b - a), 0.0, 1.0) : 1.0;
+  for (std::size_t i = 0; i < error_.size(); ++i) y_[i] = y[i] - (left[i] + part * (right[i] - left[i]));
   branch_ = branch;
   branch_.given = false;
   if (!evaluator_.outputs(t, y_.data(), branch_, row_.data())) return;

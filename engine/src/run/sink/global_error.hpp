@@ -29,7 +29,12 @@ namespace bgsim {
 /// An output that is zero by structure (a balance of laws) has rounding for its range. So where an error is the largest
 /// so far, twice the last that was looked at, and large for its output's range, it is held against a bound of rounding.
 ///
-/// @note Costs, for each step, one to three rates, a Jacobian and a factorization of n x n.
+/// The local error of a one-step method is what cancels in the integral of its defect, to the second order of hJ and
+/// what J changes by within the step. So its steps are taken by halves as soon as an error is in reach of being noted:
+/// a relaxation oscillation by Radau IIA was wrong by four to nine times its estimate without, and by 1.1 times with
+/// it.
+///
+/// @note Costs, for each step, one to three rates, a Jacobian and a factorization of n x n; twice that by halves.
 class GlobalError {
  public:
   /// Of systems that have an explicit form and up to kDenseStates states, whatever integrates them; finish() says why
@@ -60,6 +65,8 @@ class GlobalError {
     archive("why not", why_not_);
     archive("error", error_);
     archive("begin", begin_error_);
+    archive("middle", middle_error_);
+    archive("middle at", middle_at_);
     archive("from", from_);
     archive("to", to_);
     archive("largest", largest_);
@@ -74,6 +81,8 @@ class GlobalError {
   void give_up(const std::string& why);
   [[nodiscard]] bool holds(const Branch& branch) const;
   bool set_modes(double t, const std::vector<double>& y, Branch& branch);
+  [[nodiscard]] bool matters(const std::vector<double>& error) const;
+  bool propagate(double from, double to, int points, const Integrator::Rates& held);
   bool see_jacobian(double t);
   bool see_differences(double t, const Integrator::Rates& rates);
   void hold_against_rounding(double t, const double* y, const Branch& branch, const std::vector<double>& row);
@@ -86,7 +95,8 @@ class GlobalError {
   std::string why_not_;
   std::optional<std::string> lost_;
   std::vector<double> error_, begin_error_;  ///< by state: at to_ and from_
-  double start_ = 0.0, from_ = 0.0, to_ = 0.0;
+  std::vector<double> middle_error_;         ///< at middle_at_, which is to_ where a step is taken in one part
+  double start_ = 0.0, from_ = 0.0, to_ = 0.0, middle_at_ = 0.0;
   std::vector<double> largest_;           ///< by output: of the error
   std::vector<double> bounded_, beyond_;  ///< by output: errors held against rounding; more than rounding
   double steps_ = 0.0;
