@@ -62,11 +62,13 @@ class TableauWriter {
         break;
       case ElementKind::open_switch:
       case ElementKind::blocking_diode:
+      case ElementKind::closed_contact:
       case ElementKind::effort_detector:
         y(row_++, flow(port)) = 1.0;
         break;
       case ElementKind::closed_switch:
       case ElementKind::conducting_diode:
+      case ElementKind::free_contact:
       case ElementKind::flow_detector:
         y(row_++, effort(port)) = 1.0;
         break;

@@ -93,7 +93,8 @@ struct SwitchEquation {
   ExprId leaves;  ///< 1 where the condition holds under which it goes to its other side, else 0
 };
 
-/// A diode of the model. Counted the way that it passes.
+/// A diode or contact of the model. Counted the way that it passes; `flow` of a contact is the room that it has left,
+/// gap - q, which stands for the flow: it is 0 or more, and 0 where there is an effort.
 struct DiodeEquation {
   ElementId element;
   ExprId effort, flow;

@@ -27,6 +27,8 @@ enum class ElementKind : std::uint8_t {
   closed_switch,
   blocking_diode,
   conducting_diode,
+  free_contact,  ///< a contact, whose sides are an effort source of 0 and a flow source of the gap's rate
+  closed_contact,
   resistor,
   capacitor,
   inertia,
@@ -51,8 +53,9 @@ std::string kind_text(ElementKind kind, bool modulated);
 /// What signals read an effort or flow at without taking power.
 [[nodiscard]] bool is_detector(ElementKind kind);
 /// An Sw: a source of no flow while it is open, of no effort while it is closed.
-[[nodiscard]] bool is_switch(ElementKind kind);  ///< diodes among them
-[[nodiscard]] bool is_diode(ElementKind kind);
+[[nodiscard]] bool is_switch(ElementKind kind);  ///< diodes and contacts among them
+[[nodiscard]] bool is_diode(ElementKind kind);   ///< contacts among them
+[[nodiscard]] bool is_contact(ElementKind kind);
 /// What an element sets at its bond whatever the rest of the graph does: a source its own variable, a detector the
 /// other one, which it keeps at zero. None for all other kinds.
 [[nodiscard]] std::optional<Variable> imposed_variable(ElementKind kind);
@@ -137,10 +140,20 @@ struct DiodeLaw {
   ParameterId band;  ///< how far f or e may be beyond its border by rounding; none: not at all
 };
 
+/// A unilateral stop: 0 <= e, q <= gap, e (gap - q) = 0 with q' = f. It is a diode as well (Element::diode), which
+/// passes out: its flow, counted that way, is the speed of separation. The gap is the element's coefficient.
+struct ContactLaw {
+  SignalId displacement;  ///< q, an integral among the signals
+  ExprId speed;           ///< rate of the gap
+  ExprId restitution;     ///< over parameters and the element's own f, which stands for the closing speed
+  Place restitution_place;
+  ParameterId kick;  ///< speed of separation after an impact, while that is computed; none: 0
+};
+
 /// An element as written. Which of the optional members are set follows from the kind:
 /// sources `coefficient` (effort or flow); R, C, I `coefficient` (resistance, capacitance, inertance) or one `law`;
 /// TF, GY `coefficient` (modulus); CC, II, IC `energy` or `laws`; RR `laws`; Sw `switches` (and the coefficient 0);
-/// D `diode` and `coefficient` (the threshold);
+/// D `diode` and `coefficient` (the threshold); contact `diode`, `contact` and `coefficient` (the gap);
 /// junctions nothing.
 struct Element {
   std::string name;  ///< full name, e.g. "left.orifice"
@@ -155,6 +168,7 @@ struct Element {
   std::vector<InitialValue> initial;
   std::optional<SwitchLaw> switches;
   std::optional<DiodeLaw> diode;
+  std::optional<ContactLaw> contact;
   double priority = 0.0;  ///< stores: larger gets integral causality first; ties by the model's order
   std::string about;
   Place place;              ///< of the element's key
@@ -244,6 +258,7 @@ struct Scene {
   Method method = Method::automatic;
   std::optional<double> step;    ///< length of the steps of a fixed-step method
   std::optional<int> max_order;  ///< of a multistep method
+  bool close_zeno = true;        ///< "zeno": "close"; false: "error"
   Place method_place;            ///< of "method", where given, else of the scene
   std::optional<Reference> reference;
   Place place;
@@ -323,6 +338,7 @@ struct RunInputs {
   double step = 0.0;  ///< of a fixed-step method; else 0
   int max_order = 0;  ///< of a multistep method; 0: the method's own
   std::optional<Reference> reference;
+  bool close_zeno = true;            ///< a contact whose impacts accumulate closes; else the run ends
   std::vector<Diagnostic> warnings;  ///< active elements and the like, which depend on the numbers
 };
 

@@ -1,6 +1,6 @@
-/// Modes of a model with ideal switches (Sw) and diodes (D): which of them are closed. In a mode each is one of two
-/// plain kinds, a source of no effort (closed; a diode conducts) or of no flow (open; a diode blocks), so every later
-/// stage sees a model without switches.
+/// Modes of a model with ideal switches (Sw), diodes (D) and contacts: which of them are closed. In a mode each is one
+/// of two plain kinds, a source of no effort (closed; a diode conducts; a contact is free) or of no flow (open; a diode
+/// blocks; a contact is closed), so every later stage sees a model without switches.
 #pragma once
 
 #include <string>
@@ -23,7 +23,7 @@ Mode mode_of(const Model& model);
 /// A copy of the model in another mode. Elements, bonds, symbols and all their ids are the same.
 Model in_mode(const Model& model, const Mode& closed);
 /// "closed" or "open"; of a switch that is written with "locked", "locked" or "free"; of a diode "conducts" or
-/// "blocks".
+/// "blocks", of a contact "free" or "closed".
 std::string side_text(const Element& element, bool closed);
 /// "chop closed, brake locked"; at most some switches, then how many more.
 std::string mode_text(const Model& model, const Mode& closed);

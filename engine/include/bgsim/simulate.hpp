@@ -40,8 +40,9 @@ struct EnergyAudit {
   double dissipated = 0.0;         ///< by R and RR
   double exchanged = 0.0;          ///< through modulated stores, whose energy is no function of their state alone
   double switching = 0.0;          ///< lost in jumps, where switches tie stores to each other or cut them off
+  double impacts = 0.0;            ///< lost in impacts of contacts
   double events = 0.0;             ///< brought to the stores by events that set them; negative: taken
-  double residual = 0.0;           ///< supplied + events - stored - dissipated - exchanged - switching
+  double residual = 0.0;           ///< supplied + events - stored - dissipated - exchanged - switching - impacts
   double turnover = 0.0;           ///< largest of the terms' magnitudes and of the gross energy turned over
   double relative = 0.0;           ///< |residual| / turnover
   double least_dissipation = 0.0;  ///< smallest power of a single R or RR met; negative: an active element
@@ -93,6 +94,8 @@ struct RunReport {
   };
   std::vector<SetEvent> set_events;
   bool switches = false;                                      ///< the model has ideal switches
+  bool contacts = false;                                      ///< the model has contacts
+  std::uint64_t impacts = 0;                                  ///< impulses that contacts took
   std::uint64_t mode_changes = 0, modes = 0;                  ///< how often they changed sides; how many modes were met
   std::vector<std::pair<std::string, double>> stage_seconds;  ///< wall time by stage, in order
   EnergyAudit energy;

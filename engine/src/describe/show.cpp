@@ -35,6 +35,9 @@ std::string show_element(const Model& model, const Element& element) {
   if (element.switches) {
     text += ", " + side_text(element, is_closed(element));
     text += ", closes if " + write(element.switches->closes) + ", opens if " + write(element.switches->opens);
+  } else if (element.contact) {
+    text += ", " + side_text(element, is_closed(element)) + ", gap " + write(element.coefficient);
+    text += ", restitution " + write(element.contact->restitution);
   } else if (element.diode) {
     text += ", " + side_text(element, is_closed(element)) + ", passes " + (element.diode->out ? "out" : "in");
     if (!model.pool.is_constant(element.coefficient, 0.0)) text += ", threshold " + write(element.coefficient);

@@ -226,6 +226,9 @@ class Derivation {
       case ElementKind::blocking_diode:
       case ElementKind::conducting_diode:
         return write_diode(id);
+      case ElementKind::free_contact:
+      case ElementKind::closed_contact:
+        return write_contact(id);
       case ElementKind::effort_detector:
       case ElementKind::flow_detector:
         return write_detector(id);
@@ -270,6 +273,25 @@ class Derivation {
     add_energy({EnergyPart::Role::dissipator, id, power, {}, {}, {}, {}, false});
   }
 
+  /// Free it has no effort; closed the speed of its wall. The work that a moving wall takes is a source's.
+  void write_contact(ElementId id) {
+    const Element& element = model_.elements[id.index()];
+    const ContactLaw& law = *element.contact;
+    ExprPool& pool = system_.pool;
+    const PortId port = graph_.port(id, 0);
+    const std::size_t bond = graph_[port].bond.index();
+    if (is_closed(element)) {
+      define(system_, system_.efforts[bond], pool.constant(0.0), id, element.place);
+    } else {
+      wish_ = Wish{element.coefficient_place, {}};
+      ExprId speed = (*translate_)(law.speed);
+      if (law.kick.valid()) speed = pool.sub(speed, as_expression(system_.parameters[law.kick.index()]));
+      define(system_, system_.flows[bond], signed_by(graph_[port].head, speed), id, element.place);
+    }
+    const ExprId power = pool.neg(pool.mul(effort(port), into(port)));
+    add_energy({EnergyPart::Role::source, id, power, {}, {}, {}, {}, false});
+  }
+
   /// Conducting it leaves its side where the flow goes below 0, blocking where the effort goes beyond the threshold.
   void write_diode_side(ElementId id) {
     const Element& element = model_.elements[id.index()];
@@ -280,6 +302,11 @@ class Derivation {
     const ExprId one = pool.constant(1.0), zero = pool.constant(0.0);
     DiodeEquation equation{id, signed_by(!law.out, effort(port)), signed_by(!law.out, into(port)),
                            (*translate_)(law.threshold), one};
+    if (is_contact(element.kind)) {
+      wish_ = Wish{element.coefficient_place, {}};
+      equation.flow = pool.sub((*translate_)(element.coefficient),
+                               as_expression(system_.signals[element.contact->displacement.index()]));
+    }
     const ExprId fires = law.fire.valid() ? (*translate_)(law.fire) : ExprId();
     if (fires.valid()) equation.fires = pool.select(fires, one, zero);
     system_.diodes.push_back(equation);

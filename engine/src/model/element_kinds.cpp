@@ -17,6 +17,8 @@ constexpr std::array kSwitchWays{Keys("closed"), Keys("locked"), Keys("close")};
 constexpr std::array kSwitchKeys{Keys("kind"),  Keys("about"), Keys("closed"), Keys("locked"),
                                  Keys("close"), Keys("open"),  Keys("initial")};
 constexpr std::array kDiodeKeys{Keys("kind"), Keys("about"), Keys("passes"), Keys("fire"), Keys("threshold")};
+constexpr std::array kContactWays{Keys("gap")};
+constexpr std::array kContactKeys{Keys("kind"), Keys("about"), Keys("gap"), Keys("initial"), Keys("restitution")};
 constexpr std::array kResistorWays{Keys("resistance"), Keys("law")};
 constexpr std::array kResistorKeys{Keys("kind"), Keys("about"), Keys("resistance"), Keys("law")};
 constexpr std::array kCapacitorWays{Keys("capacitance"), Keys("law")};
@@ -37,6 +39,7 @@ constexpr std::array kJunctionKeys{Keys("kind"), Keys("about")};
 // Powers of e, f, q, p.
 constexpr std::array kEffort{CoefficientUnit{"effort", {1, 0, 0, 0}}};
 constexpr std::array kFlow{CoefficientUnit{"flow", {0, 1, 0, 0}}};
+constexpr std::array kDisplacement{CoefficientUnit{"q", {0, 0, 1, 0}}};
 constexpr std::array kResistance{CoefficientUnit{"effort/flow", {1, -1, 0, 0}}};
 constexpr std::array kCapacitance{CoefficientUnit{"q/effort", {-1, 0, 1, 0}}};
 constexpr std::array kInertance{CoefficientUnit{"p/flow", {0, -1, 0, 1}}};
@@ -117,6 +120,30 @@ constexpr std::array kRows{
             .units = kEffort,
             .hangs = Hangs::between,
             .keys = kDiodeKeys},
+    KindRow{.kind = Kind::free_contact,
+            .text = "contact",
+            .words = "free contact",
+            .family = Family::source,
+            .variable = Variable::effort,
+            .switches = true,
+            .diode = true,
+            .contact = true,
+            .units = kDisplacement,
+            .hangs = Hangs::below,
+            .ways = kContactWays,
+            .keys = kContactKeys},
+    KindRow{.kind = Kind::closed_contact,
+            .text = "contact",
+            .words = "closed contact",
+            .family = Family::source,
+            .variable = Variable::flow,
+            .switches = true,
+            .diode = true,
+            .contact = true,
+            .units = kDisplacement,
+            .hangs = Hangs::below,
+            .ways = kContactWays,
+            .keys = kContactKeys},
     KindRow{.kind = Kind::resistor,
             .text = "R",
             .family = Family::resistor,
@@ -266,6 +293,7 @@ bool is_store(ElementKind kind) { return kind_row(kind).family == Family::store;
 bool is_source(ElementKind kind) { return kind_row(kind).family == Family::source; }
 bool is_switch(ElementKind kind) { return kind_row(kind).switches; }
 bool is_diode(ElementKind kind) { return kind_row(kind).diode; }
+bool is_contact(ElementKind kind) { return kind_row(kind).contact; }
 bool is_detector(ElementKind kind) { return kind_row(kind).family == Family::detector; }
 
 bool stores_displacement(const Element& element, std::size_t port) {

@@ -46,6 +46,7 @@ struct KindRow {
   Modulation modulation = Modulation::never;
   bool switches = false;  ///< an ideal switch: one row for each side, with one text
   bool diode = false;     ///< of those one whose side the circuit decides
+  bool contact = false;   ///< of those one that closes where its displacement comes to a gap
   bool crosses = false;   ///< a two-port that relates the effort of each port to the flow of the other
   std::span<const CoefficientUnit> units{};  ///< of the coefficient, all of them at once; none: it has none
   Hangs hangs = Hangs::nowhere;

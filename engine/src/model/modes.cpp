@@ -15,7 +15,9 @@ std::vector<ElementId> switches_of(const Model& model) {
 bool is_closed(const Element& element) { return imposed_variable(element.kind) == Variable::effort; }
 
 void set_closed(Element& element, bool closed) {
-  if (element.diode)
+  if (element.contact)
+    element.kind = closed ? ElementKind::free_contact : ElementKind::closed_contact;
+  else if (element.diode)
     element.kind = closed ? ElementKind::conducting_diode : ElementKind::blocking_diode;
   else
     element.kind = closed ? ElementKind::closed_switch : ElementKind::open_switch;
@@ -37,6 +39,7 @@ Model in_mode(const Model& model, const Mode& closed) {
 }
 
 std::string side_text(const Element& element, bool closed) {
+  if (element.contact) return closed ? "free" : "closed";
   if (element.diode) return closed ? "conducts" : "blocks";
   const bool locks = element.switches && element.switches->locks;
   return locks ? (closed ? "free" : "locked") : closed ? "closed" : "open";

@@ -29,7 +29,9 @@ void Reader::parse_element(std::size_t index) {
     Element& element = model_.elements[index];
     const std::string_view key = file[*way].key;
     element.coefficient_place = file.place(*way);
-    if (is_switch(element.kind)) {
+    if (is_contact(element.kind)) {
+      element.coefficient = expression({scope, nullptr, nullptr}, *way, in_quotes(key));
+    } else if (is_switch(element.kind)) {
       parse_switch(index, *way);
     } else if (key == "energy") {
       parse_energy(index, *way);
@@ -41,6 +43,7 @@ void Reader::parse_element(std::size_t index) {
       element.coefficient = expression({scope, nullptr, nullptr}, *way, in_quotes(key));
     }
   }
+  if (is_contact(model_.elements[index].kind)) return parse_contact(index);
   if (is_diode(model_.elements[index].kind)) parse_diode(index);
   if (!is_store(model_.elements[index].kind)) return;
   if (const NodeId initial = file.find(node, "initial"); initial.valid()) parse_initial(index, initial);
@@ -122,6 +125,46 @@ void Reader::parse_diode(std::size_t index) {
     element.diode->fire = condition({scope, nullptr, nullptr}, fire, "\"fire\"");
     element.diode->fire_place = file.place(fire);
   }
+}
+
+/// A contact; its displacement has been declared as an integral.
+void Reader::parse_contact(std::size_t index) {
+  const auto [scope, node] = element_text_[index];
+  const Document& file = document(scopes_[scope]);
+  ExprPool& pool = model_.pool;
+  Element& element = model_.elements[index];
+  const SymbolId flow = port_variable(element, 0, Variable::flow);
+  ContactLaw& law = *element.contact;
+  if (!law.displacement.valid()) return;
+  Signal& displacement = model_.signals[law.displacement.index()];
+  displacement.value = pool.symbol(flow);
+  if (const NodeId initial = file.find(node, "initial");
+      initial.valid() && expect(file, initial, JsonKind::object, "\"initial\""))
+    for (NodeId at = file[initial].first_child; at.valid(); at = file[at].next_sibling) {
+      if (file[at].key != "q") {
+        problem("BG135", in_quotes(file[at].key) + " is not an initial value of this element", file.key_place(at),
+                "write \"q\"", "a contact begins with a displacement q, which is at most its gap");
+        continue;
+      }
+      displacement.initial = expression({scope, nullptr, "an initial value"}, at, "an initial value");
+      displacement.initial_place = file.place(at);
+    }
+  element.diode.emplace();
+  element.diode->out = true;
+  element.diode->threshold = pool.constant(0.0);
+  law.speed = element.coefficient.valid() ? pool.make(Op::der, element.coefficient) : pool.constant(0.0);
+  law.restitution = pool.constant(0.0);
+  const NodeId restitution = file.find(node, "restitution");
+  if (!restitution.valid()) return;
+  law.restitution_place = file.place(restitution);
+  const ExprId value = expression({scope, &element, nullptr}, restitution, "\"restitution\"");
+  if (!value.valid()) return;
+  law.restitution = value;
+  for (const SymbolId id : symbols_in(pool, std::array{value}))
+    if (id != flow && model_.symbols[id.index()].kind != ModelSymbol::Kind::parameter)
+      return problem("BG118", "the restitution depends on " + symbol_name(model_, id), law.restitution_place,
+                     "write it over f, the closing speed",
+                     "the restitution is a number, or an expression of parameters and f");
 }
 
 /// The one key that says what the element does.

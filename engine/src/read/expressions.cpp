@@ -150,6 +150,7 @@ std::optional<ExprId> Reader::own_variable(const Context& context, std::string_v
   }
   const auto variable = letter.size() == 1 ? variable_from(letter[0]) : std::nullopt;
   if (!variable || !has_variable(own, port, *variable)) return std::nullopt;
+  if (is_contact(own.kind) && *variable != Variable::flow) return std::nullopt;  // a restitution is over f alone
   // An element or a bond of that name is no quantity: in a law the letter alone can only mean the variable.
   const auto other = names_.find(scopes_[context.scope].prefix + std::string(name));
   if (!is_field(own.kind) && other != names_.end() &&

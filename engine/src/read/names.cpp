@@ -226,10 +226,30 @@ bool Reader::read_ports(std::size_t scope, NodeId node, Element& element) {
   return understood && element.ports.size() > 1;
 }
 
+/// What a contact counts: the integral of its flow.
+void Reader::declare_displacement(std::size_t scope, Element& element) {
+  const std::size_t index = model_.signals.size();
+  const std::string name = element.name + ".q";
+  element.contact.emplace();
+  if (!claim(name, {Entity::Kind::signal, static_cast<std::uint32_t>(index), element.place})) return;
+  ModelSymbol meaning;
+  meaning.kind = ModelSymbol::Kind::signal;
+  meaning.signal = SignalId(index);
+  Signal signal;
+  signal.name = name;
+  signal.kind = Signal::Kind::integral;
+  signal.symbol = add_symbol(meaning);
+  signal.place = element.place;
+  model_.signals.push_back(std::move(signal));
+  signal_text_.push_back({{static_cast<std::uint32_t>(scope), {}}, {static_cast<std::uint32_t>(scope), {}}});
+  element.contact->displacement = meaning.signal;
+}
+
 /// Every variable of an element has its symbol from the start, one after the other.
 void Reader::add_element(std::size_t scope, NodeId node, Element element) {
   const auto index = static_cast<std::uint32_t>(model_.elements.size());
   if (!claim(element.name, {Entity::Kind::element, index, element.place})) return;
+  if (is_contact(element.kind)) declare_displacement(scope, element);
   ModelSymbol symbol;
   symbol.kind = ModelSymbol::Kind::port_variable;
   symbol.element = ElementId(index);

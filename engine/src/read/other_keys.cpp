@@ -75,6 +75,15 @@ constexpr std::array kDiodeKeys{
     Key{" resistance Ron r_on ron R law ",
         "an ideal diode has no resistance: put an R beside it, or write an R with a law"},
 };
+constexpr std::array kContactKeys{
+    Key{" clearance distance limit stop position play backlash wall q_max qmax x_max threshold ",
+        "a contact closes where its displacement q comes to its \"gap\""},
+    Key{" e cor COR epsilon bounce bounciness coefficient_of_restitution elasticity ",
+        "the speed after an impact, of that before, is the \"restitution\", 0 to 1"},
+    Key{" stiffness damping k d c spring law ",
+        "a contact is rigid: one that gives way is a C with a law such as \"e = k*max(q, 0)\""},
+    Key{" q q0 x0 ", "the displacement at the start is \"initial\": { \"q\": ... }"},
+};
 constexpr std::array kTransformerKeys{
     Key{" ratio n N m r gain factor transmission transmission_ratio gear gear_ratio turns turns_ratio lever area "
         "radius ",
@@ -244,6 +253,9 @@ std::string own_value_key(ElementKind kind) {
     case ElementKind::blocking_diode:
     case ElementKind::conducting_diode:
       return "a D has no law of its own; the effort at which it begins to conduct is its \"threshold\"";
+    case ElementKind::free_contact:
+    case ElementKind::closed_contact:
+      return "a contact has a \"gap\", the displacement at which it closes, and a \"restitution\"";
     case ElementKind::resistor:
       return "an R has a \"resistance\" (e = R f) or a \"law\" such as \"f = G*e\"";
     case ElementKind::capacitor:
@@ -281,6 +293,9 @@ std::string instead_of_own_key(ElementKind kind, std::string_view key) {
     case ElementKind::blocking_diode:
     case ElementKind::conducting_diode:
       return help_for(kDiodeKeys, key);
+    case ElementKind::free_contact:
+    case ElementKind::closed_contact:
+      return help_for(kContactKeys, key);
     case ElementKind::resistor:
       return help_for(kResistorKeys, key);
     case ElementKind::capacitor:

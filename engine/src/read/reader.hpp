@@ -177,6 +177,8 @@ class Reader {
   std::optional<NodeId> chosen_way(std::size_t index);
   void parse_switch(std::size_t index, NodeId way);
   void parse_diode(std::size_t index);
+  void parse_contact(std::size_t index);
+  void declare_displacement(std::size_t scope, Element& element);
   void parse_energy(std::size_t index, NodeId value);
   void parse_laws(std::size_t index, NodeId value);
   void parse_law(std::size_t index, NodeId value);

@@ -94,7 +94,9 @@ void Reader::check_plain_kinds() {
               "the " + kind + " " + in_quotes(element.name.substr(prefix.size())) + " is modulated by " +
                   in_quotes(symbol_name(model_, id).substr(prefix.size())),
               element.coefficient_place,
-              own ? "write a \"law\" if it is nonlinear" : "make it of kind " + in_quotes("M" + kind),
+              element.contact ? "a wall that states move is a contact between two elements: its gap is then a constant"
+              : own           ? "write a \"law\" if it is nonlinear"
+                              : "make it of kind " + in_quotes("M" + kind),
               "the plain kinds may use t, parameters and signals of t only");
       break;
     }
@@ -122,6 +124,7 @@ void Reader::check_equalities() {
       check(element.switches->opens, element.switches->opens_place);
     }
     if (element.diode) check(element.diode->fire, element.diode->fire_place);
+    if (element.contact) check(element.contact->restitution, element.contact->restitution_place);
     for (const Law& law : element.laws) check(law.right, law.place);
   }
   for (const ModelEvent& event : model_.events) {

@@ -16,9 +16,9 @@ void Reader::parse_scenes() {
 }
 
 void Reader::parse_scene(NodeId node) {
-  static constexpr std::array<std::string_view, 15> kKeys{
+  static constexpr std::array<std::string_view, 16> kKeys{
       "about",   "start",    "stop",     "samples", "interval", "times",     "parameters", "initial",
-      "outputs", "relative", "absolute", "method",  "step",     "max_order", "reference"};
+      "outputs", "relative", "absolute", "method",  "step",     "max_order", "reference",  "zeno"};
   const Document& file = document(scopes_[0]);
   Scene scene;
   scene.name = file[node].key;
@@ -271,6 +271,15 @@ void Reader::parse_method(NodeId node, Scene& scene) {
     else
       problem("BG146", "there is no method " + in_quotes(file[value].text), file.place(value),
               instead_of_method(file[value].text) + "methods are " + method_list());
+  }
+  if (const NodeId value = file.find(node, "zeno");
+      value.valid() && expect(file, value, JsonKind::string, "\"zeno\"")) {
+    const std::string_view way = file[value].text;
+    if (way != "close" && way != "error")
+      problem("BG113", "\"zeno\" is \"close\" or \"error\", not " + in_quotes(way), file.place(value),
+              "write \"close\" or \"error\"",
+              "what happens where the impacts of a contact accumulate: it closes, or the run ends");
+    scene.close_zeno = way != "error";
   }
   if (const NodeId value = file.find(node, "step"); value.valid()) scene.step = positive(value, "\"step\"");
   if (const NodeId value = file.find(node, "max_order"); value.valid()) {

@@ -32,17 +32,31 @@ class Sides {
         states_(network.program.states.size()) {
     result_.diodes = std::move(before);
     parameters_.resize(network.program.model->parameters.size(), 0.0);
-    position_.resize((1 + kOrders) * n_);
+    position_.resize((1 + kOrders) * n_ + 2 * network.contacts);
     for (const StateInfo& state : network.program.states) resolution_.push_back(resolution(state));
     for (std::size_t i = 0; i < states_; ++i) {
       const SignalId signal = network.program.states[i].signal;
       if (signal.valid() && signal.index() >= network.first_signal)
         position_[signal.index() - network.first_signal] = i;
     }
+    std::size_t next = (1 + kOrders) * n_;
+    contacts_.resize(n_);
+    away_.assign(n_, false);
+    restitution_.assign(n_, 0.0);
+    closing_.assign(n_, 0.0);
+    result_.room.assign(n_, 0.0);
+    for (std::size_t i = 0; i < n_; ++i) {
+      const SignalId displacement = network.displacements[i];
+      if (!displacement.valid()) continue;
+      const auto is_it = [&](const StateInfo& state) { return state.signal == displacement; };
+      const auto at = std::find_if(network.program.states.begin(), network.program.states.end(), is_it);
+      contacts_[i] = {next, static_cast<std::size_t>(at - network.program.states.begin())};
+      next += 2;
+    }
   }
 
   DiodeSides run() {
-    if (choose_resistances()) iterate();
+    if (choose_resistances() && look_at_contacts()) iterate();
     return std::move(result_);
   }
 
@@ -53,6 +67,14 @@ class Sides {
     return position_[n_ + kOrders * diode + order];
   }
 
+  [[nodiscard]] const Element& element_of(std::size_t diode) const {
+    return network_.program.model->elements[network_.program.diode_elements[diode].index()];
+  }
+
+  bool fail_for_good(Diagnostic diagnostic) {
+    result_.final = true;
+    return fail(std::move(diagnostic));
+  }
   bool fail(Diagnostic diagnostic) {
     result_.failure = std::move(diagnostic);
     return false;
@@ -112,6 +134,48 @@ class Sides {
         at_zero_[row] = sign(i) * value;
         for (std::size_t j = 0; j < n_; ++j) at_zero_[row] -= slope_[row * n_ + j] * result_.diodes[j].source;
       }
+    return true;
+  }
+
+  /// Which contacts touch, and at what speed they close. False if one is beyond its gap.
+  bool look_at_contacts() {
+    // One that has come to its gap is there as far as the tolerance says; the rest is rounding.
+    constexpr double kBeyond = 1e-9, kFar = 1e-6, kTouching = 1e3;
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (!network_.displacements[i].valid()) continue;
+      const double room = rates_[position_[contacts_[i].signal]], q = x_[contacts_[i].state];
+      const double size = std::abs(q) + std::abs(room + q);
+      const bool touches = result_.diodes[i].touches;
+      // The time of an event is known to its rounding.
+      const double moves = std::abs(rates_[flow(i, 0)]) * std::abs(t_);
+      const double off = resolution_[contacts_[i].state] + 8.0 * kEpsilon * (size + moves);
+      if (room < (touches ? -std::max(kTouching * off, kFar * size) : -std::max(off, kBeyond * size)))
+        return fail_for_good(diagnostic_of(
+            "BG625",
+            "at t = " + number_text(t_) + " the contact " + in_quotes(network_.names[i]) +
+                " is beyond its gap: q = " + number_text(q, 6) + ", the gap is " + number_text(room + q, 6),
+            element_of(i).place, "the displacement of a contact is at most its gap",
+            "let it begin with \"initial\": { \"q\": ... } at or below the gap; a gap must not jump"));
+      away_[i] = !touches && room > off;
+      if (away_[i]) {
+        result_.diodes[i].source = 0.0;
+        continue;
+      }
+      result_.room[i] = room;
+      restitution_[i] = rates_[position_[contacts_[i].signal + 1]];
+      if (!(restitution_[i] >= 0.0 && restitution_[i] <= 1.0))
+        return fail_for_good(diagnostic_of("BG626",
+                                           "at t = " + number_text(t_) + " the restitution of the contact " +
+                                               in_quotes(network_.names[i]) + " is " + number_text(restitution_[i], 6),
+                                           element_of(i).contact->restitution_place,
+                                           "the speed after an impact is 0 to 1 times that before",
+                                           "limit it: min(max(..., 0), 1)"));
+      // Where efforts can change its speed at once, there is no impact.
+      const auto row = slope_.begin() + static_cast<std::ptrdiff_t>(i * kOrders * n_);
+      const bool of_stores = std::all_of(row, row + static_cast<std::ptrdiff_t>(n_), [](double s) { return s == 0.0; });
+      closing_[i] = of_stores ? std::max(0.0, -sign(i) * rates_[flow(i, 0)]) : 0.0;
+      if (result_.diodes[i].sticks) restitution_[i] = 0.0;
+    }
     return true;
   }
 
@@ -183,10 +247,17 @@ class Sides {
       result_.flow_off[i] = kOfSize * flow_size + result_.flow_error[i];
       result_.effort_off[i] = kOfSize * effort_size_[i] + result_.effort_error[i];
       problem.r[i] = PowerSeries::of<kOrders>(right, right_rounding, false);
+      // Speeds of separation are counted from those of the rebound.
+      for (std::size_t j = 0; j < n_; ++j)
+        if (rebound(j) > 0.0) problem.r[i] = problem.r[i] - problem.z[i * n_ + j] * PowerSeries::number(rebound(j));
     }
+    // A contact that is away has no effort and any flow: the other way round than what is held.
+    for (std::size_t j = 0; j < n_; ++j)
+      for (std::size_t i = 0; away_[j] && i < n_; ++i) std::swap(problem.z[i * n_ + j], problem.w[i * n_ + j]);
     return problem;
   }
 
+  [[nodiscard]] double rebound(std::size_t diode) const { return restitution_[diode] * closing_[diode]; }
   [[nodiscard]] double threshold(std::size_t diode) const { return diodes_[4 * diode + 2]; }
 
   void iterate() {
@@ -194,14 +265,22 @@ class Sides {
     for (int step = 0; step < kMostSteps; ++step) {
       std::vector<bool> first(n_), held(n_);
       for (std::size_t i = 0; i < n_; ++i) {
-        first[i] = result_.diodes[i].conducts;
-        held[i] = !*result_.diodes[i].may_begin && (!result_.diodes[i].conducts || result_.diodes[i].pinned);
+        first[i] = result_.diodes[i].conducts && !away_[i];
+        held[i] =
+            away_[i] || (!*result_.diodes[i].may_begin && (!result_.diodes[i].conducts || result_.diodes[i].pinned));
       }
-      const ComplementarySides sides = solve_complementarity(problem(), first, held);
+      ComplementarySides sides = solve_complementarity(problem(), first, held);
       if (!sides.solved) {
         fail(impossible(sides));
         return;
       }
+      for (std::size_t i = 0; i < n_; ++i)
+        if (away_[i]) sides.takes_z[i] = !sides.takes_z[i];
+      for (std::size_t i = 0; i < n_; ++i)
+        if (away_[i] && !sides.takes_z[i]) {
+          fail_for_good(undetermined(i));
+          return;
+        }
       if (take(sides, held)) return;
       if (!linearize()) return;
     }
@@ -218,7 +297,7 @@ class Sides {
     for (std::size_t i = 0; i < n_; ++i) {
       DiodeState& diode = result_.diodes[i];
       const double value = sides.value[i].finite_part();
-      const double flow = sides.takes_z[i] ? value : 0.0, short_of = sides.takes_z[i] ? 0.0 : value;
+      const double flow = (sides.takes_z[i] ? value : 0.0) + rebound(i), short_of = sides.takes_z[i] ? 0.0 : value;
       const double source = threshold(i) - diode.resistance * flow - short_of;
       next_conducts_.resize(n_);
       next_conducts_[i] = sides.takes_z[i];
@@ -232,13 +311,39 @@ class Sides {
     sides_again_ = sides.takes_z == last_sides_ ? sides_again_ + 1 : 0;
     last_sides_ = sides.takes_z;
     if (!same && !is_linear() && sides_again_ < kMostTimes) return false;
+    take_impulses(sides);
+    take_flights(sides);
     result_.undecided.assign(n_, false);
     for (std::size_t i = 0; i < n_; ++i) {
-      result_.undecided[i] = sides.value[i].zero && sides.value[i].known != PowerSeries::kExact;
+      result_.undecided[i] = !away_[i] && sides.value[i].zero && sides.value[i].known != PowerSeries::kExact;
       result_.diodes[i].conducts = next_conducts_[i];
-      result_.diodes[i].pinned = held[i] && next_conducts_[i];
+      result_.diodes[i].pinned = held[i] && !away_[i] && next_conducts_[i];
     }
     return true;
+  }
+
+  /// Efforts of order 1/h of contacts that close.
+  void take_impulses(const ComplementarySides& sides) {
+    std::vector<std::optional<double>> kick(n_);
+    bool any = false;
+    for (std::size_t i = 0; i < n_; ++i) {
+      const bool impulse = !sides.takes_z[i] && !sides.value[i].zero && sides.value[i].order < 0;
+      if (!network_.displacements[i].valid() || away_[i] || !impulse) continue;
+      kick[i] = rebound(i);
+      any = true;
+    }
+    if (any) result_.kick = std::move(kick);
+  }
+
+  void take_flights(const ComplementarySides& sides) {
+    result_.flight.assign(n_, 0.0);
+    for (std::size_t i = 0; i < n_; ++i) {
+      const PowerSeries& speed = sides.value[i];
+      if (!network_.displacements[i].valid() || away_[i] || !sides.takes_z[i] || speed.zero || speed.order != 0)
+        continue;
+      const double v = speed.coefficient[0], a = speed.coefficient[1];
+      if (a < 0.0) result_.flight[i] = v * v / (-2.0 * a);
+    }
   }
 
   /// Whether the flows at the new sources are what the slopes say.
@@ -252,6 +357,14 @@ class Sides {
         if (std::abs(slope_[row * n_ + j] - slope[row * n_ + j]) > kSame * std::abs(slope[row * n_ + j])) return false;
     }
     return true;
+  }
+
+  [[nodiscard]] Diagnostic undetermined(std::size_t contact) const {
+    return diagnostic_of("BG622",
+                         "at t = " + number_text(t_) + " nothing determines the speed of the contact " +
+                             in_quotes(network_.names[contact]) + ", which is free",
+                         element_of(contact).place, "a free contact has no effort, and its flow follows from the rest",
+                         "between two contacts in series a mass is needed");
   }
 
   [[nodiscard]] Diagnostic impossible(const ComplementarySides& sides) const {
@@ -287,6 +400,12 @@ class Sides {
   std::vector<double> resolution_;              ///< by state
   std::vector<double> slope_, at_zero_, size_;  ///< rows: by diode, then order; in the direction that diodes pass
   std::vector<double> off_, effort_size_;
+  struct Contact {
+    std::size_t signal = 0, state = 0;  ///< its integrals in position_; its displacement among the states
+  };
+  std::vector<Contact> contacts_;              ///< by diode
+  std::vector<bool> away_;                     ///< by diode: a contact that does not touch
+  std::vector<double> restitution_, closing_;  ///< by diode: of a contact that touches; else 0
   std::vector<bool> next_conducts_, last_sides_;
   int sides_again_ = 0;  ///< how often in a row the same ones were found
   DiodeSides result_;

@@ -19,15 +19,29 @@ struct DiodeNetwork {
   std::vector<ParameterId> resistances;  ///< by diode: r
   std::vector<bool> out;                 ///< by diode: passes what flows out of it
   std::vector<std::string> names;
+  /// By diode: of a contact its displacement; else none. A contact's flow is counted from that of its wall.
+  std::vector<SignalId> displacements;
+  /// Integrals behind those of the flows: for each contact one with the room that it has left as its rate, and one with
+  /// the restitution at the present closing speed (0 where it does not close).
+  std::size_t contacts = 0;
 };
 
-/// Of a diode, in the order of the model.
+/// A mode in which contacts that are closed can have a speed of separation, for the jump of an impact.
+struct ImpactProgram {
+  Program program;                 ///< integrals have been added: by contact the impulse that it takes
+  std::size_t first_signal = 0;    ///< the first of them
+  std::vector<ParameterId> kicks;  ///< by contact: its speed of separation
+};
+
+/// Of a diode or contact, in the order of the model.
 struct DiodeState {
   bool conducts = false;
   std::optional<bool> may_begin;  ///< its fire holds, or it has none; not known at the start of a run
   bool pinned = false;            ///< "conducts" without a flow, only since nothing else determines its effort
   double source = 0.0;            ///< s, where it is known, else 0
   double resistance = 1.0;
+  bool touches = false;  ///< a contact is closed, or has come to its gap
+  bool sticks = false;   ///< a contact does not rebound here
 };
 
 struct DiodeSides {
@@ -37,7 +51,13 @@ struct DiodeSides {
   std::vector<bool> undecided;
   std::vector<double> flow_off, effort_off;      ///< how far each one's flow and effort can be off at this point
   std::vector<double> flow_error, effort_error;  ///< the same by the resolution of states and rounding alone
+  std::vector<double> room;                      ///< by diode: of a contact that touches what it has left; else 0
+  /// By diode: how far a contact that leaves its wall goes before what pushes it brings it back; else 0.
+  std::vector<double> flight;
+  /// By diode: a contact that takes an impulse leaves its wall at this speed, 0 or more. Empty where none takes one.
+  std::vector<std::optional<double>> kick;
   std::optional<Diagnostic> failure;
+  bool final = false;  ///< other sides would not help
 };
 
 /// The sides of all diodes an instant after @p t, with the stores as they are: 0 <= f, e <= e0, one of them at its
@@ -46,6 +66,10 @@ struct DiodeSides {
 /// h. One linear complementarity problem over such series says which diodes take over a current, which ones are tied to
 /// stores with a jump, and which way those go whose flow and effort are both 0. Where laws are not linear it is
 /// repeated at the solution found.
+///
+/// A contact that does not touch has no effort and any flow. One that touches is a diode on the level of speeds; where
+/// it closes and its speed hangs on stores alone, the speed of separation is to be at least the restitution times the
+/// closing speed (Newton's rule for all contacts at once, Moreau). Those with an effort of order 1/h take impulses.
 ///
 /// Where a mode leaves a current or an effort between ideal elements undetermined (two diodes in series that block, in
 /// parallel that conduct), the sides are such that all are determined: one of them "conducts" with no flow, or "blocks"

@@ -96,6 +96,7 @@ void energy_lines(std::string& out, const RunReport& report) {
   std::string terms = "supplied " + number_text(energy.supplied, 6) + events + " = stored " +
                       number_text(energy.stored, 6) + " + dissipated " + number_text(energy.dissipated, 6);
   if (report.switches) terms += " + switching " + number_text(energy.switching, 6);
+  if (report.contacts) terms += " + impacts " + number_text(energy.impacts, 6);
   if (energy.exchanged != 0.0) terms += " + exchanged " + number_text(energy.exchanged, 6);
   line(out, "energy", terms + unit);
   line(out, "", "residual " + number_text(energy.residual, 3) + ", relative " + number_text(energy.relative, 3));
@@ -152,7 +153,8 @@ std::string report_text(const RunResult& result) {
   if (r.switches)
     line(out, "switches",
          count_text(r.mode_changes, "change of the mode", "changes of the mode") + ", " +
-             count_text(r.modes, "mode", "modes") + " met");
+             count_text(r.modes, "mode", "modes") + " met" +
+             (r.contacts ? ", " + count_text(r.impacts, "impact", "impacts") : ""));
   left_out_lines(out, r.left_out);
   energy_lines(out, r);
   errors_line(out, r.errors);
@@ -202,6 +204,7 @@ std::string report_json(const RunResult& result) {
   if (r.switches) {
     json["counts"]["mode_changes"] = r.mode_changes;
     json["counts"]["modes"] = r.modes;
+    if (r.contacts) json["counts"]["impacts"] = r.impacts;
   }
   if (r.energy.done) {
     json["energy"] = {{"supplied", r.energy.supplied},     {"stored", r.energy.stored},
@@ -209,6 +212,7 @@ std::string report_json(const RunResult& result) {
                       {"residual", r.energy.residual},     {"relative", r.energy.relative}};
     if (!r.set_events.empty()) json["energy"]["events"] = r.energy.events;
     if (r.switches) json["energy"]["switching"] = r.energy.switching;
+    if (r.contacts) json["energy"]["impacts"] = r.energy.impacts;
     if (!r.energy.least_dissipation_element.empty())
       json["energy"]["least_dissipation"] = {{"element", r.energy.least_dissipation_element},
                                              {"power", r.energy.least_dissipation}};

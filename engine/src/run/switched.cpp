@@ -11,6 +11,7 @@
 
 #include "base/codes.hpp"
 #include "bgsim/text.hpp"
+#include "run/contacts.hpp"
 #include "run/failures.hpp"
 #include "run/jump.hpp"
 #include "run/run.hpp"
@@ -25,10 +26,11 @@ constexpr double kRounding = 1e-9;  ///< of the energies that a jump's loss is t
 
 class SwitchedRun {
  public:
-  SwitchedRun(const ProgramOfMode& program_of, const NetworkOfMode& network_of, const SwitchedStart& start,
-              const RunInputs& inputs, const SimulateOptions& options, const Clock& clock)
-      : program_of_(program_of),
-        network_of_(network_of),
+  SwitchedRun(const SwitchedPrograms& programs, const SwitchedStart& start, const RunInputs& inputs,
+              const SimulateOptions& options, const Clock& clock)
+      : program_of_(programs.program_of),
+        network_of_(programs.network_of),
+        impact_of_(programs.impact_of),
         inputs_(inputs),
         options_(options),
         clock_(clock),
@@ -37,7 +39,8 @@ class SwitchedRun {
         stored_(start.stored),
         headway_(inputs.stop),
         begin_(clock()),
-        diodes_(static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true))) {
+        diodes_(static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true))),
+        contacts_(diodes_.size()) {
     stored_.t = inputs.start;
   }
 
@@ -88,15 +91,15 @@ class SwitchedRun {
     while (true) {
       const Mode last = mode_;
       if (!settle_diodes()) return nullptr;
-      if (program != nullptr && mode_ == last) return hold_bands(*program) ? program : nullptr;
-      if (met.size() >= kMostJumps) {
-        fail(diagnostic_of("BG604",
-                           "at t = " + number_text(stored_.t) + " the diodes change sides without end: " +
-                               std::to_string(kMostJumps) + " times, at last to \"" + mode_words() + "\"",
-                           {}, "at one instant diodes change sides until none leaves the side that it is on",
-                           "a law beside them gives off energy"));
-        return nullptr;
+      if (!kick_.empty()) {
+        if (met.size() >= kMostJumps) break;
+        met.push_back(mode_);
+        if (!take_impact()) return nullptr;
+        program = nullptr;
+        continue;
       }
+      if (program != nullptr && mode_ == last) return hold_bands(*program) ? program : nullptr;
+      if (met.size() >= kMostJumps) break;
       met.push_back(mode_);
       program = program_here();
       if (program == nullptr) return nullptr;
@@ -107,8 +110,119 @@ class SwitchedRun {
       if (!jump_into_mode(*program, moved)) return nullptr;
       if (!diodes) return program;
       if (!moved) return hold_bands(*program) ? program : nullptr;
-      if (!store_jumped(*program)) return nullptr;
+      if (!store_jumped(*program, parameters_, x_)) return nullptr;
     }
+    fail(diagnostic_of("BG604",
+                       "at t = " + number_text(stored_.t) + " the diodes change sides without end: " +
+                           std::to_string(kMostJumps) + " times, at last to \"" + mode_words() + "\"",
+                       {}, "at one instant diodes change sides until none leaves the side that it is on",
+                       "a law beside them gives off energy"));
+    return nullptr;
+  }
+
+  // --- contacts
+
+  [[nodiscard]] std::vector<ElementId> diode_elements(const Model& model) const {
+    std::vector<ElementId> result;
+    for (std::size_t i = 0; i < model.elements.size(); ++i)
+      if (model.elements[i].diode) result.emplace_back(i);
+    return result;
+  }
+
+  /// Impulses of contacts that close, with the speeds of their rebound.
+  bool take_impact() {
+    try {
+      const ImpactProgram& impact = impact_of_(mode_);
+      const Program& program = impact.program;
+      const std::vector<ElementId> elements = diode_elements(*program.model);
+      std::vector<double> parameters = inputs_.parameters;
+      parameters.resize(program.model->parameters.size(), 0.0);
+      std::vector<std::string> names;
+      std::size_t next = 0;
+      for (std::size_t i = 0; i < elements.size(); ++i) {
+        const Element& element = program.model->elements[elements[i].index()];
+        if (!element.contact) continue;
+        parameters[impact.kicks[next++].index()] = kick_[i].value_or(0.0);
+        if (!kick_[i]) continue;
+        names.push_back(element.name);
+        ++contacts_[i].impacts;
+        ++result_.report.impacts;
+      }
+      Evaluator evaluator(program, parameters);
+      Jump jump = jump_into(evaluator, stored_.t, stored_);
+      if (jump.failure) return fail(std::move(*jump.failure));
+      // Sources did their work at the speeds after the jump. A contact is none: what it takes up at half the sum of
+      // both speeds, less what its wall takes, is the loss.
+      double rebound = 0.0;
+      for (std::size_t k = 0; k < program.states.size(); ++k) {
+        const SignalId signal = program.states[k].signal;
+        if (!signal.valid() || signal.index() < impact.first_signal) continue;
+        const std::size_t contact = signal.index() - impact.first_signal;
+        if (contact < impact.kicks.size()) rebound += jump.x[k] * parameters[impact.kicks[contact].index()];
+      }
+      const double loss = jump.loss - rebound;
+      if (loss < -kRounding * jump.scale) return fail(impact_failure(names, -loss, stored_.t));
+      EnergyAudit& energy = result_.report.energy;
+      energy.supplied += jump.supplied - rebound;
+      energy.stored += jump.stored;
+      energy.exchanged += jump.exchanged;
+      energy.impacts += std::max(0.0, loss);
+      energy.turnover += jump.scale;
+      if (names.size() > 1 && !std::exchange(simultaneous_, true))
+        result_.report.notes.push_back(simultaneous_note(names, stored_.t));
+      kick_.clear();
+      return store_jumped(program, parameters, jump.x);
+    } catch (const ModelError& error) {
+      return fail(not_allowed(error));
+    }
+  }
+
+  /// Whether a contact opens, or rebounds not much further than the tolerance of its displacement. Multistep methods
+  /// begin with order 1 and steps that suit the tolerance, and lose such a flight; one-step methods do not.
+  [[nodiscard]] bool flies_short(const Program& program) const {
+    constexpr double kTolerances = 1e5;
+    if (facts_of(inputs_.method).family != MethodFamily::multistep && inputs_.method != Method::automatic) return false;
+    if (!program.plan.explicit_form) return false;
+    const std::vector<ElementId> elements = diode_elements(*program.model);
+    for (std::size_t i = 0; i < flight_.size(); ++i) {
+      const bool opens = diodes_[i].touches && diodes_[i].conducts && flight_[i] == 0.0;  // without a speed
+      if (opens) return true;
+      if (!(flight_[i] > 0.0)) continue;
+      const SignalId displacement = program.model->elements[elements[i].index()].contact->displacement;
+      const auto tolerance = tolerance_.find(Key{ElementId{}.value, 0, displacement.value});
+      if (tolerance == tolerance_.end() || flight_[i] < kTolerances * tolerance->second) return true;
+    }
+    return false;
+  }
+
+  /// Puts the displacements of contacts that touch to their gaps.
+  void close_rooms(const DiodeNetwork& network, const std::vector<double>& room) {
+    for (std::size_t i = 0; i < room.size(); ++i) {
+      if (room[i] == 0.0) continue;
+      for (RunInputs::Initial& at : stored_.values)
+        if (at.signal.valid() && at.signal == network.displacements[i]) at.value += room[i];
+    }
+  }
+
+  /// Where contacts leave their sides. False where their impacts must not accumulate, and do.
+  bool look_at_contacts(const Program& program) {
+    const std::vector<ElementId> elements = diode_elements(*program.model);
+    for (std::size_t i = 0; i < diodes_.size(); ++i) {
+      const Element& element = program.model->elements[elements[i].index()];
+      if (!element.contact) continue;
+      DiodeState& contact = diodes_[i];
+      contact.touches = !contact.conducts || tripped_[i];
+      contact.sticks = false;
+      if (!contact.conducts || !tripped_[i]) continue;
+      const auto series = came_to_gap(contacts_[i], stored_.t, inputs_.start, inputs_.stop);
+      if (!series) continue;
+      if (!inputs_.close_zeno) return fail(accumulation_failure(element, contacts_[i], *series));
+      result_.report.notes.push_back(accumulation_note(element, contacts_[i], *series));
+      contact.sticks = true;
+      contacts_[i].times.clear();
+      contacts_[i].longest = 0.0;
+    }
+    return true;
   }
 
   // --- diodes
@@ -121,7 +235,8 @@ class SwitchedRun {
       while (!is_diode_[next]) ++next;
       DiodeState& diode = diodes_[i];
       diode.conducts = mode_[next++];
-      diode.source = values[4 * i] - diode.resistance * values[4 * i + 1];
+      const bool contact = network_of_(mode_).displacements[i].valid();
+      diode.source = values[4 * i] - (contact ? 0.0 : diode.resistance * values[4 * i + 1]);
       diode.may_begin = values[4 * i + 3] != 0.0;
     }
   }
@@ -139,8 +254,12 @@ class SwitchedRun {
       };
       DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_);
       if (sides.failure)
-        return try_sides(resolution, std::vector<bool>(diodes_.size(), true)) || fail(std::move(*sides.failure));
+        return (may_try(network, sides) && try_sides(resolution, may_be_tried(network))) ||
+               fail(std::move(*sides.failure));
       diodes_ = std::move(sides.diodes);
+      kick_ = std::move(sides.kick);
+      flight_ = std::move(sides.flight);
+      close_rooms(network, sides.room);
       flow_off_ = std::move(sides.flow_off);
       effort_off_ = std::move(sides.effort_off);
       flow_error_ = std::move(sides.flow_error);
@@ -157,6 +276,26 @@ class SwitchedRun {
       return fail(not_allowed(error));
     }
     return true;
+  }
+
+  /// Whether sides can be found by trying: that knows no restitution, and helps nobody whose model is at fault.
+  [[nodiscard]] bool may_try(const DiodeNetwork& network, const DiodeSides& sides) const {
+    if (sides.final) return false;
+    const std::vector<ElementId> elements = diode_elements(*network.program.model);
+    for (std::size_t i = 0; i < diodes_.size(); ++i) {
+      const Element& element = network.program.model->elements[elements[i].index()];
+      if (element.contact && diodes_[i].touches && diodes_[i].conducts &&
+          !network.program.model->pool.is_constant(element.contact->restitution, 0.0))
+        return false;
+    }
+    return true;
+  }
+  /// Contacts that do not touch stay free.
+  [[nodiscard]] std::vector<bool> may_be_tried(const DiodeNetwork& network) const {
+    std::vector<bool> free;
+    for (std::size_t i = 0; i < diodes_.size(); ++i)
+      free.push_back(!network.displacements[i].valid() || diodes_[i].touches);
+    return free;
   }
 
   void put_diodes() {
@@ -182,18 +321,18 @@ class SwitchedRun {
   }
 
   /// What the stores hold after a jump.
-  bool store_jumped(const Program& program) {
-    Evaluator evaluator(program, parameters_);
+  bool store_jumped(const Program& program, const std::vector<double>& parameters, const std::vector<double>& x) {
+    Evaluator evaluator(program, parameters);
     Branch branch = first_branch(program);
     std::vector<double> dependent(program.dependent.size());
-    if (!evaluator.initialize_modes(stored_.t, x_.data(), branch) ||
-        !evaluator.dependents(stored_.t, x_.data(), branch, dependent.data()))
+    if (!evaluator.initialize_modes(stored_.t, x.data(), branch) ||
+        !evaluator.dependents(stored_.t, x.data(), branch, dependent.data()))
       return fail(fault_failure(evaluator.fault()));
     const auto put = [this](const StateInfo& state, double value) {
       for (RunInputs::Initial& at : stored_.values)
         if (at.element == state.element && at.port == state.port && at.signal == state.signal) at.value = value;
     };
-    for (std::size_t i = 0; i < x_.size(); ++i) put(program.states[i], x_[i]);
+    for (std::size_t i = 0; i < x.size(); ++i) put(program.states[i], x[i]);
     for (std::size_t i = 0; i < dependent.size(); ++i) put(program.dependent[i], dependent[i]);
     return true;
   }
@@ -216,12 +355,14 @@ class SwitchedRun {
       diodes_[i].may_begin = values[4 * i + 3] != 0.0;
       const double beyond = conducts ? -values[4 * i + 1] : values[4 * i] - values[4 * i + 2];
       double& band = bands_[i];
-      if (!again) {
+      const bool room = element.contact && conducts;  // which is no flow
+      if (!again || room) {
         band = std::max(0.0, kTwice * beyond);
       } else if (tripped_[i]) {
         band = std::max({kMore * band, kTwice * beyond, conducts ? flow_error_[i] : effort_error_[i]});
       }
       parameters_[element.diode->band.index()] = band;
+      if (room) continue;
       const bool matters = conducts ? !diodes_[i].pinned : *diodes_[i].may_begin;
       if (!matters || !(beyond > (conducts ? flow_off_[i] : effort_off_[i]))) continue;
       return fail(
@@ -337,6 +478,16 @@ class SwitchedRun {
     inputs.start = stored_.t;
     inputs.parameters = parameters_;
     inputs.output_times = inputs_.output_times.without_first(result_.rows);
+    short_flight_ = flies_short(program);
+    lifts_off_ = false;
+    for (std::size_t i = 0; i < flight_.size(); ++i)
+      lifts_off_ = lifts_off_ || (diodes_[i].touches && diodes_[i].conducts && flight_[i] == 0.0);
+    if (short_flight_) inputs.method = Method::radau;
+    if (short_flight_ && inputs_.method != Method::automatic && !std::exchange(noted_flights_, true))
+      result_.report.notes.push_back(
+          "what follows where a contact opens, and rebounds that are short beside the tolerance, is integrated by "
+          "Radau: "
+          "multistep methods, which begin with order 1, lose it");
     inputs.initial.clear();
     for (std::size_t i = 0; i < program.states.size(); ++i) {
       const StateInfo& state = program.states[i];
@@ -360,6 +511,7 @@ class SwitchedRun {
     tripped_.clear();
     for (std::size_t i = 0; i < leaving.size(); ++i)
       if (is_diode_[i]) tripped_.push_back(leaving[i] != 0.0);
+    if (!diodes_.empty() && !look_at_contacts(program)) return false;
     switched_ = diodes_.empty();
     for (std::size_t i = 0; i < leaving.size(); ++i) {
       if (leaving[i] == 0.0 || is_diode_[i]) continue;
@@ -469,7 +621,8 @@ class SwitchedRun {
     result_.rows += part.rows;
     report.model = own.model;
     report.scene = own.scene;
-    if (!own.method.empty()) {  // a mode that begins at the stop makes no step
+    if (!own.method.empty() &&
+        (!short_flight_ || report.method.empty())) {  // a mode that begins at the stop makes no step
       report.method = own.method;
       report.method_reason = own.method_reason;
     }
@@ -510,7 +663,7 @@ class SwitchedRun {
     report.set_events = own.set_events;  // counted over all stretches
     constexpr std::size_t kMostNotes = 20;
     for (const std::string& note : own.notes)
-      if (report.notes.size() < kMostNotes && !solved_before(note) &&
+      if (report.notes.size() < kMostNotes && !solved_before(note) && !of_lift_off(note) &&
           std::find(report.notes.begin(), report.notes.end(), note) == report.notes.end())
         report.notes.push_back(note);
     add_energy(own.energy);
@@ -529,6 +682,11 @@ class SwitchedRun {
                        [&](const std::string& before) { return before.starts_with(loop); });
   }
 
+  /// A contact that opens without a speed is near its gap for a while: nearer than what can be decided there.
+  [[nodiscard]] bool of_lift_off(const std::string& note) const {
+    return lifts_off_ && note.starts_with("whether ") && note.find("(band of ") != std::string::npos;
+  }
+
   void add_energy(const EnergyAudit& own) {
     EnergyAudit& energy = result_.report.energy;
     if (!own.done) {
@@ -542,7 +700,7 @@ class SwitchedRun {
       course.times.push_back(piece.times[i]);
       course.supplied.push_back(energy.supplied + energy.events + piece.supplied[i]);
       course.stored.push_back(energy.stored + piece.stored[i]);
-      course.dissipated.push_back(energy.dissipated + energy.switching + piece.dissipated[i]);
+      course.dissipated.push_back(energy.dissipated + energy.switching + energy.impacts + piece.dissipated[i]);
       course.exchanged.push_back(energy.exchanged + piece.exchanged[i]);
       course.residual.push_back(energy.residual + piece.residual[i]);
     }
@@ -568,6 +726,8 @@ class SwitchedRun {
     report.relative = inputs_.relative;
     report.reached = std::max(report.reached, inputs_.start);
     report.modes = met_.size();
+    report.contacts = names_ && std::any_of(names_->elements.begin(), names_->elements.end(),
+                                            [](const Element& element) { return element.contact.has_value(); });
     report.errors.possible = false;
     report.errors.why_not = "the model has switches";
     EnergyAudit& energy = report.energy;
@@ -586,6 +746,7 @@ class SwitchedRun {
 
   const ProgramOfMode& program_of_;
   const NetworkOfMode& network_of_;
+  const ImpactOfMode& impact_of_;
   const RunInputs& inputs_;
   const SimulateOptions& options_;
   const Clock& clock_;
@@ -598,6 +759,13 @@ class SwitchedRun {
   RunResult result_;
   EventMemory events_;  ///< empty before the first stretch
   std::vector<DiodeState> diodes_;
+  std::vector<ContactHistory> contacts_;     ///< by diode
+  std::vector<std::optional<double>> kick_;  ///< by diode: see DiodeSides::kick
+  std::vector<double> flight_;               ///< by diode: see DiodeSides::flight
+  bool noted_flights_ = false;
+  bool lifts_off_ = false;                         ///< a contact opens without a speed in this stretch
+  bool short_flight_ = false;                      ///< in this stretch; see flies_short()
+  bool simultaneous_ = false;                      ///< several contacts have taken impulses at once
   std::vector<double> flow_off_, effort_off_;      ///< by diode: what they may be off by
   std::vector<double> flow_error_, effort_error_;  ///< the same, without an allowance
   std::vector<double> bands_;                      ///< by diode, of the present program
@@ -620,10 +788,9 @@ class SwitchedRun {
 
 }  // namespace
 
-RunResult simulate_switched(const ProgramOfMode& program_of, const NetworkOfMode& network_of,
-                            const SwitchedStart& start, const RunInputs& inputs, const SimulateOptions& options,
-                            const Clock& clock) {
-  return SwitchedRun(program_of, network_of, start, inputs, options, clock).execute();
+RunResult simulate_switched(const SwitchedPrograms& programs, const SwitchedStart& start, const RunInputs& inputs,
+                            const SimulateOptions& options, const Clock& clock) {
+  return SwitchedRun(programs, start, inputs, options, clock).execute();
 }
 
 }  // namespace bgsim

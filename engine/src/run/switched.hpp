@@ -18,6 +18,17 @@ using ProgramOfMode = std::function<const Program&(const Mode&)>;
 /// @throws ModelError where the graph does not allow it.
 using NetworkOfMode = std::function<const DiodeNetwork&(const Mode&)>;
 
+/// For the jump of an impact, with the mode that it leads to.
+/// @throws ModelError where the graph does not allow it.
+using ImpactOfMode = std::function<const ImpactProgram&(const Mode&)>;
+
+/// What a switched run takes its programs from.
+struct SwitchedPrograms {
+  ProgramOfMode program_of;
+  NetworkOfMode network_of;  ///< asked for models with diodes or contacts only
+  ImpactOfMode impact_of;    ///< asked for models with contacts only
+};
+
 /// Name of the state of a mode in which nothing is stored: the time, so that the run looks for events.
 inline constexpr const char* kModeClock = "(clock)";
 
@@ -32,14 +43,13 @@ struct SwitchedStart {
 /// Runs a scene from mode to mode. Within a mode this is simulate() of that mode's program. Where a switch leaves its
 /// side, what stores hold goes on to the program of the next mode, after a jump where that ties stores to each other
 /// (see jump_into). At one instant this is repeated until no switch leaves its side. Diodes are then on the sides that
-/// the circuit makes them (see diode_sides).
+/// the circuit makes them (see diode_sides). Contacts that close take impulses, with their restitution. Where their
+/// impacts accumulate, a contact stays closed; see came_to_gap().
 ///
 /// Fails with BG604 where modes repeat within an instant or change without end, BG619 where the graph does not allow a
 /// mode, BG620 and BG621 where a jump has no result or creates energy, BG622 where diodes have no sides that are
-/// possible; else as simulate().
-/// @param network_of  asked for models with diodes only
-RunResult simulate_switched(const ProgramOfMode& program_of, const NetworkOfMode& network_of,
-                            const SwitchedStart& start, const RunInputs& inputs, const SimulateOptions& options,
-                            const Clock& clock);
+/// possible, BG625, BG626 and BG627 of contacts; else as simulate().
+RunResult simulate_switched(const SwitchedPrograms& programs, const SwitchedStart& start, const RunInputs& inputs,
+                            const SimulateOptions& options, const Clock& clock);
 
 }  // namespace bgsim

@@ -249,10 +249,20 @@ void prepare_times(const SceneParts& parts, RunInputs& inputs, std::vector<Diagn
                                    order || !place.node.valid() ? scene.stop_place : place, {}, times.help));
 }
 
+Diagnostic restitution_fault(const Element& element, double value) {
+  return diagnostic_of("BG626",
+                       "the restitution of the contact " + in_quotes(element.name) + " is " + number_text(value, 6),
+                       element.contact->restitution_place, "the speed after an impact is 0 to 1 times that before",
+                       "1 keeps all energy, 0 none");
+}
+
 /// Coefficients that depend on parameters alone are looked at before anything is computed from them.
 void check_coefficients(const SceneParts& parts, std::vector<Diagnostic>& warnings, std::vector<Diagnostic>& problems) {
   const ParameterValues values(parts.model, parts.given.pool, parts.numbers.values);
   for (const Element& element : parts.model.elements) {
+    if (element.contact)
+      if (const auto value = values.of(element.contact->restitution); value && !(*value >= 0.0 && *value <= 1.0))
+        problems.push_back(restitution_fault(element, *value));
     if (!element.coefficient.valid()) continue;
     const auto value = values.of(element.coefficient);
     if (!value) continue;
@@ -269,7 +279,7 @@ void check_coefficients(const SceneParts& parts, std::vector<Diagnostic>& warnin
           diagnostic_of("BG180", is + ": the store is unstable", element.coefficient_place,
                         "a negative store gives off energy as it fills",
                         "if this is not intended, check the sign (a linearised inverted pendulum has such a spring)"));
-    } else if (is_diode(element.kind) && *value < 0.0) {
+    } else if (is_diode(element.kind) && !element.contact && *value < 0.0) {
       problems.push_back(diagnostic_of("BG145", is, element.coefficient_place,
                                        "a diode that conducts takes energy in: its threshold is not below 0",
                                        "the way that it conducts is \"passes\": \"in\" or \"out\""));
@@ -292,6 +302,7 @@ RunInputs prepare_scene(const Model& model, const std::string& name, const Scene
   inputs.scene = scene.name;
   inputs.parameters = numbers.parameters;
   inputs.reference = scene.reference;
+  inputs.close_zeno = scene.close_zeno;
   if (!given.initial.empty()) inputs.rounding = find_rounding(model, given, numbers);
   std::vector<Diagnostic> problems;
   const SceneParts parts{model, scene, given, numbers};

@@ -74,6 +74,9 @@ class FlatWriter {
     used_parameter_.assign(model.parameters.size(), false);
     used_signal_.assign(model.signals.size(), false);
     used_bond_.assign(model.bonds.size(), false);
+    for (std::size_t i = 0; i < model.elements.size(); ++i)
+      if (model.elements[i].contact)
+        names_.signals[model.elements[i].contact->displacement.index()] = names_.elements[i] + ".q";
     replace_cut_variables(graph);
     // What is written says which signals, parameters and junctions are needed; so parameters come last.
     write_outputs();
@@ -243,6 +246,8 @@ class FlatWriter {
       json["ports"][element.ports[port]] = std::string(1, letter(element.stored[port]));
     if (element.switches)
       write_switch(json, element, user);
+    else if (element.contact)
+      write_contact(json, element, user);
     else if (element.diode)
       write_diode(json, element, user);
     else if (element.coefficient.valid())
@@ -276,6 +281,15 @@ class FlatWriter {
     if (is_closed(element)) json["initial"] = "closed";
   }
 
+  void write_contact(Json& json, const Element& element, const std::string& user) {
+    json["gap"] = value(element.coefficient, user);
+    const Signal& displacement = model_.signals[element.contact->displacement.index()];
+    if (displacement.initial.valid()) json["initial"]["q"] = value(displacement.initial, user);
+    const ExprId restitution = element.contact->restitution;
+    if (model_.pool.is_constant(restitution, 0.0)) return;
+    json["restitution"] = value(restitution, user);
+  }
+
   void write_diode(Json& json, const Element& element, const std::string& user) {
     if (element.diode->out) json["passes"] = "out";
     if (!model_.pool.is_constant(element.coefficient, 0.0)) json["threshold"] = value(element.coefficient, user);
@@ -289,6 +303,13 @@ class FlatWriter {
     return port + letter(law.variable) + " = " + (right.is_string() ? right.get<std::string>() : json_text(right));
   }
 
+  /// The displacement of a contact, which belongs to its element.
+  [[nodiscard]] bool of_contact(std::size_t signal) const {
+    return std::any_of(model_.elements.begin(), model_.elements.end(), [signal](const Element& element) {
+      return element.contact && element.contact->displacement.index() == signal;
+    });
+  }
+
   /// Signals that are used, and those that they use.
   void write_signals() {
     std::vector<Json> entries(model_.signals.size());
@@ -296,7 +317,7 @@ class FlatWriter {
     for (bool more = true; more;) {
       more = false;
       for (std::size_t i = 0; i < model_.signals.size(); ++i) {
-        if (!used_signal_[i] || done[i]) continue;
+        if (!used_signal_[i] || done[i] || of_contact(i)) continue;
         const Signal& signal = model_.signals[i];
         const std::string user = "the signal \"" + signal.name + "\"";
         entries[i] = {{signal.is_state() ? "integral" : "value", value(signal.value, user)}};

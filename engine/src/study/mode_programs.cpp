@@ -87,7 +87,7 @@ std::shared_ptr<const Model> with_bands(std::shared_ptr<const Model> model) {
 /// they do; and what diode_sides() asks for: the flow of each, and its first two derivatives in time, as rates.
 Model as_network(Model model, DiodeNetwork& network) {
   ExprPool& pool = model.pool;
-  std::vector<ExprId> flows;
+  std::vector<ExprId> flows, gaps;  // gaps: of contacts alone
   network.first_signal = model.signals.size();
   for (std::size_t i = 0; i < model.elements.size(); ++i) {
     if (!model.elements[i].diode) continue;
@@ -98,7 +98,12 @@ Model as_network(Model model, DiodeNetwork& network) {
     network.out.push_back(model.elements[i].diode->out);
     network.names.push_back(name);
     Element& element = model.elements[i];
-    const ExprId flow = pool.symbol(port_variable(element, 0, Variable::flow));
+    ExprId flow = pool.symbol(port_variable(element, 0, Variable::flow));
+    network.displacements.push_back(element.contact ? element.contact->displacement : SignalId());
+    if (element.contact) {
+      flow = pool.sub(flow, element.contact->speed);
+      gaps.push_back(element.coefficient);
+    }
     flows.push_back(flow);
     Law law;
     law.variable = Variable::effort;
@@ -117,6 +122,37 @@ Model as_network(Model model, DiodeNetwork& network) {
       model.signals[id.index()].value = value;
       value = pool.make(Op::der, value);
     }
+  }
+  for (std::size_t i = 0, next = 0; i < model.elements.size(); ++i) {
+    if (!model.elements[i].diode) continue;
+    const ExprId closing = flows[next++];
+    if (!model.elements[i].contact) continue;
+    ++network.contacts;
+    const ContactLaw law = *model.elements[i].contact;
+    const std::string name = model.elements[i].name;
+    const SignalId room = add_integral(model, "(room of " + name + ")");
+    const SignalId restitution = add_integral(model, "(restitution of " + name + ")");
+    model.signals[room.index()].value =
+        pool.sub(gaps[network.contacts - 1], pool.symbol(model.signals[law.displacement.index()].symbol));
+    model.signals[restitution.index()].value =
+        pool.select(pool.make(Op::gt, closing, pool.constant(0.0)),
+                    substitute(pool, law.restitution, {{port_variable(model.elements[i], 0, Variable::flow), closing}}),
+                    pool.constant(0.0));
+  }
+  return model;
+}
+
+/// The model with a speed of separation for each contact that is closed, and its impulse as an integral.
+Model with_impacts(Model model, ImpactProgram& impact) {
+  impact.first_signal = model.signals.size();
+  for (std::size_t i = 0; i < model.elements.size(); ++i) {
+    if (!model.elements[i].contact) continue;
+    const std::string name = model.elements[i].name;
+    const ParameterId kick = add_parameter(model, "(kick of " + name + ")");
+    impact.kicks.push_back(kick);
+    model.elements[i].contact->kick = kick;
+    const SignalId impulse = add_integral(model, "(impulse of " + name + ")");
+    model.signals[impulse.index()].value = model.pool.symbol(port_variable(model.elements[i], 0, Variable::effort));
   }
   return model;
 }
@@ -213,6 +249,17 @@ const DiodeNetwork& ModePrograms::network(const Mode& mode) {
   return *network;
 }
 
+const ImpactProgram& ModePrograms::impact(const Mode& mode) {
+  const std::scoped_lock lock(mutex_);
+  std::unique_ptr<ImpactProgram>& impact = impacts_[mode];
+  if (impact) return *impact;
+  auto made = std::make_unique<ImpactProgram>();
+  auto model = std::make_shared<const Model>(with_impacts(in_mode(*model_, mode), *made));
+  made->program = std::move(make(std::move(model), options_)->program);
+  impact = std::move(made);
+  return *impact;
+}
+
 SwitchedStart ModePrograms::start(const RunInputs& inputs) {
   SwitchedStart start{mode_of(*model_), {}, {inputs.start, inputs.initial}, {}};
   for (const ElementId element : switches_of(*model_))
@@ -252,7 +299,12 @@ void ModePrograms::put_diodes(const RunInputs& inputs, SwitchedStart& start) {
       return;
     }
     const auto program_of = [&](const Mode& mode) -> const Program& { return at(mode, inputs.parameters); };
-    const std::vector<bool> all(count, true);
+    std::vector<bool> all;  // that are tried: a contact that touches is looked at by the run
+    for (const SignalId displacement : network(start.mode).displacements) all.push_back(!displacement.valid());
+    if (sides.final) {
+      start.failure = sides.failure;
+      return;
+    }
     if (const auto tried = tried_sides(program_of, start.mode, start.diodes, before, all, inputs, start.stored, exact))
       put([&](std::size_t diode) { return tried->conducts[diode]; });
     else

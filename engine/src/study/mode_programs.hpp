@@ -25,6 +25,10 @@ class ModePrograms {
   /// @throws ModelError where the graph does not allow it.
   const DiodeNetwork& network(const Mode& mode);
 
+  /// For the jump of an impact into @p mode.
+  /// @throws ModelError where the graph does not allow the mode.
+  const ImpactProgram& impact(const Mode& mode);
+
   /// The mode of a scene's start, and what all stores hold there before any switch ties them to each other. Conditions
   /// are evaluated in a model in which a resistor stands for each switch, which every graph allows. A switch whose
   /// condition depends on efforts or flows that switches take part in is open at first; the run goes on from there.
@@ -51,6 +55,7 @@ class ModePrograms {
   std::mutex mutex_;
   std::map<Mode, std::unique_ptr<Made>> made_;
   std::map<Mode, std::unique_ptr<DiodeNetwork>> networks_;  ///< with the diodes open in the key
+  std::map<Mode, std::unique_ptr<ImpactProgram>> impacts_;
   std::unique_ptr<Made> without_switches_;
   bool looked_without_ = false;
 };

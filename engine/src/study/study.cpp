@@ -185,9 +185,10 @@ RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& option
         model().sources);
   ModePrograms& modes = *compiled_->modes;
   const auto program_of = [&](const Mode& mode) -> const Program& { return modes.at(mode, inputs.parameters); };
-  RunResult result = simulate_switched(
-      program_of, [&](const Mode& mode) -> const DiodeNetwork& { return modes.network(mode); }, modes.start(inputs),
-      inputs, options, wall_seconds);
+  const auto network_of = [&](const Mode& mode) -> const DiodeNetwork& { return modes.network(mode); };
+  const auto impact_of = [&](const Mode& mode) -> const ImpactProgram& { return modes.impact(mode); };
+  RunResult result =
+      simulate_switched({program_of, network_of, impact_of}, modes.start(inputs), inputs, options, wall_seconds);
   if (!result.trace.names.empty()) return result;
   result.trace.names = program().output_names;  // the run ended before its first mode
   result.trace.units = program().output_units;

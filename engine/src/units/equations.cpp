@@ -201,6 +201,13 @@ class UnitBuilder {
     }
     if (e.diode && e.diode->fire.valid())
       static_cast<void>(expression({UnitSite::Kind::element, id.value}, e.diode->fire, e.diode->fire_place));
+    if (e.contact && e.contact->displacement.valid()) {
+      value({UnitSite::Kind::element, id.value}, "the displacement of " + in_quotes(e.name),
+            variable(result_.first_signal + e.contact->displacement.value), e.coefficient, e.coefficient_place, 1);
+      if (!pool_.is_constant(e.contact->restitution))
+        value({UnitSite::Kind::element, id.value}, "the restitution of " + in_quotes(e.name), {},
+              e.contact->restitution, e.contact->restitution_place, 1);
+    }
     if (e.energy.valid()) energy(id, e);
     // Laws of resistors hold constants that are fitted, and are the last ones to be believed.
     const std::uint32_t depth = is_resistor(e.kind) ? kFitted : 0;

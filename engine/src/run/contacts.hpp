@@ -1,0 +1,38 @@
+/// What a run knows of its contacts: their impacts so far, and where these have no end.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bgsim/diagnostic.hpp"
+#include "bgsim/model.hpp"
+
+namespace bgsim {
+
+/// Of one contact.
+struct ContactHistory {
+  std::vector<double> times;  ///< the latest at which it came to its gap
+  double longest = 0.0;       ///< interval between two of these
+  std::uint64_t impacts = 0;
+};
+
+/// Impacts whose intervals shrink in a steady ratio: infinitely many before one instant.
+struct Accumulation {
+  double ratio = 0.0, limit = 0.0;  ///< of an interval to the one before; the time to which they add up
+};
+
+/// Notes that a contact has come to its gap at @p t. Where the intervals shrink in a steady ratio, the limit is before
+/// @p stop and what is left is too short to be resolved, that series.
+std::optional<Accumulation> came_to_gap(ContactHistory& history, double t, double start, double stop);
+
+/// A line for the report: the contact closes for good.
+std::string accumulation_note(const Element& contact, const ContactHistory& history, const Accumulation& series);
+/// BG627.
+Diagnostic accumulation_failure(const Element& contact, const ContactHistory& history, const Accumulation& series);
+/// A line for the report: several contacts have taken impulses in one instant.
+std::string simultaneous_note(const std::vector<std::string>& contacts, double t);
+/// BG621.
+Diagnostic impact_failure(const std::vector<std::string>& contacts, double gained, double t);
+
+}  // namespace bgsim

@@ -1,0 +1,254 @@
+// Contacts: unilateral stops with restitution, and their impacts.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <sstream>
+
+#include "support/run.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+constexpr double kG = 9.81;
+
+/// @param bonds  "from>to" separated by spaces.
+std::string contact_model(const std::string& elements, const std::string& bonds, const std::string& outputs,
+                          const std::string& scene, const std::string& more = "") {
+  std::string list;
+  std::istringstream words(bonds);
+  for (std::string word; words >> word;) {
+    const auto arrow = word.find('>');
+    list += (list.empty() ? "" : ", ") + (R"({"from": ")" + word.substr(0, arrow)) + R"(", "to": ")" +
+            word.substr(arrow + 1) + "\"}";
+  }
+  return R"({"bgsim": 1, "name": "contacts", )" + more + R"("elements": {)" + elements + R"(}, "bonds": [)" + list +
+         R"(], "outputs": {)" + outputs + R"(}, "scenes": {"run": {)" + scene + "}}}";
+}
+
+RunResult run_contacts(const std::string& elements, const std::string& bonds, const std::string& outputs,
+                       const std::string& scene, const std::string& more = "") {
+  const Study study = Study::from_text(contact_model(elements, bonds, outputs, scene, more));
+  RunResult result = study.scene().simulate(SimulateOptions{});
+  INFO((result.failure ? result.failure->situation : ""));
+  REQUIRE(result.stop == StopReason::completed);
+  REQUIRE(result.report.energy.done);
+  CHECK(result.report.energy.relative < 1e-6);  // at tolerances of 1e-6 and below
+  return result;
+}
+
+/// A ball of mass 1 at a height above ground; q counts down.
+std::string ball(double height, double restitution, double speed = 0.0) {
+  std::ostringstream text;
+  text << R"("fall": {"kind": "1"}, "ball": {"kind": "I", "inertance": 1, "initial": {"p": )" << speed
+       << R"(}}, "weight": {"kind": "Se", "effort": 9.81}, "ground": {"kind": "contact", "gap": 0, "initial": {"q": )"
+       << -height << R"(}, "restitution": )" << restitution << "}";
+  return text.str();
+}
+const std::string kBallBonds = "weight>fall fall>ball fall>ground";
+
+}  // namespace
+
+TEST_CASE("a ball bounces on a contact to the limit of its bounces by every method") {
+  const double t1 = std::sqrt(2.0 / kG), limit = t1 * 1.7 / 0.3;
+  CHECK(limit == Approx(2.558633965586).epsilon(1e-12));
+  for (const char* method : {"auto", "radau", "bdf", "adams", "ida", "erk5", "dirk4"}) {
+    INFO(method);
+    const RunResult result = run_contacts(
+        ball(1.0, 0.7), kBallBonds, R"("h": "-ground.q", "v": "-ball.f", "force": "ground.e")",
+        R"("times": [0, 0.4, 1, 2.7, 3], "stop": 3, "relative": 1e-9, "method": ")" + std::string(method) + "\"");
+    // Multistep methods begin with order 1 after each impact; the others are exact on parabolas.
+    const double margin =
+        std::string(method) == "auto" || method[0] == 'r' || method[0] == 'e' || method[0] == 'd' ? 1e-12 : 1e-6;
+    const double t = 1.0 - t1, v = 0.7 * kG * t1;
+    CHECK(result.trace["h"][1] == Approx(1.0 - 0.5 * kG * 0.16).margin(margin));
+    CHECK(result.trace["h"][2] == Approx(v * t - 0.5 * kG * t * t).margin(margin));
+    for (const std::size_t at : {3U, 4U}) {
+      CHECK(result.trace["h"][at] == Approx(0.0).margin(1e-15));
+      CHECK(result.trace["v"][at] == 0.0);
+      CHECK(result.trace["force"][at] == kG);
+    }
+    CHECK(result.report.energy.impacts == Approx(kG).epsilon(1e-6));
+    CHECK(result.report.energy.switching == Approx(0.0).margin(1e-9));
+    REQUIRE(result.report.impacts > 30);
+    bool noted = false;
+    for (const std::string& note : result.report.notes)
+      if (const auto at = note.find("closes at t = "); at != std::string::npos) {
+        noted = true;
+        CHECK(std::stod(note.substr(at + 14)) == Approx(limit).margin(margin == 1e-12 ? 1e-11 : 1e-4));
+      }
+    CHECK(noted);
+  }
+}
+
+TEST_CASE("a ball that loses nothing keeps its energy over fifty seconds") {
+  const RunResult result = run_contacts(ball(1.0, 1.0), kBallBonds, R"("E": "9.81*-ground.q + ball.f^2/2")",
+                                        R"("stop": 50, "samples": 101)");
+  for (const double energy : result.trace["E"]) CHECK(energy == Approx(kG).epsilon(1e-9));
+  CHECK(result.report.energy.impacts == Approx(0.0).margin(1e-9));
+  CHECK(result.report.impacts == 55);  // 1 + floor((50 - t1)/(2 t1))
+}
+
+TEST_CASE("a contact with restitution 0 takes the whole energy of the impact") {
+  const RunResult result = run_contacts(ball(1.0, 0.0), kBallBonds, R"("h": "-ground.q", "force": "ground.e")",
+                                        R"("stop": 1, "samples": 11)");
+  CHECK(result.trace["h"].back() == Approx(0.0).margin(1e-15));
+  CHECK(result.trace["force"].back() == kG);
+  CHECK(result.report.energy.impacts == Approx(kG).epsilon(1e-9));
+  CHECK(result.report.impacts == 1);
+}
+
+TEST_CASE("a ball that begins on the ground rests, or rebounds at once where it closes") {
+  const RunResult rests = run_contacts(ball(0.0, 0.7), kBallBonds, R"("h": "-ground.q", "force": "ground.e")",
+                                       R"("stop": 1, "samples": 5)");
+  for (std::size_t k = 0; k < 5; ++k) {
+    CHECK(rests.trace["h"][k] == Approx(0.0).margin(1e-15));
+    CHECK(rests.trace["force"][k] == kG);
+  }
+  CHECK(rests.report.impacts == 0);
+  const RunResult strikes = run_contacts(ball(0.0, 0.5, 4.0), kBallBonds, R"("h": "-ground.q", "v": "-ball.f")",
+                                         R"("stop": 0.2, "samples": 3)");
+  CHECK(strikes.trace["v"][0] == 2.0);
+  CHECK(strikes.trace["h"][1] == Approx(2.0 * 0.1 - 0.5 * kG * 0.01).epsilon(1e-12));
+  CHECK(strikes.report.energy.impacts == Approx(0.5 * (16.0 - 4.0)).epsilon(1e-12));
+}
+
+TEST_CASE("a restitution may depend on the closing speed") {
+  const RunResult result = run_contacts(
+      R"m("fall": {"kind": "1"}, "ball": {"kind": "I", "inertance": 2}, "weight": {"kind": "Se", "effort": 19.62},
+         "ground": {"kind": "contact", "gap": 0.5, "initial": {"q": -0.5}, "restitution": "1/(1 + f)"})m",
+      kBallBonds, R"("v": "-ball.f", "q": "ground.q")", R"("times": [0, 0.5], "stop": 0.5)");
+  const double t1 = std::sqrt(2.0 / kG), v1 = kG * t1, after = v1 / (1.0 + v1);
+  CHECK(result.trace["v"][1] == Approx(after - kG * (0.5 - t1)).epsilon(1e-9));
+}
+
+TEST_CASE("a mass in a corridor strikes both of its walls") {
+  // One contact counts to the right, the other to the left.
+  const RunResult result = run_contacts(
+      R"("m": {"kind": "1"}, "mass": {"kind": "I", "inertance": 1, "initial": {"p": 1}},
+         "right": {"kind": "contact", "gap": 1, "restitution": 0.5},
+         "turn": {"kind": "TF", "modulus": -1}, "left": {"kind": "contact", "gap": 1, "restitution": 0.5}, "l": {"kind": "1"})",
+      "m>mass m>right m>turn turn>l l>left", R"("x": "right.q", "v": "mass.f")",
+      R"("times": [0, 1.5, 4, 8], "stop": 8)");
+  // Right at 1, then 0.5 to the left until 5, then 0.25 to the right.
+  CHECK(result.trace["x"][1] == Approx(0.75).epsilon(1e-12));
+  CHECK(result.trace["x"][2] == Approx(-0.5).epsilon(1e-12));
+  CHECK(result.trace["x"][3] == Approx(-1.0 + 0.25 * 3.0).epsilon(1e-12));
+  CHECK(result.trace["v"][3] == Approx(0.25).epsilon(1e-12));
+}
+
+TEST_CASE("two masses strike each other with the momentum kept") {
+  const RunResult result = run_contacts(
+      R"("a": {"kind": "1"}, "ma": {"kind": "I", "inertance": 2, "initial": {"p": 6}},
+         "b": {"kind": "1"}, "mb": {"kind": "I", "inertance": 1},
+         "gap": {"kind": "0"}, "bump": {"kind": "contact", "gap": 0.6, "restitution": 0.8})",
+      "a>ma b>mb a>gap gap>b gap>bump", R"("va": "ma.f", "vb": "mb.f")", R"("stop": 1, "samples": 3)");
+  // p = 6, v_b - v_a = 0.8*3
+  CHECK(result.trace["va"].back() == Approx((6.0 - 2.4) / 3.0).epsilon(1e-12));
+  CHECK(result.trace["vb"].back() == Approx((6.0 - 2.4) / 3.0 + 2.4).epsilon(1e-12));
+  CHECK(result.report.energy.impacts == Approx(0.5 * (2.0 / 3.0) * 9.0 * (1.0 - 0.64)).epsilon(1e-10));
+}
+
+TEST_CASE("a contact in series with a spring closes without an impact") {
+  // The mass comes to a spring that stands loose before it; its contact with the mass is not rigid.
+  const RunResult result = run_contacts(
+      R"("m": {"kind": "1"}, "mass": {"kind": "I", "inertance": 1, "initial": {"p": 2}}, "plate": {"kind": "0"},
+         "touch": {"kind": "contact", "gap": 1, "restitution": 0.9}, "spring": {"kind": "C", "capacitance": 0.25})",
+      "m>mass m>plate plate>touch plate>spring", R"("v": "mass.f", "force": "spring.e", "x": "touch.q + spring.q")",
+      R"("times": [0, 0.4, 0.9, 3], "stop": 3, "relative": 1e-9)");
+  CHECK(result.trace["v"][1] == 2.0);
+  // Half a period of 2 pi/2, from t = 0.5.
+  CHECK(result.trace["v"][2] == Approx(2.0 * std::cos(2.0 * 0.4)).epsilon(1e-7));
+  CHECK(result.trace["force"][2] == Approx(4.0 * std::sin(2.0 * 0.4)).epsilon(1e-7));
+  CHECK(result.trace["v"][3] == Approx(-2.0).epsilon(1e-7));
+  CHECK(result.trace["force"][3] == Approx(0.0).margin(1e-12));
+  CHECK(result.report.impacts == 0);
+  CHECK(result.report.energy.impacts == 0.0);
+}
+
+TEST_CASE("a force that goes through zero opens a contact without a jump") {
+  // Pressed by 1 - t, so that it leaves at t = 1: x = -(t - 1)^3/6.
+  const RunResult result = run_contacts(
+      R"("m": {"kind": "1"}, "mass": {"kind": "I", "inertance": 1}, "press": {"kind": "Se", "effort": "1 - t"},
+         "stop": {"kind": "contact", "gap": 0, "restitution": 0.5})",
+      "press>m m>mass m>stop", R"("x": "stop.q", "force": "stop.e")", R"("times": [0, 0.5, 1.5, 2], "stop": 2)");
+  CHECK(result.trace["force"][1] == Approx(0.5).epsilon(1e-12));
+  CHECK(result.trace["x"][2] == Approx(-0.125 / 6.0).epsilon(1e-6));
+  CHECK(result.trace["x"][3] == Approx(-1.0 / 6.0).epsilon(1e-6));
+  CHECK(result.report.impacts == 0);
+}
+
+TEST_CASE("impacts of several contacts at once obey one problem, and the report says so") {
+  // Three balls in touch, the first strikes: Newton's restitution for both contacts together.
+  const RunResult result = run_contacts(
+      R"("a": {"kind": "1"}, "ma": {"kind": "I", "inertance": 1, "initial": {"p": 1}},
+         "b": {"kind": "1"}, "mb": {"kind": "I", "inertance": 1}, "c": {"kind": "1"}, "mc": {"kind": "I", "inertance": 1},
+         "ab": {"kind": "0"}, "bc": {"kind": "0"},
+         "first": {"kind": "contact", "gap": 0.5, "restitution": 1}, "second": {"kind": "contact", "gap": 0, "restitution": 1})",
+      "a>ma b>mb c>mc a>ab ab>b ab>first b>bc bc>c bc>second", R"("va": "ma.f", "vb": "mb.f", "vc": "mc.f")",
+      R"("stop": 1, "samples": 3)");
+  CHECK(result.trace["va"].back() == Approx(-1.0 / 3.0).epsilon(1e-12));
+  CHECK(result.trace["vb"].back() == Approx(2.0 / 3.0).epsilon(1e-12));
+  CHECK(result.trace["vc"].back() == Approx(2.0 / 3.0).epsilon(1e-12));
+  CHECK(result.report.energy.impacts == Approx(0.0).margin(1e-12));
+  bool noted = false;
+  for (const std::string& note : result.report.notes) noted = noted || note.find("\"first\", \"second\"") != note.npos;
+  CHECK(noted);
+}
+
+TEST_CASE("a scene may forbid impacts that accumulate") {
+  const Study study = Study::from_text(
+      contact_model(ball(1.0, 0.7), kBallBonds, R"("h": "-ground.q")", R"("stop": 3, "samples": 4, "zeno": "error")"));
+  const RunResult result = study.scene().simulate(SimulateOptions{});
+  REQUIRE(result.stop == StopReason::failed);
+  CHECK(result.failure->code == "BG627");
+}
+
+TEST_CASE("a table that is shaken harder than the weight throws what lies on it") {
+  // The table's height is 0.01*sin(w t), the gap for a q that counts down: -0.01*sin(w t). The mass leaves where
+  // 0.01*w^2*sin(w t) = g, at the table's speed.
+  const double a = 0.01;
+  for (const double w : {30.0, 40.0}) {
+    const RunResult result = run_contacts(
+        R"("fall": {"kind": "1"}, "ball": {"kind": "I", "inertance": 1, "initial": {"p": )" + std::to_string(-a * w) +
+            R"m(}}, "weight": {"kind": "Se", "effort": 9.81},
+            "plate": {"kind": "contact", "gap": "-0.01*sin()m" +
+            std::to_string(w) + R"m(*t)", "restitution": 0})m",
+        "weight>fall fall>ball fall>plate", R"("h": "-plate.q", "v": "-ball.f", "force": "plate.e")",
+        R"("stop": 0.07, "samples": 71, "relative": 1e-9)");
+    const bool leaves = a * w * w > kG;
+    const double t1 = leaves ? std::asin(kG / (a * w * w)) / w : 1.0;
+    for (std::size_t k = 0; k < result.trace.times.size(); ++k) {
+      const double t = result.trace.times[k], s = t - t1;
+      const double free = a * std::sin(w * t1) + a * w * std::cos(w * t1) * s - 0.5 * kG * s * s;
+      CHECK(result.trace["h"][k] == Approx(t < t1 ? a * std::sin(w * t) : free).margin(1e-9));
+      CHECK(result.trace["force"][k] == Approx(t < t1 ? kG - a * w * w * std::sin(w * t) : 0.0).margin(1e-6));
+    }
+  }
+}
+
+TEST_CASE("a wall that comes faster than a mass flees takes it along or throws it") {
+  // The wall moves towards the mass at 3, from 1 away: it comes at t = 1/3 - the mass is at rest.
+  for (const double e : {0.0, 0.5, 1.0}) {
+    const RunResult result = run_contacts(
+        R"("m": {"kind": "1"}, "mass": {"kind": "I", "inertance": 2}, "zero": {"kind": "Se", "effort": 0},
+           "wall": {"kind": "contact", "gap": "1 - 3*t", "restitution": )" +
+            std::to_string(e) + "}",
+        "m>mass m>wall zero>m", R"("v": "mass.f", "room": "1 - 3*t - wall.q")", R"("stop": 1, "samples": 5)");
+    CHECK(result.trace["v"].back() == Approx(-3.0 * (1.0 + e)).epsilon(1e-12));
+    // Work of the wall: its speed times the momentum; the mass has m v^2/2.
+    const double p = 6.0 * (1.0 + e);
+    CHECK(result.report.energy.supplied == Approx(3.0 * p).epsilon(1e-10));
+    CHECK(result.report.energy.impacts == Approx(3.0 * p - p * p / 4.0).margin(1e-9));
+  }
+}
+
+TEST_CASE("a contact and a switch that locks share a model") {
+  // The ball falls for 0.3 s on a brake, then freely, onto ground that is 0.2 below.
+  const RunResult result =
+      run_contacts(ball(0.2, 0.5) + R"(, "brake": {"kind": "Sw", "locked": "t < 0.3"})", kBallBonds + " fall>brake",
+                   R"("h": "-ground.q", "v": "-ball.f")", R"("times": [0, 0.2, 0.6], "stop": 0.6)");
+  const double t1 = 0.3 + std::sqrt(0.4 / kG), v = 0.5 * std::sqrt(0.4 * kG);
+  CHECK(result.trace["h"][1] == Approx(0.2).epsilon(1e-12));
+  CHECK(result.trace["h"][2] == Approx(v * (0.6 - t1) - 0.5 * kG * (0.6 - t1) * (0.6 - t1)).epsilon(1e-8));
+}
