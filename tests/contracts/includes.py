@@ -21,7 +21,7 @@ PUBLIC = {
     "study": "reduce sensitivity study sweep trade",
     "fit": "fit",
     "draw": "drawing",
-    "describe": "describe",
+    "describe": "describe passivity",
 }
 
 root = pathlib.Path(sys.argv[1])

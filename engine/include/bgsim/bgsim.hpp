@@ -36,5 +36,6 @@
 #include "bgsim/fit.hpp"
 #include "bgsim/drawing.hpp"
 #include "bgsim/describe.hpp"
+#include "bgsim/passivity.hpp"
 // IWYU pragma: end_exports
 // clang-format on
