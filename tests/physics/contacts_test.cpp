@@ -252,3 +252,67 @@ TEST_CASE("a contact and a switch that locks share a model") {
   CHECK(result.trace["h"][1] == Approx(0.2).epsilon(1e-12));
   CHECK(result.trace["h"][2] == Approx(v * (0.6 - t1) - 0.5 * kG * (0.6 - t1) * (0.6 - t1)).epsilon(1e-8));
 }
+
+TEST_CASE("a mass that comes to its stop and turns there is not struck") {
+  // x = 2 t - t^2 comes to 1 at t = 1, with the speed 0; a stop a little before it rebounds the rest of the speed.
+  for (const double before : {0.0, 1e-4}) {
+    std::ostringstream gap;
+    gap.precision(17);
+    gap << 1.0 - before;
+    const RunResult result = run_contacts(
+        R"("m": {"kind": "1"}, "mass": {"kind": "I", "inertance": 1, "initial": {"p": 2}},
+           "back": {"kind": "Se", "effort": -2}, "stop": {"kind": "contact", "restitution": 1, "gap": )" +
+            gap.str() + "}",
+        "m>mass m>stop back>m", R"("x": "stop.q", "v": "mass.f")", R"("stop": 2.5, "samples": 6)");
+    const double t1 = 1.0 - std::sqrt(before), v = 2.0 * std::sqrt(before), s = 2.5 - t1;
+    CHECK(result.trace["v"].back() == Approx(-v - 2.0 * s).epsilon(1e-9));
+    CHECK(result.trace["x"].back() == Approx(1.0 - before - v * s - s * s).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("a mass that is pressed against its stop bounces, and stays") {
+  const RunResult result = run_contacts(
+      R"("m": {"kind": "1"}, "mass": {"kind": "I", "inertance": 2}, "press": {"kind": "Se", "effort": "10*t"},
+         "damper": {"kind": "R", "resistance": 3}, "stop": {"kind": "contact", "gap": 0.5, "restitution": 0.4})",
+      "press>m m>mass m>damper m>stop", R"("x": "stop.q", "force": "stop.e")", R"("stop": 5, "samples": 6)");
+  CHECK(result.trace["x"].back() == 0.5);
+  CHECK(result.trace["force"].back() == 50.0);
+}
+
+TEST_CASE("balls of a cradle that stand a little apart hand the speed on") {
+  std::string elements = R"("j0": {"kind": "1"}, "m0": {"kind": "I", "inertance": 1, "initial": {"p": 1}})";
+  std::string bonds = "j0>m0", outputs = R"("v0": "m0.f")";
+  for (int i = 1; i < 5; ++i) {
+    const std::string n = std::to_string(i), last = std::to_string(i - 1);
+    elements += R"(, "j)" + n + R"(": {"kind": "1"}, "m)" + n + R"(": {"kind": "I", "inertance": 1}, "z)" + n +
+                R"(": {"kind": "0"}, "c)" + n + R"(": {"kind": "contact", "restitution": 1, "gap": )" +
+                (i == 1 ? "0.1" : "1e-6") + "}";
+    bonds += " j" + n + ">m" + n + " j" + last + ">z" + n + " z" + n + ">j" + n + " z" + n + ">c" + n;
+    outputs += R"(, "v)" + n + R"(": "m)" + n + ".f\"";
+  }
+  const RunResult result = run_contacts(elements, bonds, outputs, R"("stop": 1, "samples": 3)");
+  for (const char* still : {"v0", "v1", "v2", "v3"}) CHECK(result.trace[still].back() == Approx(0.0).margin(1e-12));
+  CHECK(result.trace["v4"].back() == Approx(1.0).epsilon(1e-12));
+  CHECK(result.report.impacts == 4);
+}
+
+TEST_CASE("a rope is a contact the other way round") {
+  // A ball falls on a rope of length 1 that is fixed above it, bounces on it, and hangs.
+  const RunResult result = run_contacts(
+      R"("m": {"kind": "1"}, "mass": {"kind": "I", "inertance": 1}, "weight": {"kind": "Se", "effort": -9.81},
+         "turn": {"kind": "TF", "modulus": -1}, "l": {"kind": "1"}, "rope": {"kind": "contact", "gap": 1, "restitution": 0.3})",
+      "weight>m m>mass m>turn turn>l l>rope", R"("length": "rope.q", "pull": "rope.e")", R"("stop": 3, "samples": 4)");
+  CHECK(result.trace["length"].back() == Approx(1.0).epsilon(1e-14));
+  CHECK(result.trace["pull"].back() == Approx(kG).epsilon(1e-14));
+}
+
+TEST_CASE("a run without an energy audit has the same impacts") {
+  const Study study =
+      Study::from_text(contact_model(ball(1.0, 0.7), kBallBonds, R"("h": "-ground.q")", R"("stop": 3, "samples": 31)"));
+  SimulateOptions without;
+  without.energy_audit = false;
+  const RunResult audited = study.scene().simulate(SimulateOptions{});
+  const RunResult bare = study.scene("", {}, {.energy_audit = false}).simulate(without);
+  REQUIRE(bare.stop == StopReason::completed);
+  CHECK(bare.trace.columns == audited.trace.columns);
+}

@@ -160,10 +160,11 @@ class SwitchedRun {
         const std::size_t contact = signal.index() - impact.first_signal;
         if (contact < impact.kicks.size()) rebound += jump.x[k] * parameters[impact.kicks[contact].index()];
       }
-      const double loss = jump.loss - rebound;
+      const bool audited = !program.energy_roles.empty();
+      const double loss = audited ? jump.loss - rebound : 0.0;
       if (loss < -kRounding * jump.scale) return fail(impact_failure(names, -loss, stored_.t));
       EnergyAudit& energy = result_.report.energy;
-      energy.supplied += jump.supplied - rebound;
+      energy.supplied += audited ? jump.supplied - rebound : 0.0;
       energy.stored += jump.stored;
       energy.exchanged += jump.exchanged;
       energy.impacts += std::max(0.0, loss);
