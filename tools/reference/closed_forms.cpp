@@ -295,6 +295,48 @@ void shaken_ball(const std::string& folder) {
   });
 }
 
+/// Exponentials between the two levels at which the heater is switched.
+void thermostat(const std::string& folder) {
+  const Number tau = given(1e5) * given(0.01), up = given(2500) * given(0.01), low = 19, high = 21, cold = 15;
+  const Number first = tau * log((up - cold) / (up - high)), cool = tau * log(high / low),
+               heat = tau * log((up - low) / (up - high));
+  write(folder, "thermostat.evening", {"t", "T", "power"}, 6000, 601, [&](const Number& t) {
+    if (t < first) return std::vector<Number>{up - (up - cold) * exp(-t / tau), 2500};
+    Number into = t - first;
+    while (into >= cool + heat) into -= cool + heat;
+    if (into < cool) return std::vector<Number>{high * exp(-into / tau), 0};
+    return std::vector<Number>{up - (up - low) * exp(-(into - cool) / tau), 2500};
+  });
+}
+
+/// The controller's recursion; between its samples the torque is constant.
+void sampled_servo(const std::string& folder) {
+  const Number inertia = given(0.05), friction = given(0.1), every = given(0.015625), kp = 4, ki = 3, kd = given(0.5);
+  Number begin = 0, angle = 0, speed = 0, read = 0, sum = 0, torque = 0;
+  const auto sample = [&] {
+    const Number error = 1 - angle, wanted = kp * error + sum - kd * (angle - read) / every;
+    read = angle;
+    if (abs(wanted) < 1) sum += ki * every * error;
+    torque = wanted > 1 ? Number(1) : wanted < -1 ? Number(-1) : wanted;
+  };
+  const auto after = [&](const Number& s) {
+    const Number end = torque / friction, decay = exp(-friction / inertia * s);
+    return std::vector<Number>{angle + end * s + (speed - end) * inertia / friction * (1 - decay),
+                               end + (speed - end) * decay, torque};
+  };
+  sample();
+  write(folder, "sampled_servo.turn", {"t", "angle", "speed", "torque"}, 4, 1025, [&](const Number& t) {
+    while (begin + every <= t) {
+      const std::vector<Number> next = after(every);
+      angle = next[0];
+      speed = next[1];
+      begin += every;
+      sample();
+    }
+    return after(t - begin);
+  });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -312,6 +354,8 @@ int main(int argc, char** argv) {
     bouncing_ball(folder);
     shaken_ball(folder);
     ball_contact(folder);
+    thermostat(folder);
+    sampled_servo(folder);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

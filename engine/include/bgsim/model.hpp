@@ -103,6 +103,8 @@ struct Signal {
   Kind kind = Kind::value;
   ExprId initial;  ///< of an integral, over parameters; none: 0
   Place initial_place;
+  ExprId every, offset;  ///< of one that is sampled, over parameters: an integral of 0 that an event sets; else none
+  Place every_place;
   [[nodiscard]] bool is_state() const { return kind == Kind::integral; }
 };
 
@@ -214,6 +216,8 @@ struct ModelEvent {
   ExprId when;       ///< condition
   std::vector<Set> sets;
   double priority = 0.0;  ///< of events at one instant those with the largest come first
+  bool at_start = false;  ///< it takes place at the start of a run, too, whatever its condition is there
+  SignalId sampled;       ///< then at a start that is a sampling time of this signal only
   Place place;            ///< of the event's key
   Place when_place;
 };
@@ -338,8 +342,9 @@ struct RunInputs {
   double step = 0.0;  ///< of a fixed-step method; else 0
   int max_order = 0;  ///< of a multistep method; 0: the method's own
   std::optional<Reference> reference;
-  bool close_zeno = true;            ///< a contact whose impacts accumulate closes; else the run ends
-  std::vector<Diagnostic> warnings;  ///< active elements and the like, which depend on the numbers
+  bool close_zeno = true;                    ///< a contact whose impacts accumulate closes; else the run ends
+  std::vector<std::size_t> starting_events;  ///< indices into Model::events: those that take place at the start, too
+  std::vector<Diagnostic> warnings;          ///< active elements and the like, which depend on the numbers
 };
 
 /// Overrides from the command line.

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <unordered_map>
@@ -29,6 +30,10 @@ class ReadableEquations {
     for (const DependentStore& store : system.dependent)
       dependent_.push_back(close(order.resolved[store.symbol.index()]));
     for (const ExprId output : order.outputs) outputs_.push_back(close(output));
+    for (const ExprId value : order.event_values) event_values_.push_back(close(value));
+    // A condition was made a number, to be computed like one.
+    for (const ExprId when : order.event_conditions)
+      event_conditions_.push_back(pool_[close(when)].op == Op::select ? ExprId(pool_[close(when)].a) : close(when));
     name_signals();
     name_shared_parts();
     prepare_display();
@@ -70,6 +75,27 @@ class ReadableEquations {
       lines.push_back(line(upright(system_.outputs[i].name), rename(outputs_[i])));
     }
     return lines;
+  }
+  /// What each event sets; the title says when.
+  std::vector<EquationGroup> events(const Model& model) {
+    std::vector<EquationGroup> groups;
+    std::size_t value = 0;
+    for (std::size_t i = 0; i < system_.events.size(); ++i) {
+      const ModelEvent& event = model.events[i];
+      const std::string name = short_name(event.name);
+      EquationGroup group;
+      if (event.sampled.valid()) {
+        const auto symbol = [&model](SymbolId id) { return symbol_name(model, id); };
+        group.title =
+            "sample of " + name + ", each " + to_text(model.pool, model.signals[event.sampled.index()].every, symbol);
+      } else {
+        group.title = "event " + name + ", where " + to_text(pool_, rename(event_conditions_[i]), this->name());
+      }
+      for (const EventEquation::Set& set : system_.events[i].sets)
+        group.lines.push_back(line(upright(set.name), rename(event_values_[value++])));
+      groups.push_back(std::move(group));
+    }
+    return groups;
   }
   [[nodiscard]] std::string loop_unknowns() const {
     std::string result;
@@ -178,6 +204,8 @@ class ReadableEquations {
         for (const ExprId residual : block.residuals) roots.push_back(rename(close(residual)));
     for (const ExprId e : dependent_) roots.push_back(rename(e));
     for (const ExprId e : outputs_) roots.push_back(rename(e));
+    for (const ExprId e : event_values_) roots.push_back(rename(e));
+    for (const ExprId e : event_conditions_) roots.push_back(rename(e));
     std::vector<std::pair<SymbolId, ExprId>> used;
     for (auto it = named_.rbegin(); it != named_.rend(); ++it) {
       const std::vector<SymbolId> inside = symbols_in(pool_, roots);
@@ -282,7 +310,7 @@ class ReadableEquations {
   std::unordered_map<SymbolId, ExprId> solved_;
   std::vector<std::pair<SymbolId, ExprId>> signals_, named_;
   std::unordered_map<ExprId, SymbolId> name_of_part_;
-  std::vector<ExprId> rates_, dependent_, outputs_;
+  std::vector<ExprId> rates_, dependent_, outputs_, event_values_, event_conditions_;
 };
 
 std::string count_text(std::size_t n, const std::string& one) {
@@ -295,6 +323,8 @@ std::vector<EquationGroup> groups_of(const Model& model, const EquationSystem& s
   // Symbols stand in products in the order in which they are first met: that of the outputs, which read most easily.
   std::vector<EquationGroup> groups;
   groups.push_back({"outputs", equations.outputs()});
+  std::vector<EquationGroup> events = equations.events(model);
+  std::move(events.rbegin(), events.rend(), std::back_inserter(groups));
   groups.push_back({"dependent stores", equations.dependent()});
   groups.push_back({"loops, to be solved for " + equations.loop_unknowns(), equations.loops()});
   groups.push_back({"where", equations.where()});

@@ -56,6 +56,7 @@ inline constexpr std::array kFunctions{
     Function{"min", Op::min, 2, kAnyNumber, "min(x, y, ...)"},
     Function{"mod", Op::mod, 2, 2, "mod(x, y)"},
     Function{"pre", Op::constant, 1, 1, "pre(x)"},
+    Function{"previous", Op::constant, 1, 1, "previous(u)"},
     Function{"round", Op::round, 1, 1, "round(x)"},
     Function{"sign", Op::sign, 1, 1, "sign(x)"},
     Function{"sin", Op::sin, 1, 1, "sin(x)"},

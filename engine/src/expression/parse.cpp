@@ -209,7 +209,10 @@ class Parser {
       operands_.push_back({Operand::Kind::text, {}, name, begin, begin + length});
       return false;
     }
-    push_number(meaning(name, begin), begin, begin + length);
+    const ExprId id = meaning(name, begin);
+    const Op op = pool_[id].op;  // a signal may be a condition
+    const bool condition = is_comparison(op) || (op >= Op::logical_and && op <= Op::logical_not);
+    operands_.push_back({condition ? Operand::Kind::condition : Operand::Kind::number, id, {}, begin, begin + length});
     return false;
   }
 
@@ -383,7 +386,14 @@ class Parser {
            "argument " + std::to_string(i + 1) + " of " + std::string(f.name));
     }
     switch (f.op) {
-      case Op::constant:  // pre(x): what an event sets is computed from the instant before
+      case Op::constant:
+        if (f.name == "previous") {
+          if (scope_.previous)
+            if (const auto before = scope_.previous(x[0].id)) return *before;
+          fail("BG122", "previous(...) takes the name of a sampled signal", begin, at_,
+               "write previous(u), where u is declared with \"every\"");
+        }
+        // pre(x): what an event sets is computed from the instant before
         if (!scope_.after_event)
           fail("BG118", "pre(...) cannot be used here", begin, at_,
                "leave it out; the value before an event has a meaning in the \"set\" of that event only");
@@ -491,6 +501,42 @@ ExprId parse_expression(std::string_view text, ExprPool& pool, const ExpressionS
 
 ExprId parse_condition(std::string_view text, ExprPool& pool, const ExpressionScope& scope) {
   return Parser(text, pool, scope).parse(Operand::Kind::condition);
+}
+
+bool is_condition_text(std::string_view text) {
+  std::size_t functions = 0;      // open parentheses that belong to a function
+  std::vector<bool> of_function;  // by open parenthesis
+  char quote = '\0';
+  std::string_view word;  // the last, if nothing has followed it
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quote != '\0') {
+      if (c == quote) quote = '\0';
+      continue;
+    }
+    if (is_space(c)) continue;
+    if (begins_name(c)) {
+      std::size_t end = i;
+      while (end < text.size() && (begins_name(text[end]) || is_digit(text[end]) || text[end] == '.')) ++end;
+      word = text.substr(i, end - i);
+      if (functions == 0 && (word == "and" || word == "or" || word == "not")) return true;
+      if (word == "and" || word == "or" || word == "not") word = {};
+      i = end - 1;
+      continue;
+    }
+    if (c == '"' || c == '\'') quote = c;
+    if (c == '(') {
+      of_function.push_back(!word.empty());
+      if (!word.empty()) ++functions;
+    } else if (c == ')' && !of_function.empty()) {
+      if (of_function.back()) --functions;
+      of_function.pop_back();
+    }
+    if (functions == 0 && (c == '<' || c == '>' || c == '!' || (c == '=' && i + 1 < text.size() && text[i + 1] == '=')))
+      return true;
+    word = {};
+  }
+  return false;
 }
 
 LawText split_law(std::string_view text) {

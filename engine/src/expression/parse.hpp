@@ -30,6 +30,8 @@ struct ExpressionScope {
   /// Loads a column of data: table("file.csv", "column", x) or table("file.csv", "column", x, spline).
   std::function<TableId(std::string_view file, std::string_view column, Interpolation)> table;
   SymbolId time;
+  /// previous(u): the value that the sampled signal u had before its last sample; none if x is no such signal.
+  std::function<std::optional<ExprId>(ExprId x)> previous;
   bool after_event = false;  ///< what an event sets: pre(x), the value before it, has a meaning
 };
 
@@ -40,6 +42,10 @@ struct ExpressionScope {
 ExprId parse_expression(std::string_view text, ExprPool& pool, const ExpressionScope& scope);
 /// Parses a condition: BG124 where the text is a number.
 ExprId parse_condition(std::string_view text, ExprPool& pool, const ExpressionScope& scope);
+
+/// Whether a text is a condition as far as its form says: a comparison, and, or, not outside of all functions. A name
+/// alone is none.
+[[nodiscard]] bool is_condition_text(std::string_view text);
 
 /// Splits "lhs = rhs" at its one equals sign; offsets are bytes of @p text.
 /// @throws ExpressionError BG126 if there is not exactly one.

@@ -11,15 +11,21 @@ void Reader::parse_quantities() {
   for (std::size_t i = 0; i < model_.parameters.size(); ++i)
     if (const auto [names, value] = parameter_text_[i]; value.valid())
       model_.parameters[i].value = expression({names, nullptr, "a parameter"}, value, "a parameter");
-  for (std::size_t i = 0; i < model_.signals.size(); ++i) parse_signal(i);
+  for (std::size_t i = 0; i < conditions_.size(); ++i) condition_named(i);
+  for (std::size_t i = 0; i < signal_text_.size(); ++i) parse_signal(i);
+  parse_memories();
 }
 
 void Reader::parse_signal(std::size_t index) {
-  Signal& signal = model_.signals[index];
-  const auto& [value, initial] = signal_text_[index];
-  if (value.value.valid()) signal.value = expression({value.names, nullptr, nullptr}, value.value, "a signal");
+  // What an expression says may declare a further signal: previous(u).
+  const auto [value, initial] = signal_text_[index];
+  if (value.value.valid()) {
+    const ExprId parsed = expression({value.names, nullptr, nullptr}, value.value, "a signal");
+    model_.signals[index].value = parsed;
+  }
   if (initial.value.valid())
-    signal.initial = expression({initial.names, nullptr, "an initial value"}, initial.value, "an initial value");
+    model_.signals[index].initial =
+        expression({initial.names, nullptr, "an initial value"}, initial.value, "an initial value");
 }
 
 void Reader::parse_element(std::size_t index) {

@@ -33,6 +33,7 @@ ExprId Reader::parse(const Context& context, NodeId value, std::string_view text
   ExpressionScope scope;
   scope.time = model_.time;
   scope.after_event = context.after_event;
+  scope.previous = [&](ExprId x) { return previous(x); };
   scope.name = [&](std::string_view name) { return meaning(context, name); };
   scope.known_names = [&] { return known_names(context); };
   scope.table = [&](std::string_view path, std::string_view column, Interpolation interpolation) {
@@ -113,6 +114,10 @@ std::optional<ExprId> Reader::quantity(const Context& context, const Entity& ent
       return model_.pool.symbol(model_.parameters[entity.index].symbol);
     case Entity::Kind::signal:
       if (context.constant == nullptr) return model_.pool.symbol(model_.signals[entity.index].symbol);
+      return refuse("BG118", "the signal " + in_quotes(name) + " cannot be used in " + context.constant,
+                    std::string(context.constant) + " is computed from numbers and parameters only");
+    case Entity::Kind::condition:
+      if (context.constant == nullptr) return condition_named(entity.index);
       return refuse("BG118", "the signal " + in_quotes(name) + " cannot be used in " + context.constant,
                     std::string(context.constant) + " is computed from numbers and parameters only");
     case Entity::Kind::element: {
@@ -276,6 +281,8 @@ std::vector<std::string> Reader::known_names(const Context& context) const {
     add(signal.name);
     if (result.size() > kMostSearched) break;
   }
+  for (const auto& [name, entity] : names_)
+    if (entity.kind == Entity::Kind::condition) add(name);
   for (std::size_t i = 0; context.scope == command_line_scope_ && i < model_.outputs.size(); ++i)
     result.push_back(model_.outputs[i].name);
   for (std::size_t i = 1; i < model_.symbols.size() && result.size() < kMostSearched; ++i)

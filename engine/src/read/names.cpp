@@ -95,6 +95,10 @@ void Reader::declare_quantities(std::size_t scope, bool signals) {
       broken_.insert(scopes_[scope].prefix + name);
       continue;
     }
+    if (signals && is_memory(file, node)) {
+      declare_memory(scope, node);
+      continue;
+    }
     QuantityKeys keys{node, {}, Signal::Kind::value};
     std::string unit, about;
     Place unit_place;
@@ -110,6 +114,14 @@ void Reader::declare_quantities(std::size_t scope, bool signals) {
             std::string("add \"value\": a number or an expression") + (signals ? ", or \"integral\": its rate" : ""));
     }
     const NodeId value = keys.value;
+    if (signals && keys.kind == Signal::Kind::value && value.valid() && file[value].kind == JsonKind::string &&
+        is_condition_text(file[value].text)) {
+      if (!unit.empty())
+        problem("BG113", "the signal " + in_quotes(name) + " is a condition and has no unit", unit_place,
+                "leave it out");
+      declare_condition(scope, node, value);
+      continue;
+    }
     const std::size_t index = signals ? model_.signals.size() : model_.parameters.size();
     const auto kind = signals ? Entity::Kind::signal : Entity::Kind::parameter;
     if (!claim(scopes_[scope].prefix + name, {kind, static_cast<std::uint32_t>(index), file.key_place(node)})) continue;
@@ -129,7 +141,10 @@ void Reader::declare_quantities(std::size_t scope, bool signals) {
                                 unit_place,
                                 keys.kind,
                                 {},
-                                keys.initial.valid() ? file.place(keys.initial) : Place{}});
+                                keys.initial.valid() ? file.place(keys.initial) : Place{},
+                                {},
+                                {},
+                                {}});
     } else {
       parameter_text_.push_back(written);
       symbol.parameter = ParameterId(index);

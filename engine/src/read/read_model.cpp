@@ -40,6 +40,7 @@ Model Reader::read(std::string text) {
   parse_quantities();
   for (std::size_t i = 0; i < model_.elements.size(); ++i) parse_element(i);
   for (std::size_t scope = 0; scope < scopes_.size(); ++scope) parse_events(scope);
+  add_memory_events();
   parse_outputs(0);
   parse_scenes();
   apply_options();

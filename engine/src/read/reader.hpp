@@ -33,7 +33,7 @@ struct Scope {
 
 /// Meaning of a full name.
 struct Entity {
-  enum class Kind : std::uint8_t { parameter, signal, element, bond, instance } kind;
+  enum class Kind : std::uint8_t { parameter, signal, condition, element, bond, instance } kind;
   std::uint32_t index;  ///< into the model's table; the scope for instances
   Place place;
 };
@@ -125,6 +125,7 @@ class Reader {
   void declare_instance(std::size_t scope, NodeId node, std::string_view kind);
   void apply_overrides(std::size_t scope);
   void override_signal(std::size_t scope, std::uint32_t index, NodeId node);
+  void override_condition(std::size_t scope, std::uint32_t index, NodeId node);
   void declare_exports(std::size_t scope);
 
   // bonds (reader_bonds.cpp)
@@ -186,6 +187,41 @@ class Reader {
   void parse_initial(std::size_t index, NodeId value);
   void parse_priority(std::size_t index, NodeId value);
   void parse_outputs(std::size_t scope);
+
+  // signals that are conditions, and signals with memory (read/conditions.cpp, read/memory.cpp)
+  /// A signal whose value is a condition. It stands for its text wherever it is used, and has no value in the trace.
+  struct ConditionSignal {
+    Written text;
+    Place place;
+    std::string name;    ///< full name
+    ExprId id{};         ///< none until it is parsed
+    bool begun = false;  ///< it is being parsed, or was
+    bool latch = false;  ///< it stands for the side that a latch is on
+  };
+  /// A signal that remembers: an integral of 0 that an event sets.
+  struct Memory {
+    SignalId signal;
+    std::uint32_t names = 0;            ///< scope whose names the texts use
+    NodeId value, every, offset;        ///< of a sampled one; the last none if not given
+    NodeId set, reset;                  ///< of a latch
+    ExprId target{}, sets{}, resets{};  ///< the same, parsed
+    SignalId previous{};                ///< its value before the last sample, where something asks for it
+  };
+  void declare_condition(std::size_t scope, NodeId node, NodeId value);
+  std::optional<ExprId> condition_named(std::size_t index);
+  [[nodiscard]] bool is_memory(const Document& file, NodeId node) const;
+  void declare_memory(std::size_t scope, NodeId node);
+  void declare_sampled(std::size_t scope, NodeId node);
+  void declare_latch(std::size_t scope, NodeId node);
+  std::size_t declare_state(std::size_t scope, NodeId node, NodeId initial);
+  [[nodiscard]] std::optional<std::size_t> memory_of(SymbolId symbol) const;
+  std::optional<ExprId> previous(ExprId x);
+  void parse_memories();
+  [[nodiscard]] std::vector<std::size_t> memories_in(std::initializer_list<ExprId> expressions) const;
+  [[nodiscard]] std::vector<std::size_t> order_of_memories();
+  void add_memory_events();
+  void add_samples(const Memory& memory, double priority, double first);
+  void add_latch(const Memory& memory, double priority);
 
   // events (read/events.cpp)
   void parse_events(std::size_t scope);
@@ -263,6 +299,8 @@ class Reader {
     Written value, initial;
   };
   std::vector<SignalText> signal_text_;
+  std::vector<ConditionSignal> conditions_;
+  std::vector<Memory> memories_;
   std::unordered_map<std::uint64_t, SymbolId> bond_symbols_;
   std::vector<Varies> signal_varies_;  ///< by SignalId
 

@@ -151,6 +151,10 @@ void Reader::apply_overrides(std::size_t scope) {
     for (NodeId node = file[object].first_child; node.valid(); node = file[node].next_sibling) {
       const std::string_view name = file[node].key;
       const auto found = names_.find(own.prefix + std::string(name));
+      if (signals && found != names_.end() && found->second.kind == Entity::Kind::condition) {
+        override_condition(scope, found->second.index, node);
+        continue;
+      }
       if (found == names_.end() || found->second.kind != kind) {
         std::vector<std::string> candidates;
         if (const NodeId declared = section(own, signals ? "signals" : "parameters", JsonKind::object);
@@ -191,6 +195,7 @@ void Reader::override_signal(std::size_t scope, std::uint32_t index, NodeId node
                      "add \"value\": an expression, or \"integral\": its rate");
   }
   if (keys.value.valid()) {
+    std::erase_if(memories_, [index](const Memory& memory) { return memory.signal.index() == index; });
     signal.kind = keys.kind;
     signal.place = file.place(keys.value);
     text = {{parent, keys.value}, {}};

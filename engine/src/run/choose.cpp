@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bgsim/text.hpp"
+#include "run/integrate/integrator.hpp"
 
 namespace bgsim {
 
@@ -17,10 +18,13 @@ MethodChoice choose_method(const Program& program, const RunInputs& inputs, std:
     return {Method::bdf,
             loops + ", by BDF from t = " + number_text(*multistep_since) + " on: Radau IIA did not get on"};
   if (inputs.max_order > 0) return {Method::bdf, loops + "; an order can be limited in BDF"};
-  if (program.state_names.size() > kSmall) return {Method::bdf, loops};
+  // A multistep method begins again at order 1 after each event that sets something, which is what it is wrong by: a
+  // sampled controller of nine states by BDF was off by 2.6e-6 at 1e-9, and took twice as long as by Radau.
+  const std::size_t most = program.events.empty() ? kSmall : kDenseStates;
+  if (program.state_names.size() > most) return {Method::bdf, loops};
   if (!std::all_of(program.blocks.begin(), program.blocks.end(), [](const auto& block) { return block.linear; }))
     return {Method::bdf, loops + ", which are nonlinear"};
-  return {Method::radau, loops + "; few states"};
+  return {Method::radau, loops + (program.state_names.size() <= kSmall ? "; few states" : "; events that set stores")};
 }
 
 }  // namespace bgsim

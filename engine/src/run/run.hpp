@@ -47,7 +47,7 @@ class Run {
         tolerances_(program, inputs, implicit_),
         schedule_(program, evaluator_, inputs),
         events_(program, inputs, evaluator_, tolerances_, !implicit_),
-        jumps_(program, evaluator_, inputs.start, inputs.stop),
+        jumps_(program, evaluator_, inputs),
         defects_(program, inputs, evaluator_, tolerances_),
         loops_(program, evaluator_, inputs.start, inputs.stop),
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),

@@ -291,6 +291,40 @@ void check_coefficients(const SceneParts& parts, std::vector<Diagnostic>& warnin
   }
 }
 
+/// Whether the start is a sampling time offset + n every, n = 0, 1, 2, ..., as far as its digits say.
+bool starts_with_sample(const SceneParts& parts, const Signal& signal, double start) {
+  constexpr double kDigits = 1e-9;  // of the interval; a tenth is none exactly
+  const double every = evaluate(parts.given.pool, signal.every, parts.numbers.values);
+  const double offset = evaluate(parts.given.pool, signal.offset, parts.numbers.values);
+  const double n = std::round((start - offset) / every);
+  return n >= 0.0 && std::abs(start - offset - n * every) <= kDigits * every;
+}
+
+/// Sampling times: positive, and within the scene. What is sampled at the start.
+void prepare_sampling(const SceneParts& parts, RunInputs& inputs, std::vector<Diagnostic>& problems) {
+  for (const Signal& signal : parts.model.signals) {
+    if (!signal.every.valid()) continue;
+    const std::string what = "the sampling time of " + in_quotes(signal.name);
+    const auto every = parts.number(signal.every, what, signal.every_place, problems);
+    if (!every) continue;
+    if (!(*every > 0.0) || !std::isfinite(*every))
+      problems.push_back(diagnostic_of("BG186", what + " is " + number_text(*every, 6), signal.every_place,
+                                       "samples are taken at offset + n every, n = 0, 1, 2, ...",
+                                       "give \"every\" a positive time"));
+    else if (inputs.stop > inputs.start && *every > inputs.stop - inputs.start)
+      inputs.warnings.push_back(diagnostic_of(
+          "BG187", what + ", " + number_text(*every, 6) + ", is longer than the scene " + in_quotes(inputs.scene),
+          signal.every_place, "samples are taken at offset + n every, n = 0, 1, 2, ..."));
+  }
+  if (!problems.empty()) return;
+  for (std::size_t i = 0; i < parts.model.events.size(); ++i) {
+    const ModelEvent& event = parts.model.events[i];
+    if (event.at_start &&
+        (!event.sampled.valid() || starts_with_sample(parts, parts.model.signals[event.sampled.index()], inputs.start)))
+      inputs.starting_events.push_back(i);
+  }
+}
+
 }  // namespace
 
 RunInputs prepare_scene(const Model& model, const std::string& name, const SceneOverrides& overrides) {
@@ -316,6 +350,7 @@ RunInputs prepare_scene(const Model& model, const std::string& name, const Scene
   choose_tolerances(scene, overrides, inputs, problems);
   choose_method(scene, overrides, inputs, problems);
   check_coefficients(parts, inputs.warnings, problems);
+  prepare_sampling(parts, inputs, problems);
   stop_if_wrong(problems, model);
   return inputs;
 }

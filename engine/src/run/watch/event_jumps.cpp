@@ -15,21 +15,23 @@ constexpr std::size_t kTimes = 5;  ///< four intervals, hence three ratios
 
 }  // namespace
 
-EventJumps::EventJumps(const Program& program, Evaluator& evaluator, double start, double stop)
+EventJumps::EventJumps(const Program& program, Evaluator& evaluator, const RunInputs& inputs)
     : program_(program),
       evaluator_(evaluator),
-      stop_(stop),
+      starting_(inputs.starting_events),
+      stop_(inputs.stop),
       conditions_(program.events.size()),
       values_(program.event_values.results.size()),
       noted_(program.events.size(), false) {
   const std::size_t count = program.events.size();
   memory_ = {std::vector<bool>(count, true),
+             std::vector<bool>(count, false),
              std::vector<std::vector<double>>(count),
              std::vector<double>(count, 0.0),
              std::vector<std::uint64_t>(count, 0),
              std::vector<double>(count, 0.0),
              0,
-             start};
+             inputs.start};
 }
 
 bool EventJumps::begin(double t, const double* x, Branch& branch, std::vector<std::string>& notes) {
@@ -40,7 +42,8 @@ bool EventJumps::begin(double t, const double* x, Branch& branch, std::vector<st
   }
   for (std::size_t i = 0; i < conditions_.size(); ++i) {
     memory_.armed[i] = conditions_[i] == 0.0;
-    if (!memory_.armed[i])
+    memory_.starts[i] = std::find(starting_.begin(), starting_.end(), i) != starting_.end();
+    if (!memory_.armed[i] && !memory_.starts[i])
       notes.push_back("the condition of the event \"" + program_.events[i].name +
                       "\" holds at the start: it takes place when it has been false and becomes true");
   }
@@ -57,7 +60,7 @@ bool EventJumps::look(double t, const double* x, Branch& branch) {
   double highest = 0.0;
   for (std::size_t i = 0; i < conditions_.size(); ++i) {
     if (conditions_[i] == 0.0) memory_.armed[i] = true;
-    if (conditions_[i] == 0.0 || !memory_.armed[i]) continue;
+    if (!memory_.starts[i] && (conditions_[i] == 0.0 || !memory_.armed[i])) continue;
     const double priority = program_.events[i].priority;
     if (!due_.empty() && priority < highest) continue;
     if (!due_.empty() && priority > highest) due_.clear();
@@ -123,7 +126,7 @@ bool EventJumps::taken(double t) {
     return false;
   }
   for (const std::size_t i : due_) {
-    memory_.armed[i] = false;
+    memory_.armed[i] = memory_.starts[i] = false;
     ++memory_.counts[i];
     std::vector<double>& times = memory_.times[i];
     if (!times.empty() && times.back() == t) continue;

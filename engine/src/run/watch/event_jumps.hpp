@@ -13,6 +13,7 @@ namespace bgsim {
 /// What is known of a model's events from before; each by event. The same in all programs of a model.
 struct EventMemory {
   std::vector<bool> armed;                 ///< the condition has been false since it last took place
+  std::vector<bool> starts;                ///< it takes place at the start, and has not yet
   std::vector<std::vector<double>> times;  ///< the latest at which it took place
   std::vector<double> longest;             ///< interval between two of these so far
   std::vector<std::uint64_t> counts;
@@ -26,7 +27,7 @@ struct EventMemory {
 /// width of a hysteresis is needed: after a jump it stays as it is until the condition is false.
 class EventJumps {
  public:
-  EventJumps(const Program& program, Evaluator& evaluator, double start, double stop);
+  EventJumps(const Program& program, Evaluator& evaluator, const RunInputs& inputs);
 
   [[nodiscard]] bool any() const { return !program_.events.empty(); }
   /// At the start of a run. A condition that holds there does not become true; a note says so. False: failure().
@@ -62,6 +63,7 @@ class EventJumps {
   template <class Archive>
   void carry(Archive& archive) {
     archive("armed", memory_.armed);
+    archive("starts", memory_.starts);
     archive("times", memory_.times);
     archive("longest", memory_.longest);
     archive("counts", memory_.counts);
@@ -82,6 +84,7 @@ class EventJumps {
 
   const Program& program_;
   Evaluator& evaluator_;
+  std::vector<std::size_t> starting_;
   double stop_;
   EventMemory memory_;
   std::vector<double> conditions_, values_;
