@@ -47,6 +47,31 @@ constexpr double kRounding = 1e-12;
 
 }  // namespace
 
+TEST_CASE("a junction that is off has no effort or no flow, as with a switch at it") {
+  const std::string more = R"("signals": {"go": "t > 1", "hold": "t < 2"}, )", scene = R"("stop": 4, "samples": 17)";
+  const std::string rest = R"("s": {"kind": "Se", "effort": 3}, "r": {"kind": "R", "resistance": 1}, "j": {"kind": "0"},
+      "c": {"kind": "C", "capacitance": 1}, "m": {"kind": "1"}, "r2": {"kind": "R", "resistance": 0.5},
+      "l": {"kind": "R", "resistance": 4}, "c2": {"kind": "C", "capacitance": 0.25}, )";
+  const std::string bonds = R"({"from": "s", "to": "n"}, {"from": "n", "to": "r"}, {"from": "n", "to": "j"},
+      {"from": "j", "to": "c"}, {"from": "j", "to": "m"}, {"from": "m", "to": "r2"}, {"from": "m", "to": "z"},
+      {"from": "z", "to": "l"}, {"from": "z", "to": "c2"})";
+  const std::string outputs = R"("v": "c.e", "z": "z.e", "i": "n.f", "through": "n_on.f")";
+  const RunResult off = run_switched(rest + R"("n": {"kind": "1", "on": "go"}, "z": {"kind": "0", "on": "hold"})",
+                                     bonds, outputs, scene, more);
+  const RunResult with =
+      run_switched(rest + R"("n": {"kind": "1"}, "z": {"kind": "0"}, "n_on": {"kind": "Sw", "closed": "go"},
+      "z_on": {"kind": "Sw", "closed": "not hold"})",
+                   bonds + R"(, {"from": "n", "to": "n_on"}, {"from": "z", "to": "z_on"})", outputs, scene, more);
+  check_completed(off);
+  for (const std::string name : {"v", "z", "i", "through"}) CHECK(column(off, name) == column(with, name));
+  CHECK(at(off, "i", 0.5) == 0.0);
+  CHECK(at(off, "z", 1.5) > 0.1);
+  CHECK(at(off, "z", 3.0) == 0.0);
+  // From t = 2 on c is charged through r and discharged through r2 to nothing.
+  const double rise = 1.0 + (at(off, "v", 2.0) - 1.0) * std::exp(-3.0 * 2.0);
+  CHECK(at(off, "v", 4.0) == Approx(rise).epsilon(1e-6));  // the default tolerance
+}
+
 TEST_CASE("two capacitors that a switch connects share their charge") {
   for (const std::string when : {"t >= 1", "t >= 0", "a.e > 2", "not (t < 0.5 or a.e < 0.5)"}) {
     INFO(when);

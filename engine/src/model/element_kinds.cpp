@@ -34,7 +34,7 @@ constexpr std::array kStoreFieldKeys{Keys("kind"), Keys("about"),   Keys("ports"
                                      Keys("laws"), Keys("initial"), Keys("priority")};
 constexpr std::array kResistorFieldWays{Keys("laws")};
 constexpr std::array kResistorFieldKeys{Keys("kind"), Keys("about"), Keys("ports"), Keys("laws")};
-constexpr std::array kJunctionKeys{Keys("kind"), Keys("about")};
+constexpr std::array kJunctionKeys{Keys("kind"), Keys("about"), Keys("on")};
 
 // Powers of e, f, q, p.
 constexpr std::array kEffort{CoefficientUnit{"effort", {1, 0, 0, 0}}};

@@ -18,6 +18,7 @@ void Reader::declare_bonds(std::size_t scope) {
   for (NodeId node = file[array].first_child; node.valid(); node = file[node].next_sibling) {
     if (file[node].kind == JsonKind::object) declare_bond_ends(scope, node, index++);
   }
+  bond_junction_switches(scope);
 }
 
 /// All bonds get their names before any end is looked at: first those that the file gives, then, for the others, names

@@ -29,6 +29,7 @@ void Reader::parse_signal(std::size_t index) {
 }
 
 void Reader::parse_element(std::size_t index) {
+  if (junction_switches_.contains(index)) return parse_junction_switch(index);
   const auto [scope, node] = element_text_[index];
   const Document& file = document(scopes_[scope]);
   if (const auto way = chosen_way(index)) {

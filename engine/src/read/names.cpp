@@ -194,7 +194,9 @@ void Reader::declare_element(std::size_t scope, NodeId node) {
     case Ports::by_bond:
       break;
   }
+  const bool junction = is_junction(element.kind);
   add_element(scope, node, std::move(element));
+  if (junction && file.find(node, "on").valid()) declare_junction_switch(scope, node);
 }
 
 /// The named ports of a field. A field whose ports are at fault is declared all the same as long as it has some, so

@@ -106,6 +106,9 @@ class Reader {
   QuantityKeys quantity_keys(const Document& file, NodeId node, bool signal);
   void declare_element(std::size_t scope, NodeId node);
   bool read_ports(std::size_t scope, NodeId node, Element& element);
+  void declare_junction_switch(std::size_t scope, NodeId node);
+  void bond_junction_switches(std::size_t scope);
+  void parse_junction_switch(std::size_t index);
   void add_element(std::size_t scope, NodeId node, Element element);
   SymbolId add_symbol(ModelSymbol symbol);
 
@@ -295,6 +298,7 @@ class Reader {
   std::unordered_map<std::string, std::size_t> outputs_;  ///< by name
   std::optional<std::size_t> command_line_scope_;         ///< whose expressions know outputs by their names
   std::vector<Written> parameter_text_, element_text_;
+  std::unordered_map<std::size_t, std::size_t> junction_switches_;  ///< element behind "on" -> its junction
   struct SignalText {
     Written value, initial;
   };
