@@ -246,14 +246,12 @@ void bouncing_ball(const std::string& folder) {
   });
 }
 
-/// Parabolas between impacts on a table that moves as a sine; the next impact by bisection in the first of many small
-/// pieces at whose end the ball is below the table.
 /// The same ball on a contact, at rest from the limit on.
 void ball_contact(const std::string& folder) {
   const Number g = given(9.81), e = given(0.7), h = 1, m = given(0.2);
   const Number first = sqrt(2 * h / g), limit = first * (1 + e) / (1 - e);
   Number begin = -first, speed = sqrt(2 * g * h);
-  write(folder, "ball_contact.drop", {"t", "height", "v", "force"}, 3, 301, [&](const Number& t) {
+  write(folder, "ball_contact.drop", {"t", "height", "v", "force"}, 3, 2501, [&](const Number& t) {
     if (t >= limit) return std::vector<Number>{0, 0, m * g};
     while (begin + 2 * speed / g <= t) {
       begin += 2 * speed / g;
@@ -264,6 +262,8 @@ void ball_contact(const std::string& folder) {
   });
 }
 
+/// Parabolas between impacts on a table that moves as a sine; the next impact by bisection in the first of many small
+/// pieces at whose end the ball is below the table.
 void shaken_ball(const std::string& folder) {
   const Number g = given(9.81), e = given(0.6), amplitude = given(0.01), w = 40, piece = given(1e-4);
   Number begin = 0, x = given(0.3), v = 0;
