@@ -51,7 +51,7 @@ void Reader::parse_junction_switch(std::size_t index) {
   element.coefficient_place = file.place(on);
   if (!connects.valid()) return;
   // In a 1-junction the switch is in series and closed while it is on, in a 0-junction beside all others and open.
-  const bool series = model_.elements[junction_switches_.at(index)].kind == ElementKind::one_junction;
+  const bool series = shared_variable(model_.elements[junction_switches_.at(index)].kind) == Variable::flow;
   const ExprId parts = model_.pool.make(Op::logical_not, connects);
   SwitchLaw law;
   law.closes = series ? connects : parts;
