@@ -62,6 +62,10 @@ const char* sampling_text(Sampling sampling) {
       return "lhs";
     case Sampling::random:
       return "random";
+    case Sampling::saltelli:
+      return "saltelli";
+    case Sampling::morris:
+      return "morris";
   }
   return "";
 }
@@ -103,7 +107,7 @@ void write_all(int file, const std::string& path, std::string_view text) {
 
 }  // namespace
 
-Json sweep_identity(const Model& model, const std::string& scene, const std::vector<std::string>& options,
+Json sweep_identity(const Model& model, const RunInputs& inputs, const std::vector<std::string>& options,
                     const SweepPlan& plan, std::uint64_t runs, const SweepResults& results) {
   Checksum sum;
   for (const SourceText& source : source_texts(*model.sources)) sum.add(source.text);
@@ -116,12 +120,13 @@ Json sweep_identity(const Model& model, const std::string& scene, const std::vec
   json["version"] = BGSIM_VERSION;
   json["model"] = model.name;
   json["checksum"] = sum.text();
-  json["scene"] = scene;
+  json["scene"] = inputs.scene;
   json["options"] = options;
   Json& vary = json["vary"] = Json::object();
   for (const Variation& variation : plan.variations) vary[variation.name] = variation.text;
   json["sampling"] = sampling_text(plan.sampling);
   if (plan.sampling != Sampling::grid) json["seed"] = plan.seed;
+  if (plan.sampling == Sampling::saltelli || plan.sampling == Sampling::morris) json["relative"] = inputs.relative;
   json["runs"] = runs;
   json["results"] = results.names();
   return json;

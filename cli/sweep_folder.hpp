@@ -18,7 +18,7 @@ struct Shard {
 };
 
 /// What two processes must agree on to work on one sweep: the model's files, options, plan, results.
-nlohmann::ordered_json sweep_identity(const Model& model, const std::string& scene,
+nlohmann::ordered_json sweep_identity(const Model& model, const RunInputs& inputs,
                                       const std::vector<std::string>& options, const SweepPlan& plan,
                                       std::uint64_t runs, const SweepResults& results);
 

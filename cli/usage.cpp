@@ -41,6 +41,8 @@ constexpr std::array kOtherCommands{
     Word{"doc", "bgsim explain CODE explains a message"},
     Word{"scan", "bgsim sweep runs a scene with many values"},
     Word{"montecarlo", "bgsim sweep --sample runs a scene with random values"},
+    Word{"sobol", "bgsim sweep --sample saltelli:N gives the shares of the variance"},
+    Word{"morris", "bgsim sweep --sample morris:N gives elementary effects"},
     Word{"linearise", "bgsim linearize gives the matrices, bgsim poles the poles"},
     Word{"eigenvalues", "bgsim poles gives the poles"},
     Word{"eig", "bgsim poles gives the poles"},

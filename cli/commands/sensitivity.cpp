@@ -40,7 +40,9 @@ SensitivityArguments parse(const Arguments& arguments) {
       "By how much the outputs of a scene change with parameters and initial values: exact derivatives by the "
       "variational equations.",
       "bgsim sensitivity");
-  app.footer("Example: bgsim sensitivity models/bellow.json --scene step --of x --to k,m --norm peak");
+  app.footer(
+      "Example: bgsim sensitivity models/bellow.json --scene step --of x --to k,m --norm peak\n"
+      "Over whole ranges of parameters: bgsim sweep --sample saltelli:N or morris:N (docs/sweep.md).");
   app.add_option("model.json", model.file, "the model")->required();
   add_read_options(app, model.reading);
   app.add_option("--scene", model.scene, "scene to run (default: the model's first)")->type_name("NAME");

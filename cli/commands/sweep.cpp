@@ -22,6 +22,7 @@
 #include "scenes.hpp"
 #include "stages.hpp"
 #include "sweep_folder.hpp"
+#include "sweep_indices.hpp"
 #include "sweep_picture.hpp"
 #include "table.hpp"
 
@@ -64,7 +65,8 @@ SweepArguments parse_sweep(const Arguments& arguments) {
       "what differs from run to run: NAME=1,2,5 or 1:5:9 (nine values) or log(1:100:9); with --sample 1:5, log(1:100), "
       "normal(mean,sd), lognormal(median,s), uniform(a,b), triangular(a,mode,b); may be repeated");
   app.add_option("--sample", options.sample,
-                 "instead of all combinations: sobol:N, lhs:N (Latin hypercube) or random:N")
+                 "instead of all combinations: sobol:N, lhs:N (Latin hypercube) or random:N; saltelli:N or morris:N "
+                 "for indices of sensitivity: which quantities make the results differ")
       ->type_name("WAY:N");
   app.add_option("--seed", options.seed, "of the sample (default: 1)")->type_name("N");
   list("--result", options.results, "NAME=EXPR",
@@ -181,6 +183,25 @@ std::string summary(const std::vector<std::string>& names, const SweepTable& tab
   return text.text();
 }
 
+/// indices.csv and its picture, of a sample that is made for them; the table goes to standard output.
+/// @return the names of the files, each behind a comma
+std::string write_indices(const std::string& folder, const Json& identity, const SweepTable& table, bool picture,
+                          bool quiet) {
+  if (!SweepIndices::has(identity)) return {};
+  const SweepIndices indices(identity, table);
+  OutputFile file(folder + "/indices.csv");
+  file.stream() << indices.csv();
+  file.commit();
+  if (picture) {
+    OutputFile svg(folder + "/indices.svg");
+    svg.stream() << indices.svg();
+    svg.commit();
+  }
+  for (const std::string& note : indices.notes()) std::cerr << "note: " << visible_line(note) << '\n';
+  if (!quiet) std::cout << indices.table();
+  return std::string(", indices.csv") + (picture ? ", indices.svg" : "");
+}
+
 /// results.csv and the picture, of the records so far. False if runs are missing.
 bool write_results(const std::string& folder, const std::vector<std::string>& folders, const Json& identity,
                    bool picture, bool quiet) {
@@ -198,6 +219,7 @@ bool write_results(const std::string& folder, const std::vector<std::string>& fo
     svg.stream() << sweep_svg(identity, table);
     svg.commit();
   }
+  const std::string indices = write_indices(folder, identity, table, picture, quiet);
   const bool complete = records.size() == runs;
   if (!quiet) {
     std::cerr << identity["model"].get<std::string>() << ", scene " << identity["scene"].get<std::string>() << ": "
@@ -206,7 +228,8 @@ bool write_results(const std::string& folder, const std::vector<std::string>& fo
     if (names.size() <= 40) std::cerr << summary(names, table);
     for (const auto& [message, count] : table.messages)
       std::cerr << (count > 1 ? std::to_string(count) + " runs: " : "a run: ") << visible_line(message) << '\n';
-    std::cerr << "results: " << short_path(folder) << "/results.csv" << (picture ? ", results.svg" : "") << '\n';
+    std::cerr << "results: " << short_path(folder) << "/results.csv" << (picture ? ", results.svg" : "") << indices
+              << '\n';
   }
   return complete;
 }
@@ -255,8 +278,7 @@ Exit run_sweep(SweepArguments options) {
   const RunInputs inputs = prepare(model, options.scene, options.overrides);
   const std::string folder =
       options.folder.empty() ? run_name(model, options.file, inputs.scene) + ".sweep" : options.folder;
-  const Json identity =
-      sweep_identity(model, inputs.scene, deciding_words(options), points.plan(), points.size(), results);
+  const Json identity = sweep_identity(model, inputs, deciding_words(options), points.plan(), points.size(), results);
   enter_sweep(folder, identity);
   const std::string header = sweep_header(identity);
   SweepLog log(folder, shard, header);

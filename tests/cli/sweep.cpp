@@ -155,3 +155,56 @@ TEST_CASE("a picture shows the results of a sweep over what is varied") {
   REQUIRE(here.bgsim("sweep rc.json --vary R=1:2:5 --vary 'C=log(0.1:1:4)' -o map --picture --quiet").code == 0);
   CHECK_THAT(here.read("map/results.svg"), Contains("<svg"));
 }
+
+TEST_CASE(
+    "a sweep with the sample for it ends with indices of sensitivity, the same from one thread, many, and parts") {
+  Workplace here;
+  with_model(here);
+  // Ishigami's function of parameters: first 0.3139, 0.4424, 0, total 0.5576, 0.4424, 0.2437.
+  std::string model = kModel;
+  model.replace(model.find("\"C\": {"), 6, R"("x": 0, "y": 0, "z": 0, "C": {)");
+  here.write("rc.json", model);
+  const std::string arguments =
+      "sweep rc.json --vary x=-3.141592653589793:3.141592653589793 --vary y=-3.141592653589793:3.141592653589793 "
+      "--vary z=-3.141592653589793:3.141592653589793 --vary R=1:2 --sample saltelli:512 --stop 0.1 "
+      "--no-audit --no-error-estimate --result 'f=sin(x)+7*sin(y)^2+0.1*z^4*sin(x)+0*final(u)' --result 'u=final(u)' ";
+  const Outcome whole = here.bgsim(arguments + "-j 1 -o whole --picture");
+  CAPTURE(whole.err, whole.out);
+  REQUIRE(whole.code == 0);
+  CHECK_THAT(whole.out, Contains("f: mean 3.49847") && Contains("first"));
+  CHECK_THAT(whole.out, Contains("\nx  0.3133  ") && Contains("\nR  0         0       0       0\n"));
+  const std::string table = here.read("whole/indices.csv");
+  CHECK_THAT(table,
+             Catch::StartsWith("result,quantity,first,first_within,total,total_within,mean,deviation,points\r\n") &&
+                 Contains("f,R,0,0,0,0,3.") && Contains("u,x,0,0,0,0,"));
+  CHECK_THAT(here.read("whole/indices.svg"), Contains("<svg"));
+  REQUIRE(here.bgsim(arguments + "-j 4 -o many --quiet").code == 0);
+  CHECK(here.read("many/indices.csv") == table);
+  CHECK(here.bgsim(arguments + "--shard 1/2 -o a").code == 0);
+  const Outcome half = here.bgsim("sweep --merge a");
+  CHECK(half.code == 3);
+  CHECK_THAT(half.err, Contains("f has no value in 1536 of 3072 runs"));
+  CHECK(here.bgsim(arguments + "--shard 2/2 -o b").code == 0);
+  CHECK(here.bgsim("sweep --merge a b --quiet").code == 0);
+  CHECK(here.read("a/indices.csv") == table);
+}
+
+TEST_CASE("indices say what is not to be believed of them") {
+  Workplace here;
+  with_model(here);
+  const Outcome morris = here.bgsim(
+      "sweep rc.json --vary R=0.001:0.01 --vary C=0:1 --sample morris:3 --result 'u=final(u)' --result 'one=1' -o it "
+      "--picture");
+  CAPTURE(morris.err, morris.out);
+  CHECK(morris.code == 0);
+  CHECK_THAT(morris.err, Contains("u changes by") && Contains("its indices are those of their errors") &&
+                             Contains("3 paths are few"));
+  CHECK_THAT(here.read("it/indices.csv"), Contains("one,R,0,0,0,0,3\r\n"));
+  CHECK_THAT(here.read("it/indices.svg"), Contains("<svg"));
+  // C = 0 is refused by the model in half of the runs.
+  const Outcome failing =
+      here.bgsim("sweep rc.json --vary R=1:2 --vary C=0,1 --sample saltelli:64 --result 'u=final(u)' -o failing");
+  CHECK(failing.code == 0);
+  CHECK_THAT(failing.err, Contains("u has no value in") && Contains("its indices are those of the points that have"));
+  CHECK(here.bgsim("sweep rc.json --vary R=1:2 --sample saltelli:1 -o one").code == 2);
+}

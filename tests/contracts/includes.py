@@ -18,7 +18,7 @@ PUBLIC = {
     "program": "evaluator program",
     "run": "simulate trace_csv verify",
     "linear": "linear",
-    "study": "reduce sensitivity study sweep trade",
+    "study": "indices reduce sensitivity study sweep trade",
     "fit": "fit",
     "draw": "drawing",
     "describe": "describe passivity",

@@ -18,6 +18,7 @@
 #include "bgsim/constitutive.hpp"
 #include "bgsim/bond_graph.hpp"
 #include "bgsim/causality.hpp"
+#include "bgsim/indices.hpp"
 #include "bgsim/infer_units.hpp"
 #include "bgsim/equations.hpp"
 #include "bgsim/ordering.hpp"

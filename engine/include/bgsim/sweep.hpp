@@ -47,16 +47,25 @@ inline constexpr const char* kSceneSettings[] = {"scene.start", "scene.stop", "s
 /// @throws SweepError
 Variation parse_variation(const std::string& text);
 
-enum class Sampling { grid, sobol, latin_hypercube, random };
+enum class Sampling {
+  grid,
+  sobol,
+  latin_hypercube,
+  random,
+  saltelli,  ///< for the variance that each quantity makes: indices.hpp
+  morris,    ///< for elementary effects: indices.hpp
+};
 
 struct SweepPlan {
   std::vector<Variation> variations;
   Sampling sampling = Sampling::grid;
-  std::uint64_t samples = 0;  ///< number of runs; of a grid it follows from the values
+  /// Number of runs; of a grid it follows from the values. With k quantities saltelli makes k + 2 runs for each of
+  /// these, morris k + 1.
+  std::uint64_t samples = 0;
   std::uint64_t seed = 1;
 };
 
-/// "sobol:1000", "lhs:200", "random:500" into @p plan.
+/// "sobol:1000", "lhs:200", "random:500", "saltelli:1024", "morris:20" into @p plan.
 /// @throws SweepError
 void parse_sampling(const std::string& text, SweepPlan& plan);
 
@@ -66,6 +75,9 @@ void parse_sampling(const std::string& text, SweepPlan& plan);
 /// Grid: all combinations, the last quantity fastest. Latin hypercube: each quantity has one value in each of N equally
 /// probable parts (McKay, Beckman, Conover, Technometrics 21, 1979). Sobol's sequence with the direction numbers of Joe
 /// and Kuo (SIAM J. Sci. Comput. 30, 2008), as in Boost.Random, shifted digit by digit by the seed (both from memory).
+/// Saltelli: for each point of Sobol's sequence in twice as many dimensions, the first half (A), the second (B), and
+/// for each quantity A with that quantity of B. Morris: paths on a grid of four levels, at shares 1/8, 3/8, 5/8, 7/8 of
+/// each distribution, along which each quantity moves once, in random order, by half of the distribution.
 class SweepPoints {
  public:
   /// @throws SweepError  a range without a number of values in a grid, a name twice, nothing to vary, too many runs.
@@ -78,6 +90,15 @@ class SweepPoints {
   [[nodiscard]] std::uint64_t size() const;
   /// The values of run @p index, by variation. @pre index < size()
   [[nodiscard]] std::vector<double> at(std::uint64_t index) const;
+
+  /// Of Morris' paths: which quantity differs between run @p index and the next, and by which share of its
+  /// distribution.
+  struct Move {
+    std::size_t variation;
+    double share;
+  };
+  /// @pre index % (k + 1) < k
+  [[nodiscard]] Move move_after(std::uint64_t index) const;
 
  private:
   struct Inside;

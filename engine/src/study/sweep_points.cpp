@@ -193,7 +193,9 @@ Variation parse_variation(const std::string& text) { return VariationReader(text
 
 void parse_sampling(const std::string& text, SweepPlan& plan) {
   const auto fault = [&text](const std::string& what) {
-    throw SweepError("--sample " + in_quotes(text) + ": " + what, "write sobol:1000, lhs:1000 or random:1000");
+    throw SweepError(
+        "--sample " + in_quotes(text) + ": " + what,
+        "write sobol:1000, lhs:1000 or random:1000; for indices of sensitivity saltelli:1024 or morris:20");
   };
   const auto colon = text.find(':');
   const std::string_view way = std::string_view(text).substr(0, colon);
@@ -203,6 +205,10 @@ void parse_sampling(const std::string& text, SweepPlan& plan) {
     plan.sampling = Sampling::latin_hypercube;
   else if (way == "random")
     plan.sampling = Sampling::random;
+  else if (way == "saltelli")
+    plan.sampling = Sampling::saltelli;
+  else if (way == "morris")
+    plan.sampling = Sampling::morris;
   else
     fault("there is no such way to sample");
   const std::string_view count = colon == std::string::npos ? "" : std::string_view(text).substr(colon + 1);
@@ -211,6 +217,10 @@ void parse_sampling(const std::string& text, SweepPlan& plan) {
   if (count.empty() || error != std::errc() || end != count.data() + count.size()) fault("it says no number of runs");
   if (samples == 0) fault("a sample of size 0 has no runs");
   if (samples > kMostSamples) fault("at most 1e8 runs");
+  // One point has no variance, one path no spread.
+  if (samples == 1 && plan.sampling == Sampling::saltelli)
+    fault("the variance of one point is none; take at least two");
+  if (samples == 1 && plan.sampling == Sampling::morris) fault("the spread of one path is none; take at least two");
   plan.samples = samples;
 }
 
@@ -223,6 +233,52 @@ struct SweepPoints::Inside {
 
   [[nodiscard]] std::uint64_t random_bits(std::size_t variation, std::uint64_t index) const {
     return mixed(mixed(mixed(plan.seed) ^ variation) ^ index);
+  }
+
+  /// The shares of point @p index of Sobol's sequence.
+  [[nodiscard]] std::vector<double> sobol_shares(std::uint64_t index) const {
+    std::vector<double> shares(shift.size());
+    std::optional<boost::random::sobol> own;
+    if (index > 0) {  // the first point is 0, which Boost leaves out
+      own = sequence;
+      own->discard((index - 1) * shift.size());
+    }
+    for (std::size_t i = 0; i < shift.size(); ++i) shares[i] = unit_number((own ? (*own)() : 0U) ^ shift[i]);
+    return shares;
+  }
+
+  void prepare_sobol(std::size_t dimensions) {
+    constexpr std::size_t kMostDimensions = 3667;
+    if (dimensions > kMostDimensions)
+      throw SweepError("Sobol's sequence has at most 3667 dimensions, and this takes " + std::to_string(dimensions),
+                       "take --sample lhs:N, or vary fewer quantities");
+    sequence.emplace(static_cast<unsigned>(dimensions));
+    for (std::size_t i = 0; i < dimensions; ++i) shift.push_back(random_bits(i, 0));
+  }
+
+  /// @param runs  of one sample
+  void take_size(std::size_t runs) {
+    const double product = static_cast<double>(plan.samples) * static_cast<double>(runs);
+    if (product > kMostRuns)
+      throw SweepError("this sample has " + number_text(product, 3) + " runs, more than 1e9", "take a smaller one");
+    size = plan.samples * runs;
+  }
+
+  /// A path of Morris: where each quantity begins, of four levels, and in which order they move.
+  struct Path {
+    std::vector<unsigned> level;
+    std::vector<std::size_t> order;
+  };
+  [[nodiscard]] Path path(std::uint64_t number) const {
+    const std::size_t count = plan.variations.size();
+    Path path{std::vector<unsigned>(count), std::vector<std::size_t>(count)};
+    for (std::size_t i = 0; i < count; ++i) {
+      path.level[i] = static_cast<unsigned>(random_bits(i, number) >> 62U);
+      path.order[i] = i;
+    }
+    for (std::size_t i = count; i > 1; --i)
+      std::swap(path.order[i - 1], path.order[random_bits(count + i, number) % i]);
+    return path;
   }
 };
 
@@ -251,15 +307,17 @@ SweepPoints::SweepPoints(SweepPlan plan) {
                          "take fewer values, or --sample");
       inside->size = static_cast<std::uint64_t>(product);
       break;
-    case Sampling::sobol: {
-      constexpr std::size_t kMostDimensions = 3667;
-      if (count > kMostDimensions)
-        throw SweepError("Sobol's sequence has at most 3667 quantities", "take --sample lhs:N");
-      inside->sequence.emplace(static_cast<unsigned>(count));
-      for (std::size_t i = 0; i < count; ++i) inside->shift.push_back(inside->random_bits(i, 0));
+    case Sampling::sobol:
+      inside->prepare_sobol(count);
       inside->size = own.samples;
       break;
-    }
+    case Sampling::saltelli:
+      inside->prepare_sobol(2 * count);
+      inside->take_size(count + 2);
+      break;
+    case Sampling::morris:
+      inside->take_size(count + 1);
+      break;
     case Sampling::latin_hypercube:
       for (std::size_t i = 0; i < count; ++i) {
         std::vector<std::uint32_t> part(own.samples);
@@ -294,25 +352,43 @@ std::vector<double> SweepPoints::at(std::uint64_t index) const {
     }
     return values;
   }
-  std::optional<boost::random::sobol> sequence;
-  if (plan.sampling == Sampling::sobol && index > 0) {
-    sequence = inside_->sequence;
-    sequence->discard((index - 1) * count);
+  std::vector<double> shares(count);
+  switch (plan.sampling) {
+    case Sampling::grid:
+      break;  // above
+    case Sampling::sobol:
+      shares = inside_->sobol_shares(index);
+      break;
+    case Sampling::latin_hypercube:
+      for (std::size_t i = 0; i < count; ++i)
+        shares[i] = (inside_->part_of[i][index] + unit_number(inside_->random_bits(i, index))) /
+                    static_cast<double>(plan.samples);
+      break;
+    case Sampling::random:
+      for (std::size_t i = 0; i < count; ++i) shares[i] = unit_number(inside_->random_bits(i, index));
+      break;
+    case Sampling::saltelli: {
+      const std::vector<double> both = inside_->sobol_shares(index / (count + 2));
+      const std::uint64_t member = index % (count + 2);
+      for (std::size_t i = 0; i < count; ++i) shares[i] = both[member == 1 || member == i + 2 ? count + i : i];
+      break;
+    }
+    case Sampling::morris: {
+      Inside::Path path = inside_->path(index / (count + 1));
+      for (std::uint64_t moved = 0; moved < index % (count + 1); ++moved) path.level[path.order[moved]] ^= 2U;
+      for (std::size_t i = 0; i < count; ++i) shares[i] = (path.level[i] + 0.5) / 4.0;
+      break;
+    }
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    double u = 0.0;
-    if (sequence)
-      u = unit_number((*sequence)() ^ inside_->shift[i]);
-    else if (plan.sampling == Sampling::sobol)
-      u = unit_number(inside_->shift[i]);  // the first point is 0, which Boost leaves out
-    else if (plan.sampling == Sampling::latin_hypercube)
-      u = (inside_->part_of[i][index] + unit_number(inside_->random_bits(i, index))) /
-          static_cast<double>(plan.samples);
-    else
-      u = unit_number(inside_->random_bits(i, index));
-    values[i] = quantile(plan.variations[i], u);
-  }
+  for (std::size_t i = 0; i < count; ++i) values[i] = quantile(plan.variations[i], shares[i]);
   return values;
+}
+
+SweepPoints::Move SweepPoints::move_after(std::uint64_t index) const {
+  const std::size_t count = inside_->plan.variations.size();
+  const Inside::Path path = inside_->path(index / (count + 1));
+  const std::size_t variation = path.order.at(index % (count + 1));
+  return {variation, path.level[variation] < 2 ? 0.5 : -0.5};
 }
 
 }  // namespace bgsim
