@@ -33,6 +33,20 @@ void add_data(std::ostringstream& script, const std::string& block, const PlotCu
   script << "EOD\n";
 }
 
+/// Both edges keep their extremes.
+void add_band(std::ostringstream& script, const std::string& block, const PlotCurve& curve) {
+  std::vector<std::size_t> kept = thinned(curve.x, curve.low, kBuckets);
+  const std::vector<std::size_t> upper = thinned(curve.x, curve.high, kBuckets);
+  kept.insert(kept.end(), upper.begin(), upper.end());
+  std::sort(kept.begin(), kept.end());
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  script << "$" << block << " << EOD\n";
+  for (const std::size_t i : kept)
+    script << number_text(curve.x[i], 12) << ' ' << number_text(curve.low[i], 9) << ' ' << number_text(curve.high[i], 9)
+           << '\n';
+  script << "EOD\n";
+}
+
 /// Where panels stand: heights, and how many side by side.
 struct Grid {
   std::size_t columns = 1, rows = 1;
@@ -83,7 +97,10 @@ void add_panel(std::ostringstream& script, const Plot& plot, const Grid& grid, s
          << "plot ";
   for (std::size_t i = 0; i < panel.curves.size(); ++i) {
     const PlotCurve& curve = panel.curves[i];
-    script << (i == 0 ? "" : ", ") << "$d" << index << "_" << i << " with "
+    if (!curve.low.empty())
+      script << (i == 0 ? "" : ", ") << "$b" << index << "_" << i
+             << " with filledcurves fs transparent solid 0.25 lc rgb '" << kColours[i % kColours.size()] << "' notitle";
+    script << (i == 0 && curve.low.empty() ? "" : ", ") << "$d" << index << "_" << i << " with "
            << (curve.x.size() == 1 ? "points pt 7" : "lines") << " lc rgb '"
            << (curve.colour.empty() ? kColours[i % kColours.size()] : curve.colour.c_str())
            << (curve.reference ? "' lw 1.2 dashtype 2" : "' lw 1.7")
@@ -104,6 +121,7 @@ std::string plot_svg(const Plot& plot) {
     for (std::size_t c = 0; c < plot.panels[p].curves.size(); ++c) {
       const PlotCurve& curve = plot.panels[p].curves[c];
       add_data(script, "d" + std::to_string(p) + "_" + std::to_string(c), curve);
+      if (!curve.low.empty()) add_band(script, "b" + std::to_string(p) + "_" + std::to_string(c), curve);
       const auto [low, high] = std::minmax_element(curve.x.begin(), curve.x.end());
       x_low = std::min(x_low, *low);
       x_high = std::max(x_high, *high);

@@ -14,6 +14,8 @@ struct PlotCurve {
   bool reference = false;  ///< drawn thin and dashed over the others
   bool named = true;       ///< in the key
   std::string colour;      ///< "#rrggbb"; empty: the next one
+  /// Filled beneath, in a pale shade; as long as x, or empty.
+  std::vector<double> low = {}, high = {};
 };
 
 /// One diagram: curves that share an ordinate.

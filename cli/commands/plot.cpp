@@ -10,6 +10,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bands.hpp"
 #include "bgsim/csv.hpp"
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/input_file.hpp"
@@ -47,8 +48,10 @@ PlotArguments parse_plot(const Arguments& arguments) {
       "  bgsim plot run.csv theta --from 1 --to 2\n"
       "  bgsim plot run.csv p --x q                           over another column\n"
       "  bgsim plot run.csv --reference reference.csv         the reference dashed over each column that it has\n"
-      "  bgsim plot run.csv --against reference.csv           both, and their difference below");
-  app.add_option("trace.csv", options.file, "the trace")->required();
+      "  bgsim plot run.csv --against reference.csv           both, and their difference below\n"
+      "  bgsim plot bellow.step.sweep x                       x of a sweep's runs: median, and between 5 and 95 %");
+  app.add_option("trace.csv", options.file, "the trace; or the folder of a sweep with --traces: bands of its runs")
+      ->required();
   app.add_option("columns", options.columns, "columns to draw (default: all)");
   app.add_option("-o,--output", options.output,
                  "the picture, .svg or .png; - for SVG on standard output (default: the trace's name with .svg)")
@@ -133,10 +136,42 @@ UnitTrace read_trace(const std::string& path) {
   }
 }
 
+/// The medians of a sweep's traces; the bands beside them are @p bands.
+UnitTrace medians_of(const std::string& folder, Bands& bands) {
+  bands = bands_of({folder});
+  if (bands.traces == 0)
+    throw UsageError("\"" + short_path(folder) + "\" has no traces: bgsim sweep --traces writes them");
+  if (bands.times.empty() || bands.names.empty())
+    throw UsageError("the traces in \"" + short_path(folder) + "\" hold no values: nothing to draw");
+  UnitTrace trace{folder, {{bands.time}, {bands.times}}, {}};
+  for (std::size_t o = 0; o < bands.names.size(); ++o) {
+    trace.table.names.push_back(bands.names[o]);
+    trace.table.columns.push_back(bands.of[o][1]);
+  }
+  return trace;
+}
+
+/// The bands beneath the curves of their medians.
+void add_bands(std::vector<PlotPanel>& panels, const Bands& bands, const PlotArguments& options) {
+  for (PlotPanel& panel : panels) {
+    panel.range.reset();
+    for (PlotCurve& curve : panel.curves) {
+      const auto o =
+          static_cast<std::size_t>(std::find(bands.names.begin(), bands.names.end(), curve.name) - bands.names.begin());
+      for (std::size_t i = 0; i < bands.times.size(); ++i) {
+        if ((options.from && bands.times[i] < *options.from) || (options.to && bands.times[i] > *options.to)) continue;
+        curve.low.push_back(bands.of[o].front()[i]);
+        curve.high.push_back(bands.of[o].back()[i]);
+      }
+      curve.name += ": median, 5 to 95 % of " + std::to_string(bands.traces) + " runs";
+    }
+  }
+}
+
 /// The rows of a column whose abscissa lies in the range asked for.
 PlotCurve curve_of(const UnitTrace& trace, const std::string& x, const std::string& y, const PlotArguments& options) {
   const std::vector<double>&abscissa = trace.column(x), &ordinate = trace.column(y);
-  PlotCurve curve{y, {}, {}, false, true, {}};
+  PlotCurve curve{y, {}, {}, false, true, {}, {}, {}};
   for (std::size_t i = 0; i < abscissa.size(); ++i) {
     if ((options.from && abscissa[i] < *options.from) || (options.to && abscissa[i] > *options.to)) continue;
     curve.x.push_back(abscissa[i]);
@@ -252,7 +287,7 @@ Difference difference(const PlotCurve& a, const PlotCurve& b) {
   constexpr std::size_t kEnough = 10;
   // Two programs may write one time with rounding errors of its computation.
   const double same = 1e-12 * std::max(std::abs(a.x.front()), std::abs(a.x.back()));
-  Difference common{{a.name + ", difference", {}, {}, false, true, {}}, false};
+  Difference common{{a.name + ", difference", {}, {}, false, true, {}, {}, {}}, false};
   for (std::size_t i = 0, k = 0; i < a.x.size() && k < b.x.size();) {
     if (std::abs(a.x[i] - b.x[k]) <= same) {
       common.curve.x.push_back(a.x[i]);
@@ -262,7 +297,7 @@ Difference difference(const PlotCurve& a, const PlotCurve& b) {
     }
   }
   if (common.curve.x.size() >= kEnough || common.curve.x.size() == a.x.size()) return common;
-  Difference all{{a.name + ", difference (interpolated)", {}, {}, false, true, {}}, true};
+  Difference all{{a.name + ", difference (interpolated)", {}, {}, false, true, {}, {}, {}}, true};
   std::size_t after = 0;
   for (std::size_t i = 0; i < a.x.size(); ++i) {
     if (a.x[i] < b.x.front() || a.x[i] > b.x.back()) continue;
@@ -339,8 +374,13 @@ Exit plot_command(const Arguments& arguments) {
     inputs.push_back({units_of(options.against), kUnitsRole});
   }
   check_outputs({{options.output, "the picture"}}, inputs);
+  const bool sweep = fs::is_directory(options.file);
+  if (sweep && (!options.against.empty() || !options.reference.empty() || !options.x.empty()))
+    throw UsageError("the bands of a sweep are drawn over time, without --x, --against and --reference");
   OutputFile file(options.output);
-  const UnitTrace trace = read_trace(options.file);
+  Bands bands;
+  const UnitTrace trace = sweep ? medians_of(options.file, bands) : read_trace(options.file);
+  if (sweep && !options.one_panel) options.each = true;  // units are not known
   std::optional<UnitTrace> other, reference;
   if (!options.against.empty()) other = read_trace(options.against);
   if (!options.reference.empty()) reference = read_trace(options.reference);
@@ -356,6 +396,7 @@ Exit plot_command(const Arguments& arguments) {
   if (reference) check_reference(*reference, x, options.columns);
   plot.panels = other ? panels_against(trace, *other, x, options)
                       : panels_of(trace, reference ? &*reference : nullptr, x, options);
+  if (sweep) add_bands(plot.panels, bands, options);
   std::string picture = plot_svg(plot);
   if (ending == ".png") picture = png_from_svg(picture, options.zoom);
   file.stream() << picture;

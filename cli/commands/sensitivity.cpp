@@ -7,6 +7,7 @@
 #include <iostream>
 #include <thread>
 
+#include "bars.hpp"
 #include "bgsim/text.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "command.hpp"
@@ -15,6 +16,7 @@
 #include "model_options.hpp"
 #include "options.hpp"
 #include "output_file.hpp"
+#include "programs.hpp"
 #include "progress.hpp"
 #include "scenes.hpp"
 #include "stages.hpp"
@@ -31,6 +33,7 @@ struct SensitivityArguments {
   RunLimits limits;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
   bool no_error_estimate = false;
+  std::vector<std::string> files;
 };
 
 SensitivityArguments parse(const Arguments& arguments) {
@@ -60,7 +63,11 @@ SensitivityArguments parse(const Arguments& arguments) {
                  "magnitude); default: final")
       ->type_name("NORM")
       ->check(CLI::IsMember({"final", "rms", "peak"}));
-  app.add_option("-o", model.output, "writes the outputs and their derivatives over time, as CSV")->type_name("FILE");
+  app.add_option("-o", options.files,
+                 "writes the outputs and their derivatives over time (.csv), or draws what matters most (.svg); may be "
+                 "repeated")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   app.add_option("-j,--jobs", options.threads, "number of threads (default: one for each processor)")
       ->type_name("N")
       ->check(CLI::Range(1U, 4096U));
@@ -94,6 +101,60 @@ std::string derivative_unit(const std::string& of, const std::string& by) {
   return of + '/' + in_parentheses(by);
 }
 
+/// The parameters of one output, the most important first: per cent by per cent, which can be compared; where the
+/// output is 0, its change for a per cent of each.
+struct Importance {
+  bool relative = true;
+  std::vector<double> size;        ///< by parameter
+  std::vector<std::size_t> order;  ///< of parameters
+};
+Importance importance_of(const SensitivityTable& table, std::size_t output) {
+  Importance result;
+  const auto& own = table.of[output];
+  result.relative = std::none_of(own.begin(), own.end(), [](const auto& each) { return std::isnan(each.relative); });
+  for (std::size_t p = 0; p < own.size(); ++p) {
+    result.size.push_back(result.relative ? own[p].relative : 0.01 * own[p].derivative * table.parameter_values[p]);
+    result.order.push_back(p);
+  }
+  const auto size = [&](std::size_t p) { return std::isfinite(result.size[p]) ? std::abs(result.size[p]) : 0.0; };
+  std::stable_sort(result.order.begin(), result.order.end(),
+                   [&](std::size_t a, std::size_t b) { return size(a) > size(b); });
+  return result;
+}
+
+/// Bars to both sides of 0: what a per cent more, and a per cent less, of each parameter does.
+std::string tornado_svg(const SensitivityTable& table, const std::string& model, const std::string& norm) {
+  constexpr std::size_t kMostPanels = 8, kMostRows = 30;
+  std::vector<BarPanel> panels;
+  for (std::size_t i = 0; i < std::min(table.outputs.size(), kMostPanels); ++i) {
+    const Importance importance = importance_of(table, i);
+    BarPanel panel;
+    // What is a thousandth of the first cannot be seen beside it.
+    std::size_t shown = importance.order.size();
+    while (shown > 1 && std::abs(importance.size[importance.order[shown - 1]]) <=
+                            1e-3 * std::abs(importance.size[importance.order[0]]))
+      --shown;
+    const std::string rest = std::to_string(importance.order.size() - shown) + " below a thousandth of the first";
+    panel.title = norm + " of " + short_name(table.outputs[i]) + ": change" +
+                  (importance.relative             ? " in %"
+                   : table.output_units[i].empty() ? ""
+                                                   : " in " + table.output_units[i]) +
+                  " for 1 %" +
+                  (shown > kMostRows                 ? ", the first " + std::to_string(kMostRows)
+                   : shown < importance.order.size() ? "; " + rest
+                                                     : "");
+    panel.legend = {"1 % less", "", "1 % more"};
+    for (std::size_t r = 0; r < std::min(shown, kMostRows); ++r) {
+      const std::size_t p = importance.order[r];
+      const double size = importance.size[p];
+      const bool none = table.parameter_values[p] == 0.0;
+      panel.rows.push_back({table.parameters[p] + (none ? " = 0" : ""), {{0.0, -size, 0.0, 0}, {0.0, size, 0.0, 2}}});
+    }
+    panels.push_back(std::move(panel));
+  }
+  return bars_svg(model + ", scene " + table.scene, panels);
+}
+
 std::string number_or_none(double value) { return std::isnan(value) ? "" : number_text(value, 6); }
 
 void print(const SensitivityTable& table, const std::string& norm) {
@@ -107,14 +168,7 @@ void print(const SensitivityTable& table, const std::string& norm) {
       std::cout << '\n';
     else
       std::cout << " at t = " << number_text(table.times[i], 6) << '\n';
-    // The most important first: per cent by per cent, which can be compared.
-    std::vector<std::size_t> order(table.parameters.size());
-    for (std::size_t p = 0; p < order.size(); ++p) order[p] = p;
-    const auto size = [&](std::size_t p) {
-      const double relative = table.of[i][p].relative;
-      return std::isfinite(relative) ? std::abs(relative) : 0.0;
-    };
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) > size(b); });
+    const std::vector<std::size_t> order = importance_of(table, i).order;
     TextTable text({"p", "value", "d/dp", "within", "unit", "% by %"});
     for (const std::size_t p : order) {
       const OutputSensitivity& each = table.of[i][p];
@@ -131,8 +185,11 @@ void print(const SensitivityTable& table, const std::string& norm) {
 Exit sensitivity_command(const Arguments& arguments) {
   SensitivityArguments options = parse(arguments);
   LinearArguments& given = options.model;
-  if (!given.output.empty() && !given.output.ends_with(".csv"))
-    throw UsageError("-o " + short_path(given.output) + ": the file is to end in .csv");
+  for (const std::string& file : options.files) {
+    if (!file.ends_with(".csv") && !file.ends_with(".svg"))
+      throw UsageError("-o " + short_path(file) + ": the file is to end in .csv or .svg");
+    if (file.ends_with(".svg")) require_program(kGnuplot, "-o FILE.csv writes the derivatives instead");
+  }
   const Study study = study_of(given.file, given.reading);
   const Model& model = study.model();
   const RunInputs inputs = prepare(model, given.scene, given.overrides);
@@ -145,7 +202,9 @@ Exit sensitivity_command(const Arguments& arguments) {
         to.begin() + static_cast<std::ptrdiff_t>(i))
       throw UsageError("--to names \"" + short_name(to[i]) + "\" twice");
   if (inputs.outputs.empty()) throw UsageError("which outputs? --of NAME,NAME");
-  if (!given.output.empty()) check_outputs({{given.output, "-o"}}, files_of(model));
+  std::vector<NamedFile> outputs;
+  for (const std::string& file : options.files) outputs.push_back({file, "-o"});
+  check_outputs(outputs, files_of(model));
 
   const SensitivityNorm norm = options.norm == "rms"    ? SensitivityNorm::rms
                                : options.norm == "peak" ? SensitivityNorm::peak
@@ -168,10 +227,14 @@ Exit sensitivity_command(const Arguments& arguments) {
   for (const std::string& note : table.notes)
     if (!given.quiet) std::cerr << "note: " << visible_line(note) << '\n';
   print(table, options.norm);
-  if (given.output.empty()) return Exit::done;
-  OutputFile file(given.output);
-  write_trace_csv(file.stream(), table.trace);
-  commit_all({&file});
+  for (const std::string& name : options.files) {
+    OutputFile file(name);
+    if (name.ends_with(".csv"))
+      write_trace_csv(file.stream(), table.trace);
+    else
+      file.stream() << tornado_svg(table, model.name, options.norm);
+    file.commit();
+  }
   return Exit::done;
 }
 

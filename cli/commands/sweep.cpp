@@ -9,6 +9,7 @@
 #include <map>
 #include <thread>
 
+#include "bands.hpp"
 #include "bgsim/csv.hpp"
 #include "bgsim/text.hpp"
 #include "bgsim/trace_csv.hpp"
@@ -82,7 +83,9 @@ SweepArguments parse_sweep(const Arguments& arguments) {
   app.add_option("--merge", options.merge, "joins the parts in these folders into results.csv in the first of them")
       ->type_name("DIR")
       ->excludes(file);
-  app.add_flag("--traces", options.traces, "also writes the trace of each run: trace.RUN.csv");
+  app.add_flag("--traces", options.traces,
+               "also writes the trace of each run, trace.RUN.csv, and between which values they lie, "
+               "bands.csv; bgsim plot DIR draws these");
   app.add_flag("--picture", options.picture, "also draws the results: results.svg");
   add_set_option(app, options.overrides);
   add_parameters_option(app, options.reading);
@@ -202,6 +205,23 @@ std::string write_indices(const std::string& folder, const Json& identity, const
   return std::string(", indices.csv") + (picture ? ", indices.svg" : "");
 }
 
+/// bands.csv, if there are traces.
+std::string write_bands(const std::string& folder, const std::vector<std::string>& folders, std::size_t completed) {
+  try {
+    const Bands bands = bands_of(folders);
+    if (bands.traces == 0) return {};
+    if (bands.traces < completed)
+      std::cerr << "note: bands.csv is of " << bands.traces << " traces; the other runs were made without --traces\n";
+    OutputFile file(folder + "/bands.csv");
+    file.stream() << bands_csv(bands);
+    file.commit();
+    return ", bands.csv";
+  } catch (const UsageError& error) {
+    std::cerr << "note: " << error.what() << '\n';
+    return {};
+  }
+}
+
 /// results.csv and the picture, of the records so far. False if runs are missing.
 bool write_results(const std::string& folder, const std::vector<std::string>& folders, const Json& identity,
                    bool picture, bool quiet) {
@@ -219,7 +239,8 @@ bool write_results(const std::string& folder, const std::vector<std::string>& fo
     svg.stream() << sweep_svg(identity, table);
     svg.commit();
   }
-  const std::string indices = write_indices(folder, identity, table, picture, quiet);
+  std::string files = picture ? ", results.svg" : "";
+  files += write_indices(folder, identity, table, picture, quiet) + write_bands(folder, folders, table.runs.size());
   const bool complete = records.size() == runs;
   if (!quiet) {
     std::cerr << identity["model"].get<std::string>() << ", scene " << identity["scene"].get<std::string>() << ": "
@@ -228,8 +249,7 @@ bool write_results(const std::string& folder, const std::vector<std::string>& fo
     if (names.size() <= 40) std::cerr << summary(names, table);
     for (const auto& [message, count] : table.messages)
       std::cerr << (count > 1 ? std::to_string(count) + " runs: " : "a run: ") << visible_line(message) << '\n';
-    std::cerr << "results: " << short_path(folder) << "/results.csv" << (picture ? ", results.svg" : "") << indices
-              << '\n';
+    std::cerr << "results: " << short_path(folder) << "/results.csv" << files << '\n';
   }
   return complete;
 }

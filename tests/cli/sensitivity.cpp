@@ -63,7 +63,7 @@ TEST_CASE("what cannot be derived is refused with a reason") {
   refused("rc.json --to R,R", 2, "twice");
   refused("rc.json --of nothing", 2, "BG121");
   refused("rc.json --norm largest", 2, "--norm");
-  refused("rc.json --to R -o du.txt", 2, ".csv");
+  refused("rc.json --to R -o du.txt", 2, ".csv or .svg");
   refused("rc.json --to R --scene none", 2, "BG140");
   refused("rc.json --to R --max-steps 3", 3, "BG607");
   refused("", 2, "model.json");
@@ -73,4 +73,14 @@ TEST_CASE("what cannot be derived is refused with a reason") {
     "bonds": [ { "from": "s", "to": "one" }, { "from": "one", "to": "w" }, { "from": "one", "to": "r" },
       { "from": "one", "to": "c" } ], "outputs": { "q": "c.q" }, "scenes": { "s": { "stop": 2 } } })");
   refused("switched.json --to k", 1, "BG414");
+}
+
+TEST_CASE("a picture shows what one per cent of each parameter does, also where outputs or parameters are 0") {
+  Workplace here;
+  const Outcome drawn =
+      with_model(here).bgsim("sensitivity rc.json --of u --of none=0*c.e --to c.q,R -o du.csv -o du.svg");
+  CAPTURE(drawn.err);
+  CHECK(drawn.code == 0);
+  CHECK(here.has("du.csv"));
+  CHECK_THAT(here.read("du.svg"), Catch::Contains("<svg") && Catch::Contains("change in % for 1 %"));
 }

@@ -1,6 +1,8 @@
 // bgsim sweep: files, going on after a kill, parts and their union, refusals.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdio>
+#include <string>
 
 #include "command.hpp"
 
@@ -207,4 +209,48 @@ TEST_CASE("indices say what is not to be believed of them") {
   CHECK(failing.code == 0);
   CHECK_THAT(failing.err, Contains("u has no value in") && Contains("its indices are those of the points that have"));
   CHECK(here.bgsim("sweep rc.json --vary R=1:2 --sample saltelli:1 -o one").code == 2);
+}
+
+TEST_CASE("traces of a sweep give bands: quantiles of each output at each time") {
+  Workplace here;
+  with_model(here);
+  // u falls with R. Of 21 runs, 5, 50 and 95 % are the second, the eleventh and the twentieth.
+  const Outcome sweep = here.bgsim("sweep rc.json --vary R=1:3:21 --traces --result m='mean(u)' -o it");
+  CAPTURE(sweep.err);
+  REQUIRE(sweep.code == 0);
+  CHECK_THAT(sweep.err, Contains("results.csv, bands.csv"));
+  const auto last_of = [&](const std::string& file) {
+    const std::string text = here.read(file);
+    const auto begin = text.rfind('\n', text.size() - 2) + 1;
+    return text.substr(begin, text.find_last_not_of("\r\n") + 1 - begin);  // "4,VALUE"
+  };
+  const auto value = [&](int run) { return last_of("it/trace." + std::to_string(run) + ".csv").substr(2); };
+  CHECK_THAT(here.read("it/bands.csv"), Catch::StartsWith("t,u 5 %,u 50 %,u 95 %,runs\r\n0,0,0,0,21\r\n"));
+  const std::string last = last_of("it/bands.csv");
+  double five = 0.0, half = 0.0, most = 0.0;
+  REQUIRE(std::sscanf(last.c_str(), "4,%lf,%lf,%lf,21", &five, &half, &most) == 3);
+  CHECK(five == std::stod(value(19)));
+  CHECK(half == std::stod(value(10)));
+  CHECK(most == std::stod(value(1)));
+  REQUIRE(here.bgsim("plot it u -o it.svg").code == 0);
+  CHECK_THAT(here.read("it.svg"), Contains("5 to 95 % of 21 runs"));
+
+  // A run that ends early is in the bands as far as it comes; those that are refused have no trace.
+  CHECK(here.bgsim("sweep rc.json --vary C=0,0.5,1 --traces -o failing --quiet").code == 0);
+  CHECK_THAT(here.read("failing/bands.csv"), Contains(",2\r\n"));
+  CHECK(here.bgsim("sweep rc.json --vary R=1 --traces -o one --quiet").code == 0);
+  CHECK(here.bgsim("plot one -o one.svg").code == 0);
+  const Outcome apart = here.bgsim("sweep rc.json --vary scene.stop=2,4 --traces -o apart");
+  CHECK(apart.code == 0);
+  CHECK_THAT(apart.err, Contains("note: there are no bands"));
+  CHECK(here.bgsim("plot apart -o apart.svg").code == 2);
+  CHECK(here.bgsim("sweep rc.json --vary R=1,2 -o none --quiet").code == 0);
+  CHECK_FALSE(here.has("none/bands.csv"));
+  const Outcome none = here.bgsim("plot none -o none.svg");
+  CHECK(none.code == 2);
+  CHECK_THAT(none.err, Contains("has no traces"));
+  CHECK(here.bgsim("plot it --x u -o it.svg").code == 2);
+  const Outcome unknown = here.bgsim("plot it v -o it.svg");
+  CHECK(unknown.code == 2);
+  CHECK_THAT(unknown.err, Contains("has no column \"v\""));
 }
