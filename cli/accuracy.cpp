@@ -1,15 +1,17 @@
-#include "accuracy.hpp"
-
 #include <array>
 #include <cstdio>
 #include <iostream>
 
 #include "bgsim/text.hpp"
+#include "bgsim/trade.hpp"
 #include "progress.hpp"
+#include "run_search.hpp"
 
 namespace bgsim::cli {
 
-RunInputs with_accuracy(const Simulation& scene, double accuracy, bool quiet) {
+namespace {
+
+std::optional<RunInputs> with_accuracy(const Simulation& scene, double accuracy, bool quiet) {
   if (scene.program().state_names.empty()) {
     if (!quiet)
       std::cerr << "accuracy " << number_text(accuracy)
@@ -24,8 +26,12 @@ RunInputs with_accuracy(const Simulation& scene, double accuracy, bool quiet) {
     how.goes_on = [] { return !was_interrupted(); };
     try {
       pick = find_setting(scene.program(), scene.inputs(), accuracy, how);
-    } catch (const TradeFailure&) {
-      if (!was_interrupted()) throw;
+    } catch (const TradeFailure& failure) {
+      if (!was_interrupted()) {
+        watch.clear();
+        std::cerr << render(failure.diagnostic, *scene.model().sources);
+        return std::nullopt;
+      }
     }
     if (was_interrupted()) {
       watch.clear();
@@ -47,5 +53,9 @@ RunInputs with_accuracy(const Simulation& scene, double accuracy, bool quiet) {
   }
   return with_setting(scene.inputs(), pick.setting);
 }
+
+}  // namespace
+
+AccuracySearch accuracy_search(const Arguments& /*arguments*/) { return with_accuracy; }
 
 }  // namespace bgsim::cli

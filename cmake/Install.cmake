@@ -5,7 +5,7 @@ set(bgsim_config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/bgsim)
 
 install(TARGETS bgsim EXPORT bgsimTargets ARCHIVE INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 if(TARGET bgsim_cli)
-  install(TARGETS bgsim_cli RUNTIME)
+  install(TARGETS bgsim_cli bgsim_studies_cli RUNTIME)
 endif()
 if(TARGET bgsim_fit)
   install(TARGETS bgsim_fit EXPORT bgsimFitTargets ARCHIVE)

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <iostream>
 
-#include "accuracy.hpp"
 #include "bgsim/infer_units.hpp"
 #include "bgsim/text.hpp"
 #include "bgsim/trace_csv.hpp"
@@ -14,6 +13,7 @@
 #include "options.hpp"
 #include "output_file.hpp"
 #include "progress.hpp"
+#include "run_search.hpp"
 #include "scenes.hpp"
 #include "shell_word.hpp"
 #include "stages.hpp"
@@ -262,7 +262,8 @@ RunResult simulate_into(TraceFile& trace, const Simulation& compiled, const RunI
   }
 }
 
-Exit run_scene(const Study& study, const RunOptions& options, const std::string& scene) {
+/// @param search  null without --accuracy.
+Exit run_scene(const Study& study, const RunOptions& options, const std::string& scene, AccuracySearch search) {
   const Model& model = study.model();
   RunInputs inputs = prepare(model, scene, options.overrides);
   print_warnings(inputs.warnings, model);
@@ -281,13 +282,10 @@ Exit run_scene(const Study& study, const RunOptions& options, const std::string&
   warn_of_units(model, units, options.file);
   const Simulation compiled = study.scene(inputs, {.energy_audit = !options.no_audit, .keep_all = options.keep_all});
   seconds.insert(seconds.end(), compiled.seconds().begin(), compiled.seconds().end());
-  if (options.accuracy) {
-    try {
-      inputs = with_accuracy(compiled, *options.accuracy, options.quiet);
-    } catch (const TradeFailure& failure) {
-      std::cerr << render(failure.diagnostic, *model.sources);
-      return Exit::numerics_failed;
-    }
+  if (search != nullptr) {
+    std::optional<RunInputs> found = search(compiled, *options.accuracy, options.quiet);
+    if (!found) return Exit::numerics_failed;
+    inputs = std::move(*found);
   }
   const InterruptionsNoted until_all_is_written;
   RunResult result = simulate_into(results.trace(), compiled, inputs, options, resume.text);
@@ -305,14 +303,15 @@ Exit run_scene(const Study& study, const RunOptions& options, const std::string&
 
 Exit run_command(const Arguments& arguments) {
   const RunOptions options = parse_run(arguments);
+  const AccuracySearch search = options.accuracy ? accuracy_search(arguments) : nullptr;
   const Study study = study_of(options.file, options.reading);
-  if (!options.all_scenes) return run_scene(study, options, options.scene);
+  if (!options.all_scenes) return run_scene(study, options, options.scene, search);
   std::vector<std::string> scenes;
   for (const Scene& scene : study.model().scenes) scenes.push_back(scene.name);
   check_results(study.model(), scenes, options);
   Exit outcome = Exit::done;
   for (const std::string& scene : scenes) {
-    outcome = worse(outcome, run_scene(study, options, scene));
+    outcome = worse(outcome, run_scene(study, options, scene, search));
     if (was_interrupted()) break;
   }
   return outcome;

@@ -1,4 +1,5 @@
-// scripts/bgsim: the lock of its build is for the build alone.
+// scripts/bgsim: the lock of its build is for the build alone; programs beside bgsim are built when they are needed,
+// and kept current from then on.
 #include <catch2/catch.hpp>
 #include <filesystem>
 
@@ -24,9 +25,11 @@ void make_project(const Workplace& here) {
   tool("dpkg-query", "shift 2; for p in \"$@\"; do printf 'installed %s ' \"$p\"; done\n");
   tool("npm", "");
   tool("cmake", R"(ls -l /proc/$$/fd >> build_has_open
+echo "$*" >> build_asked
 [[ $1 == --build ]] || exit 0
 sleep 1
 mkdir -p build/release
+[[ $* != *studies* ]] || { printf '#!/bin/bash\n' > build/release/bgsim-studies; chmod +x build/release/bgsim-studies; }
 printf '#!/bin/bash\nls -l /proc/$$/fd\n' > build/release/bgsim
 chmod +x build/release/bgsim
 )");
@@ -49,4 +52,25 @@ TEST_CASE("the script holds no lock while bgsim runs, whether it built it or wai
   }
   CHECK(here.read("build_has_open").find("release.lock") == std::string::npos);
   CHECK(done.err.find("Building bgsim") == done.err.rfind("Building bgsim"));  // once
+}
+
+TEST_CASE("the script builds bgsim alone, a program beside it when that is asked for, and both when sources change") {
+  const Workplace here;
+  make_project(here);
+  const auto call = [&](const std::string& words) {
+    const Outcome done = here.shell("export PATH=\"$PWD/tools:$PATH\"; rm -f build_asked; scripts/bgsim " + words);
+    INFO(done.err);
+    CHECK(done.code == 0);
+    return fs::exists(fs::path(here.folder()) / "build_asked") ? here.read("build_asked") : "";
+  };
+  const std::string configured = "--preset release\n", build = "--build --preset release --target bgsim_cli";
+  CHECK(call("x.json") == configured + build + "\n");
+  CHECK(call("x.json").empty());
+  CHECK(call("--with bgsim-studies trade x.json") == configured + build + " bgsim_studies_cli\n");
+  CHECK(call("--with bgsim-studies trade x.json").empty());
+  CHECK(call("x.json").empty());
+  CHECK(call("--with something x.json").empty());  // words like any other
+  REQUIRE(here.shell("touch engine/new.cpp").code == 0);
+  CHECK(call("x.json") == configured + build + " bgsim_studies_cli\n");
+  CHECK(call("trade x.json").empty());
 }

@@ -1,22 +1,11 @@
 // From one program of a model to another one: what stores hold is the same in both.
 #include <algorithm>
 #include <stdexcept>
-#include <tuple>
 
 #include "run/run.hpp"
+#include "run/stored.hpp"
 
 namespace bgsim {
-
-namespace {
-
-auto key_of(const RunInputs::Initial& value) { return std::tuple(value.element, value.port, value.signal); }
-auto key_of(const StateInfo& state) { return std::tuple(state.element, state.port, state.signal); }
-
-void sort_by_key(std::vector<RunInputs::Initial>& values) {
-  std::sort(values.begin(), values.end(), [](const auto& a, const auto& b) { return key_of(a) < key_of(b); });
-}
-
-}  // namespace
 
 Stored Run::stored() {
   Stored stored{t_, {}};
@@ -29,7 +18,7 @@ Stored Run::stored() {
   Branch branch = branch_;
   if (!dependent.empty() && evaluator_.dependents(t_, x_.data(), branch, dependent.data()))
     for (std::size_t i = 0; i < dependent.size(); ++i) add(program_.dependent[i], dependent[i]);
-  sort_by_key(stored.values);
+  sort_stored(stored.values);
   return stored;
 }
 
@@ -39,15 +28,15 @@ RunInputs continued(const RunInputs& inputs, const Stored& stored, std::size_t r
   rest.output_times = inputs.output_times.without_first(recorded);
   rest.initial.clear();
   for (std::size_t i = 0; i < to.states.size(); ++i) {
-    const auto key = key_of(to.states[i]);
+    const auto key = stored_key(to.states[i]);
     const auto found =
         std::lower_bound(stored.values.begin(), stored.values.end(), key,
-                         [](const RunInputs::Initial& value, const auto& k) { return key_of(value) < k; });
-    if (found == stored.values.end() || key_of(*found) != key)
+                         [](const RunInputs::Initial& value, const auto& k) { return stored_key(value) < k; });
+    if (found == stored.values.end() || stored_key(*found) != key)
       throw std::invalid_argument("nothing is known of the state " + to.state_names[i]);
     rest.initial.push_back(*found);
   }
-  sort_by_key(rest.initial);
+  sort_stored(rest.initial);
   return rest;
 }
 

@@ -1,11 +1,11 @@
 #include "study/mode_programs.hpp"
 
 #include <algorithm>
-#include <tuple>
 
 #include "bgsim/evaluator.hpp"
 #include "equations/solvable_causality.hpp"
 #include "graph/law_numbers.hpp"
+#include "run/stored.hpp"
 #include "run/tried_sides.hpp"
 
 namespace bgsim {
@@ -185,12 +185,6 @@ bool free_of_switches(const Model& model, const EquationSystem& system, ExprId r
   return true;
 }
 
-void sort_by_key(std::vector<RunInputs::Initial>& values) {
-  std::sort(values.begin(), values.end(), [](const auto& a, const auto& b) {
-    return std::tuple(a.element, a.port, a.signal) < std::tuple(b.element, b.port, b.signal);
-  });
-}
-
 }  // namespace
 
 ModePrograms::ModePrograms(std::shared_ptr<const Model> model, CompileOptions options)
@@ -329,7 +323,7 @@ void ModePrograms::begin_without_switches(const RunInputs& inputs, SwitchedStart
     };
     for (std::size_t i = 0; i < x.size(); ++i) keep(program.states[i], x[i]);
     for (std::size_t i = 0; i < dependent.size(); ++i) keep(program.dependent[i], dependent[i]);
-    sort_by_key(start.stored.values);
+    sort_stored(start.stored.values);
   }
   if (!evaluator.switches(inputs.start, x.data(), branch, closes.data())) return;
   const std::vector<ElementId> all = switches_of(*model_);

@@ -6,7 +6,7 @@
 //                           SHORT: this write takes a third
 //   BGSIM_FAULT_LOG  a file that gets a line for every call that counts, "failed" before those that fail
 //
-// Standard error does not count, nor does any program but bgsim itself.
+// Standard error does not count, nor does any program but bgsim and bgsim-studies.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -43,8 +43,9 @@ Plan& plan() {
     Plan p;
     const char* text = std::getenv("BGSIM_FAULT");
     char error[16] = "";
-    p.active = text != nullptr && std::strcmp(program_invocation_short_name, "bgsim") == 0 &&
-               std::sscanf(text, "%15[a-z]:%ld:%15[A-Z]", p.kind, &p.number, error) == 3;
+    const bool bgsim = std::strcmp(program_invocation_short_name, "bgsim") == 0 ||
+                       std::strcmp(program_invocation_short_name, "bgsim-studies") == 0;
+    p.active = text != nullptr && bgsim && std::sscanf(text, "%15[a-z]:%ld:%15[A-Z]", p.kind, &p.number, error) == 3;
     p.error = error_named(error);
     p.brief = p.error == EINTR;
     p.cut = std::strcmp(error, "SHORT") == 0;
