@@ -49,9 +49,18 @@ TraceFile::~TraceFile() {
 }
 
 void TraceFile::begin(const std::vector<std::string>& columns) {
+  append_csv_header(pending_, columns);
+  start();
+}
+
+void TraceFile::begin_events() {
+  append_event_header(pending_);
+  start();
+}
+
+void TraceFile::start() {
   // A second interruption ends the process at once; what was computed is worth having then as well.
   file_.keep();
-  append_csv_header(pending_, columns);
   const SignalsElsewhere for_the_thread;
   try {
     thread_ = std::thread([this] { hand_over_now_and_then(); });
@@ -64,6 +73,17 @@ void TraceFile::take(double time, std::span<const double> values) {
   const std::lock_guard lock(mutex_);
   rethrow_failure();
   append_csv_record(pending_, time, values);
+  take_pending();
+}
+
+void TraceFile::take(const RunEvent& event) {
+  const std::lock_guard lock(mutex_);
+  rethrow_failure();
+  append_event_record(pending_, event);
+  take_pending();
+}
+
+void TraceFile::take_pending() {
   if (thread_.joinable() && pending_.size() < kEnough) return;
   hand_over();
   rethrow_failure();

@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "bgsim/simulate.hpp"
 #include "output_file.hpp"
 
 namespace bgsim::cli {
@@ -31,6 +32,9 @@ class TraceFile {
   void begin(const std::vector<std::string>& columns);
   /// @throws UsageError with the system's reason if an earlier row could not be written; what was stays.
   void take(double time, std::span<const double> values);
+  /// The same of a table of events: its header, and each event.
+  void begin_events();
+  void take(const RunEvent& event);
   /// Whether something could not be written, or nobody reads any more. finish() tells what.
   [[nodiscard]] bool failed() const { return failed_; }
   /// All rows to the disk, under the file's own name.
@@ -41,6 +45,8 @@ class TraceFile {
   std::string keep_partial();
 
  private:
+  void start();
+  void take_pending();
   void hand_over_now_and_then();
   void hand_over();
   void stop_thread();

@@ -30,6 +30,7 @@ struct RunOptions {
   SceneOverrides overrides;
   std::string output;
   std::string report_json;
+  std::string events;
   std::string snapshot, resume;
   std::uint64_t snapshot_steps = 0;
   std::optional<double> accuracy;
@@ -77,6 +78,10 @@ RunOptions parse_run(const Arguments& arguments) {
                      "file for the trace, - for standard output (default: NAME.SCENE.csv)");
   app.add_option("--report-json", options.report_json, "also write the report as JSON, - for standard output")
       ->type_name("FILE");
+  app.add_option("--events", options.events,
+                 "also write what happens at single instants as CSV: switches, impacts, conditions, ...; - for "
+                 "standard output")
+      ->type_name("FILE");
   app.add_option("--snapshot", options.snapshot,
                  "also write the state at the end of the run, for --resume; where a limit or Ctrl-C ends it, too")
       ->type_name("FILE");
@@ -97,8 +102,9 @@ RunOptions parse_run(const Arguments& arguments) {
   take_columns(record, options.reading);
   options.output = record.file;
 
-  if (options.all_scenes && (!options.scene.empty() || !options.output.empty() || !options.report_json.empty())) {
-    throw UsageError("--all-scenes goes with none of --scene, --output and --report-json");
+  if (options.all_scenes &&
+      !(options.scene.empty() && options.output.empty() && options.report_json.empty() && options.events.empty())) {
+    throw UsageError("--all-scenes goes with none of --scene, --output, --report-json and --events");
   }
   const SceneOverrides& set = options.overrides;
   if (options.accuracy && (set.method || set.relative || set.absolute || set.step || set.max_order)) {
@@ -114,6 +120,8 @@ RunOptions parse_run(const Arguments& arguments) {
   if (options.output == "-" && options.report_json == "-") {
     throw UsageError("the trace and the report cannot both go to standard output");
   }
+  if (options.events == "-" && (options.output == "-" || options.report_json == "-"))
+    throw UsageError("the events go to standard output alone: give a file for the trace or the report");
   return options;
 }
 
@@ -158,9 +166,10 @@ void note_dependent_stores(RunResult& result, const Study& study, const Program&
 
 /// Where the results of a scene go; "" for what is not asked for.
 struct ResultFiles {
-  std::string trace, report, units;
+  std::string trace, report, events, units;
 
-  ResultFiles(const Model& model, const std::string& scene, const RunOptions& options) : report(options.report_json) {
+  ResultFiles(const Model& model, const std::string& scene, const RunOptions& options)
+      : report(options.report_json), events(options.events) {
     const std::string name = run_name(model, options.file, scene);
     trace = options.output.empty() ? name + ".csv" : options.output;
     if (!options.units) return;
@@ -171,6 +180,7 @@ struct ResultFiles {
   void add_to(std::vector<NamedFile>& files, const std::string& scene) const {
     files.push_back({trace, "the trace of scene " + scene});
     if (!report.empty()) files.push_back({report, "the report"});
+    if (!events.empty()) files.push_back({events, "the events"});
     if (!units.empty()) files.push_back({units, "the units of scene " + scene});
   }
 };
@@ -179,12 +189,15 @@ struct ResultFiles {
 class Results {
  public:
   explicit Results(const ResultFiles& files) : trace_(files.trace) {
+    if (!files.events.empty()) events_.emplace(files.events);
     if (!files.report.empty()) report_.emplace(files.report);
     if (!files.units.empty()) units_.emplace(files.units);
   }
   TraceFile& trace() { return trace_; }
+  TraceFile* events() { return events_ ? &*events_ : nullptr; }
   void finish(const RunResult& result) {
     trace_.finish();
+    if (events_) events_->finish();
     if (report_) report_->stream() << report_json(result);
     if (units_) units_->stream() << trace_units_json(result.trace);
     commit_all({report_ ? &*report_ : nullptr, units_ ? &*units_ : nullptr});
@@ -192,6 +205,7 @@ class Results {
 
  private:
   TraceFile trace_;
+  std::optional<TraceFile> events_;
   std::optional<OutputFile> report_, units_;
 };
 
@@ -216,19 +230,23 @@ void check_results(const Model& model, const std::vector<std::string>& scenes, c
   check_outputs(outputs, files_of(model));
 }
 
-/// Runs the scene, its rows going to the trace's file.
+/// Runs the scene, its rows going to the trace's file, and its events to theirs.
 /// @throws UsageError if they cannot be written; the run has ended then.
-RunResult simulate_into(TraceFile& trace, const Simulation& compiled, const RunInputs& inputs,
+RunResult simulate_into(TraceFile& trace, TraceFile* events, const Simulation& compiled, const RunInputs& inputs,
                         const RunOptions& options, const std::string& resume) {
   const Model& model = compiled.model();
   RunWatch watch(inputs.start, inputs.stop, options.quiet);
   trace.begin(compiled.program().output_names);
+  if (events != nullptr) events->begin_events();
   SimulateOptions how;
   how.energy_audit = !options.no_audit;
   how.error_estimate = !options.no_error_estimate;
   options.limits.apply(how);
-  how.progress = [&trace, ask = watch.progress()](double t) { return !trace.failed() && ask(t); };
+  how.progress = [&trace, events, ask = watch.progress()](double t) {
+    return !trace.failed() && !(events != nullptr && events->failed()) && ask(t);
+  };
   how.rows = [&trace](double t, std::span<const double> values) { trace.take(t, values); };
+  if (events != nullptr) how.events = [events](const RunEvent& event) { events->take(event); };
   how.resume = resume;
   how.snapshot_steps = options.snapshot_steps;
   bool stored = false;
@@ -258,6 +276,7 @@ RunResult simulate_into(TraceFile& trace, const Simulation& compiled, const RunI
   } catch (...) {
     const std::string partial = trace.keep_partial();
     if (!partial.empty()) std::cerr << "bgsim: the trace up to there is in \"" << partial << "\"\n";
+    if (events != nullptr) events->keep_partial();
     throw;
   }
 }
@@ -288,7 +307,7 @@ Exit run_scene(const Study& study, const RunOptions& options, const std::string&
     inputs = std::move(*found);
   }
   const InterruptionsNoted until_all_is_written;
-  RunResult result = simulate_into(results.trace(), compiled, inputs, options, resume.text);
+  RunResult result = simulate_into(results.trace(), results.events(), compiled, inputs, options, resume.text);
   result.report.stage_seconds.insert(result.report.stage_seconds.begin(), seconds.begin(), seconds.end());
 
   add_units(result, units, inputs.outputs);

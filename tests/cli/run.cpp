@@ -90,6 +90,26 @@ TEST_CASE("report and units are written beside the trace on request") {
   CHECK(here.read("decay.first.units.json") == "{\n  \"q\": \"C\",\n  \"e, twice\": \"V\"\n}\n");
 }
 
+TEST_CASE("events go to a file or to standard output on request") {
+  const Workplace here;
+  here.write("square.json", R"x({ "bgsim": 1, "name": "square",
+    "elements": { "s": { "kind": "Sf", "flow": "if(t >= 1 and t < 2.5, 1, 0)" }, "n": { "kind": "0" },
+                  "c": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "s", "to": "n" }, { "from": "n", "to": "c" } ],
+    "outputs": { "q": "c.q" }, "scenes": { "run": { "stop": 3, "samples": 4 } } })x");
+  const std::string table =
+      "t,kind,name,quantity,from,to,impulse,energy\r\n"
+      "1,time,t >= 1,,false,true,,\r\n"
+      "2.5,time,t < 2.5,,true,false,,\r\n";
+  CHECK(here.bgsim("square.json --quiet --events events.csv").code == 0);
+  CHECK(here.read("events.csv") == table);
+  CHECK(here.bgsim("square.json --quiet --events -").out == table);
+  // Without events the header alone; a run that fails leaves what happened until then.
+  CHECK(here.bgsim("square.json --quiet --stop 0.5 --events -").out == table.substr(0, table.find('\n') + 1));
+  CHECK(here.bgsim("square.json --quiet --max-steps 1 --events events.csv").code == 3);
+  CHECK_FALSE(here.has("events.csv.partial"));
+}
+
 TEST_CASE("every scene goes to its own file with --all-scenes") {
   const Workplace here;
   CHECK(here.bgsim("decay.json --all-scenes").code == 0);
@@ -130,6 +150,10 @@ TEST_CASE("wrong usage ends with exit code 2, naming what is wrong") {
   refused("decay.json --method euler", "\"euler\"");
   refused("decay.json --all-scenes -o x.csv", "--all-scenes");
   refused("decay.json -o - --report-json -", "standard output");
+  refused("decay.json -o - --events -", "standard output");
+  refused("decay.json --report-json - --events -", "standard output");
+  refused("decay.json --all-scenes --events e.csv", "--events");
+  refused("decay.json -o x.csv --events x.csv", "would be one file");
   refused("decay.json --scene nosuch", "\"nosuch\"");
   refused("decay.json --set nosuch=1", "\"nosuch\"");
   refused("decay.json --set R", "NAME=EXPR");

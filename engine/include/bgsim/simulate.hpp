@@ -126,6 +126,34 @@ struct RunResult {
   Stored stored;                      ///< where the run ended: after its last accepted step
 };
 
+/// Something that happened at one instant of a run.
+struct RunEvent {
+  enum class Kind : std::uint8_t {
+    time,       ///< a condition on time alone changed
+    condition,  ///< another condition changed
+    event,      ///< an event of the model set a store or integral
+    sample,     ///< a sampled signal took over its value
+    latch,      ///< a latch changed
+    switching,  ///< a switch changed its side
+    diode,      ///< a diode began to conduct or to block
+    contact,    ///< a contact opened or closed
+    impact,     ///< a contact took an impulse
+    jump,       ///< switches made a store jump
+  };
+  Kind kind = Kind::time;
+  double t = 0.0;
+  std::string name;      ///< of the condition (its text), event, signal, element, or store ("cap.q")
+  std::string quantity;  ///< event: what it set, "mass.p"; else empty
+  std::string from, to;  ///< sides ("open", "true"), or numbers that read back the same; impact: closing speeds
+  std::optional<double> impulse;  ///< impact
+  /// event: brought to the stores; impact, jump: lost. What several rows of one instant share stands in the first.
+  /// None without an energy audit.
+  std::optional<double> energy;
+};
+
+/// Takes each event as it happens. What it throws ends simulate().
+using EventSink = std::function<void(const RunEvent&)>;
+
 /// Called now and then with the simulated time; returns false to interrupt the run. Also called within a step that
 /// takes long.
 using Progress = std::function<bool(double time)>;
@@ -145,6 +173,7 @@ struct SimulateOptions {
   double longest_run = 86400.0;
   Progress progress;
   RowSink rows;                                   ///< if given, the trace is not kept in memory
+  EventSink events;                               ///< if given, takes what happens at single instants, in order
   std::function<void(const Diagnostic&)> remark;  ///< what is to be known while the run goes on: BG616
   /// Continues a run from a snapshot (see below) instead of starting one; empty: starts. The trace holds the rows after
   /// it; the report counts from the start of the first run.

@@ -4,6 +4,7 @@
 #include <ostream>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bgsim/simulate.hpp"
@@ -19,6 +20,12 @@ void write_trace_csv(std::ostream& out, const Trace& trace);
 /// The same bytes record by record: the header, and one for each time.
 void append_csv_header(std::string& text, const std::vector<std::string>& names);
 void append_csv_record(std::string& text, double time, std::span<const double> values);
+
+/// A run's events as CSV: t,kind,name,quantity,from,to,impulse,energy; what an event has none of is empty.
+void append_event_header(std::string& text);
+void append_event_record(std::string& text, const RunEvent& event);
+/// "switch", "impact", ...: as they stand in that table.
+std::string_view event_kind_text(RunEvent::Kind kind);
 
 /// The units of a trace's columns: {"x": "m"}; columns without a unit are left out.
 std::string trace_units_json(const Trace& trace);

@@ -133,6 +133,7 @@ constexpr std::array kCodes{
     Code{"BG625", kError, "A contact beyond its gap"},
     Code{"BG626", kError, "A restitution outside 0 to 1"},
     Code{"BG627", kError, "Impacts that accumulate"},
+    Code{"BG628", kError, "More events than the scene allows"},
     Code{"BG710", kError, "A reduction without outputs"},
     Code{"BG711", kError, "An error below the solver's own"},
     Code{"BG712", kError, "No such element to keep"},

@@ -2,9 +2,9 @@
 /// nothing moves, and events that set it. So dense output, snapshots and the known times of samples need nothing new.
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include "base/dependence.hpp"
+#include "model/samples.hpp"
 #include "read/reader.hpp"
 
 namespace bgsim {
@@ -227,8 +227,7 @@ void Reader::add_samples(const Memory& memory, double priority, double first) {
   // Each sample is where t, counted from the offset, passes a multiple; half an interval later the event is armed
   // again. A record at n every is off by the rounding of that product, to either side, and shall show the sample. So
   // samples come some roundings of t early.
-  constexpr double kEarly = 1.0 + 256.0 * std::numeric_limits<double>::epsilon();
-  const ExprId since = pool.sub(pool.mul(pool.symbol(model_.time), pool.constant(kEarly)), signal.offset);
+  const ExprId since = pool.sub(pool.mul(pool.symbol(model_.time), pool.constant(kSamplesEarly)), signal.offset);
   const ExprId phase = pool.make(Op::mod, since, signal.every);
   ExprId when = pool.make(Op::lt, phase, pool.mul(pool.constant(0.5), signal.every));
   if (memory.offset.valid()) when = pool.make(Op::logical_and, pool.make(Op::ge, since, pool.constant(0.0)), when);

@@ -16,9 +16,9 @@ void Reader::parse_scenes() {
 }
 
 void Reader::parse_scene(NodeId node) {
-  static constexpr std::array<std::string_view, 16> kKeys{
-      "about",   "start",    "stop",     "samples", "interval", "times",     "parameters", "initial",
-      "outputs", "relative", "absolute", "method",  "step",     "max_order", "reference",  "zeno"};
+  static constexpr std::array<std::string_view, 17> kKeys{
+      "about",    "start",    "stop",   "samples", "interval",  "times",     "parameters", "initial",   "outputs",
+      "relative", "absolute", "method", "step",    "max_order", "reference", "zeno",       "max_events"};
   const Document& file = document(scopes_[0]);
   Scene scene;
   scene.name = file[node].key;
@@ -280,6 +280,17 @@ void Reader::parse_method(NodeId node, Scene& scene) {
               "write \"close\" or \"error\"",
               "what happens where the impacts of a contact accumulate: it closes, or the run ends");
     scene.close_zeno = way != "error";
+  }
+  if (const NodeId value = file.find(node, "max_events");
+      value.valid() && expect(file, value, JsonKind::number, "\"max_events\"")) {
+    constexpr double kMost = 1e15;
+    const double most = file[value].number;
+    scene.max_events_place = file.place(value);
+    if (most == std::floor(most) && most >= 1.0 && most <= kMost)
+      scene.max_events = static_cast<std::uint64_t>(most);
+    else
+      problem("BG146", "\"max_events\" must be a whole number from 1 to 1e15", file.place(value),
+              "leave it out: the number of events is then not limited");
   }
   if (const NodeId value = file.find(node, "step"); value.valid()) scene.step = positive(value, "\"step\"");
   if (const NodeId value = file.find(node, "max_order"); value.valid()) {

@@ -333,6 +333,7 @@ class Sides {
       any = true;
     }
     if (any) result_.kick = std::move(kick);
+    if (any) result_.closing = closing_;
   }
 
   void take_flights(const ComplementarySides& sides) {

@@ -56,6 +56,7 @@ struct DiodeSides {
   std::vector<double> flight;
   /// By diode: a contact that takes an impulse leaves its wall at this speed, 0 or more. Empty where none takes one.
   std::vector<std::optional<double>> kick;
+  std::vector<double> closing;  ///< by diode: speed at which such a contact closes
   std::optional<Diagnostic> failure;
   bool final = false;  ///< other sides would not help
 };

@@ -9,6 +9,7 @@
 
 #include "bgsim/simulate.hpp"
 #include "run/clock.hpp"
+#include "run/event_log.hpp"
 #include "run/failures.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/sink/energy_audit.hpp"
@@ -44,6 +45,7 @@ class Run {
                    !program.plan.explicit_form)),
         evaluator_(program, inputs.parameters),
         clock_(options, std::move(clock), inputs.start),
+        own_log_(options, inputs),
         tolerances_(program, inputs, implicit_),
         schedule_(program, evaluator_, inputs),
         events_(program, inputs, evaluator_, tolerances_, !implicit_),
@@ -72,6 +74,8 @@ class Run {
   /// Of the model's events, from the stretch before and for the one after.
   void know_events(EventMemory memory) { jumps_.remember(std::move(memory)), known_events_ = true; }
   [[nodiscard]] const EventMemory& events() const { return jumps_.memory(); }
+  /// Where this run is one of many stretches, the log of all of them; it must outlive the run.
+  void share_log(EventLog& log) { log_ = &log; }
   /// How large the states have been in programs of other modes; by state.
   void know_scales(std::vector<double> scales) { known_scales_ = std::move(scales); }
   [[nodiscard]] double largest(std::size_t state) const { return tolerances_.largest(state); }
@@ -128,6 +132,8 @@ class Run {
   Evaluator evaluator_;
   RunResult result_;
   RunClock clock_;
+  EventLog own_log_;
+  EventLog* log_ = &own_log_;
 
   // Watches
   Tolerances tolerances_;

@@ -41,6 +41,7 @@ void Run::carry(Archive& archive) {
   archive("recorder", recorder_);
   archive("audit", audit_);
   archive("magnitudes", magnitudes_);
+  archive("log", *log_);
 }
 
 /// @throws ModelError BG171.
@@ -60,6 +61,7 @@ bool Run::resume() {
   x_.assign(program_.state_names.size(), 0.0);
   branch_ = first_branch(program_);
   audit_.record_course(inputs_.output_times, options_.energy_course);
+  log_->watch(program_);
   try {
     SnapshotReader reader(json["state"]);
     carry(reader);
@@ -68,6 +70,7 @@ bool Run::resume() {
     refuse(error.what());
   }
   if (given_at_ || eliminated_at_ || multistep_at_) change_form(implicit_);
+  log_->take_over(branch_);
   if (t_ > inputs_.stop) refuse("the snapshot is of t = " + number_text(t_) + ", after the end of the scene");
   return true;
 }

@@ -29,6 +29,8 @@ bool Run::begin() {
     if (auto refused = VariationEvents::begin(evaluator_, t_, inputs_.stop - inputs_.start, x_, branch_))
       return fail(std::move(*refused));
 
+  log_->watch(program_);
+  log_->look(t_, branch_);
   note(negative_start_note(program_, x_));
   audit_.record_course(inputs_.output_times, options_.energy_course);
   audit_.begin(t_, x_.data(), branch_, inputs_.stop);

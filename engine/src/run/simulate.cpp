@@ -45,6 +45,7 @@ RunResult Run::execute() {
 bool Run::settle_instant() {
   std::optional<std::size_t> latest;
   bool turned = false;
+  if (auto full = log_->full(t_)) return fail(std::move(*full));
   while (stays_in_mode()) {
     if (!jumps_.any()) return true;
     if (!events_.prepare(t_, x_.data(), branch_)) return fail_with_fault();
@@ -56,6 +57,7 @@ bool Run::settle_instant() {
       if (!take_events()) return false;
     } else if (latest && events_.turn_back(t_, x_.data(), branch_)) {
       turned = true;
+      log_->look(t_, branch_);
     } else {
       if (!latest) return true;
       if (events_.unresolved()) return fail(jumps_.accumulation(*latest, t_));
@@ -73,11 +75,17 @@ bool Run::take_events() {
   jumped_at_ = t_;
   fresh_ = true;
   for (const std::size_t event : jumps_.due()) {
+    const std::vector<double> before = log_->wanted() ? x_ : std::vector<double>{};
     audit_.before_jump(t_, x_.data(), branch_);
     jumps_.set(event, x_);
     if (!events_.jumped(t_, x_.data(), branch_)) return fail(*events_.failure());
-    jumps_.bring(event, audit_.after_jump(t_, x_.data(), branch_));
+    const double energy = audit_.after_jump(t_, x_.data(), branch_);
+    jumps_.bring(event, energy);
+    if (!log_->wanted()) continue;
+    log_->add_set(t_, program_, event, before, x_, options_.energy_audit ? std::optional(energy) : std::nullopt);
+    log_->look(t_, branch_);
   }
+  if (auto full = log_->full(t_)) return fail(std::move(*full));
   tolerances_.forget_noise();
   tolerances_.accept(t_, x_);
   return jumps_.taken(t_) || fail(*jumps_.failure());
@@ -250,6 +258,7 @@ bool Run::take_time_event() {
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
   if (program_.varied_states > 0 && !vary_event(before, {})) return false;
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
+  log_->look(t_, branch_);
   due_ = between_ = false;
   return settle_instant();
 }
@@ -274,6 +283,7 @@ bool Run::take_state_event() {
   tolerances_.forget_noise();  // of rates beyond the event, evaluated on the side before it
   between_ = false;
   fresh_ = true;
+  log_->look(t_, branch_);
   if (events_.stays_within_tolerance()) take_multistep();
   if (settle_instant()) return emit_here();
   left_by_states_ = left_mode_;
@@ -304,6 +314,7 @@ bool Run::leave_law() {
     return true;
   }
   fresh_ = true;
+  log_->look(t_, branch_);
   vitality_ = {};
   jump_ = continuity_.after(t_, x_.data(), branch_);
   return true;
@@ -337,6 +348,10 @@ bool Run::follow_grid() {
       audit_.add(to, kSmooth, branch_, solution);
       measures_.add(to, kSmooth, branch_, solution);
       reached = to;
+      if (!log_->wanted()) continue;
+      if (!evaluate(to, branch_)) return fail_with_fault();
+      log_->look(to, branch_);
+      if (auto full = log_->full(to)) return fail(std::move(*full));
     }
     if (auto jump = continuity_.between(t_, t, evaluate)) return fail(std::move(*jump));
     t_ = t;

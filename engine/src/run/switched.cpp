@@ -10,8 +10,10 @@
 #include <utility>
 
 #include "base/codes.hpp"
+#include "base/text.hpp"
 #include "bgsim/text.hpp"
 #include "run/contacts.hpp"
+#include "run/event_log.hpp"
 #include "run/failures.hpp"
 #include "run/jump.hpp"
 #include "run/run.hpp"
@@ -37,6 +39,8 @@ class SwitchedRun {
         mode_(start.mode),
         is_diode_(start.diodes),
         stored_(start.stored),
+        log_(options, inputs),
+        logged_(start.mode),
         headway_(inputs.stop),
         begin_(clock()),
         diodes_(static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true))),
@@ -59,10 +63,13 @@ class SwitchedRun {
   bool stretch() {
     const Program* program = enter_mode();
     if (program == nullptr) return false;
+    log_sides(*program->model, [](bool) { return true; });
+    if (auto full = log_.full(stored_.t)) return fail(std::move(*full));
     const SimulateOptions options = options_here();
     const RunInputs inputs = inputs_here(*program);
     Run run(*program, inputs, options, clock_);
     run.know_scales(scales(*program));
+    run.share_log(log_);
     if (!events_.empty()) run.know_events(events_);
     const RunResult part = run.execute();
     for (std::size_t i = 0; i < program->states.size(); ++i) {
@@ -120,6 +127,43 @@ class SwitchedRun {
     return nullptr;
   }
 
+  /// Switches, or diodes and contacts, that are on another side than the log knows.
+  template <class Which>
+  void log_sides(const Model& model, const Which& which) {
+    if (!log_.wanted() || logged_ == mode_) return;
+    std::size_t next = 0;
+    for (const Element& element : model.elements) {
+      if (!is_switch(element.kind)) continue;
+      const std::size_t i = next++;
+      if (logged_[i] == mode_[i] || !which(is_diode_[i])) continue;
+      using Kind = RunEvent::Kind;
+      const Kind kind = element.contact ? Kind::contact : element.diode ? Kind::diode : Kind::switching;
+      log_.add(
+          {kind, stored_.t, element.name, "", side_text(element, logged_[i]), side_text(element, mode_[i]), {}, {}});
+      logged_[i] = mode_[i];
+    }
+  }
+
+  /// Stores that jump from what is stored to the states @p x.
+  void log_jump(Evaluator& evaluator, const std::vector<double>& x, std::optional<double> loss) {
+    if (!log_.wanted()) return;
+    const Program& program = evaluator.program();
+    Branch branch = first_branch(program);
+    std::vector<double> dependent(program.dependent.size());
+    if (!evaluator.initialize_modes(stored_.t, x.data(), branch) ||
+        !evaluator.dependents(stored_.t, x.data(), branch, dependent.data()))
+      return;  // the run comes to this as well, and says so
+    const auto look = [&](const StateInfo& state, const std::string& name, double to) {
+      const double from = value_of(stored_, state);
+      if (state.signal.valid() || std::abs(to - from) <= kRounding * std::abs(from)) return;
+      log_.add({RunEvent::Kind::jump, stored_.t, name, "", shortest_number(from), shortest_number(to), {}, loss});
+      loss.reset();
+    };
+    for (std::size_t i = 0; i < x.size(); ++i) look(program.states[i], program.state_names[i], x[i]);
+    for (std::size_t i = 0; i < dependent.size(); ++i)
+      look(program.dependent[i], program.dependent_names[i], dependent[i]);
+  }
+
   // --- contacts
 
   [[nodiscard]] std::vector<ElementId> diode_elements(const Model& model) const {
@@ -154,11 +198,14 @@ class SwitchedRun {
       // Sources did their work at the speeds after the jump. A contact is none: what it takes up at half the sum of
       // both speeds, less what its wall takes, is the loss.
       double rebound = 0.0;
+      std::vector<double> impulses(impact.kicks.size(), 0.0);
       for (std::size_t k = 0; k < program.states.size(); ++k) {
         const SignalId signal = program.states[k].signal;
         if (!signal.valid() || signal.index() < impact.first_signal) continue;
         const std::size_t contact = signal.index() - impact.first_signal;
-        if (contact < impact.kicks.size()) rebound += jump.x[k] * parameters[impact.kicks[contact].index()];
+        if (contact >= impact.kicks.size()) continue;
+        impulses[contact] = jump.x[k];
+        rebound += jump.x[k] * parameters[impact.kicks[contact].index()];
       }
       const bool audited = !program.energy_roles.empty();
       const double loss = audited ? jump.loss - rebound : 0.0;
@@ -171,10 +218,25 @@ class SwitchedRun {
       energy.turnover += jump.scale;
       if (names.size() > 1 && !std::exchange(simultaneous_, true))
         result_.report.notes.push_back(simultaneous_note(names, stored_.t));
+      log_impacts(elements, *program.model, impulses, audited ? std::optional(std::max(0.0, loss)) : std::nullopt);
       kick_.clear();
       return store_jumped(program, parameters, jump.x);
     } catch (const ModelError& error) {
       return fail(not_allowed(error));
+    }
+  }
+
+  void log_impacts(const std::vector<ElementId>& elements, const Model& model, const std::vector<double>& impulses,
+                   std::optional<double> loss) {
+    if (!log_.wanted()) return;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < elements.size(); ++i) {
+      const Element& element = model.elements[elements[i].index()];
+      if (!element.contact) continue;
+      const double impulse = impulses[next++];
+      if (!kick_[i]) continue;
+      log_.add({RunEvent::Kind::impact, stored_.t, element.name, "", shortest_number(closing_[i]),
+                shortest_number(0.0 - *kick_[i]), impulse, std::exchange(loss, std::nullopt)});
     }
   }
 
@@ -259,6 +321,7 @@ class SwitchedRun {
                fail(std::move(*sides.failure));
       diodes_ = std::move(sides.diodes);
       kick_ = std::move(sides.kick);
+      closing_ = std::move(sides.closing);
       flight_ = std::move(sides.flight);
       close_rooms(network, sides.room);
       flow_off_ = std::move(sides.flow_off);
@@ -429,6 +492,7 @@ class SwitchedRun {
     energy.exchanged += jump.exchanged;
     energy.switching += std::max(0.0, jump.loss);
     energy.turnover += jump.scale;
+    log_jump(evaluator, x_, options_.energy_audit ? std::optional(std::max(0.0, jump.loss)) : std::nullopt);
     note_lone_jumps(jump);
     return true;
   }
@@ -522,6 +586,7 @@ class SwitchedRun {
       locking_ = locking_ || element.switches->locks;
     }
     ++result_.report.mode_changes;
+    log_sides(*program.model, [](bool diode) { return !diode; });
     return !(switched_ && runs_in_circles(program)) && !chatters(program) && !takes_too_long();
   }
 
@@ -754,6 +819,8 @@ class SwitchedRun {
   Mode mode_;
   std::vector<bool> is_diode_;  ///< by switch
   Stored stored_;               ///< where the last stretch ended
+  EventLog log_;
+  Mode logged_;  ///< the mode that the log knows
   Headway headway_;
   double begin_;
   std::shared_ptr<const Model> names_;
@@ -762,6 +829,7 @@ class SwitchedRun {
   std::vector<DiodeState> diodes_;
   std::vector<ContactHistory> contacts_;     ///< by diode
   std::vector<std::optional<double>> kick_;  ///< by diode: see DiodeSides::kick
+  std::vector<double> closing_;              ///< by diode: see DiodeSides::closing
   std::vector<double> flight_;               ///< by diode: see DiodeSides::flight
   bool noted_flights_ = false;
   bool lifts_off_ = false;                         ///< a contact opens without a speed in this stretch

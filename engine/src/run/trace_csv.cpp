@@ -37,6 +37,50 @@ void append_csv_record(std::string& text, double time, std::span<const double> v
   text += "\r\n";
 }
 
+std::string_view event_kind_text(RunEvent::Kind kind) {
+  using Kind = RunEvent::Kind;
+  switch (kind) {
+    case Kind::time:
+      return "time";
+    case Kind::condition:
+      return "condition";
+    case Kind::event:
+      return "event";
+    case Kind::sample:
+      return "sample";
+    case Kind::latch:
+      return "latch";
+    case Kind::switching:
+      return "switch";
+    case Kind::diode:
+      return "diode";
+    case Kind::contact:
+      return "contact";
+    case Kind::impact:
+      return "impact";
+    case Kind::jump:
+      return "jump";
+  }
+  return "";
+}
+
+void append_event_header(std::string& text) { text += "t,kind,name,quantity,from,to,impulse,energy\r\n"; }
+
+void append_event_record(std::string& text, const RunEvent& event) {
+  append_number(text, event.t);
+  text += ',';
+  text += event_kind_text(event.kind);
+  for (const std::string* field : {&event.name, &event.quantity, &event.from, &event.to}) {
+    text += ',';
+    text += csv_field(*field);
+  }
+  for (const std::optional<double>& number : {event.impulse, event.energy}) {
+    text += ',';
+    if (number) append_number(text, *number);
+  }
+  text += "\r\n";
+}
+
 void write_trace_csv(std::ostream& out, const Trace& trace) {
   std::string line;
   std::vector<double> values(trace.names.size());

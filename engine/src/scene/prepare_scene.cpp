@@ -337,6 +337,10 @@ RunInputs prepare_scene(const Model& model, const std::string& name, const Scene
   inputs.parameters = numbers.parameters;
   inputs.reference = scene.reference;
   inputs.close_zeno = scene.close_zeno;
+  if (scene.max_events) {
+    inputs.max_events = *scene.max_events;
+    inputs.max_events_place = scene.max_events_place;
+  }
   if (!given.initial.empty()) inputs.rounding = find_rounding(model, given, numbers);
   std::vector<Diagnostic> problems;
   const SceneParts parts{model, scene, given, numbers};

@@ -1,0 +1,65 @@
+/// What happened in a run at single instants: handed to whoever asked for it, and counted against the scene's limit.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+#include "bgsim/simulate.hpp"
+
+namespace bgsim {
+
+/// Costs nothing where neither a sink nor a limit is given. Its memory grows with the number of conditions and names of
+/// a model, not with that of events.
+class EventLog {
+ public:
+  EventLog(const SimulateOptions& options, const RunInputs& inputs)
+      : sink_(options.events), most_(inputs.max_events), place_(inputs.max_events_place) {}
+
+  [[nodiscard]] bool wanted() const { return sink_ || most_ > 0; }
+  void add(const RunEvent& event);
+  /// What the event @p event of the model has set.
+  void add_set(double t, const Program& program, std::size_t event, std::span<const double> before,
+               std::span<const double> after, std::optional<double> energy);
+
+  /// From here on conditions are those of @p program. Their sides are known by their texts from programs before it.
+  void watch(const Program& program);
+  /// Adds the conditions that have changed since the last look. One that is seen for the first time has not changed.
+  void look(double t, const Branch& branch);
+  /// The sides are those of @p branch, which the log knows from before.
+  void take_over(const Branch& branch);
+
+  /// BG628, where there are more events than the scene allows.
+  [[nodiscard]] std::optional<Diagnostic> full(double t) const;
+
+  template <class Archive>
+  void carry(Archive& archive) {
+    archive("count", count_);
+    archive("names", names_);
+    archive("counts", counts_);
+  }
+
+ private:
+  struct Watched {
+    std::size_t relation;
+    double mode;
+    std::string* side;  ///< in sides_
+  };
+
+  const EventSink& sink_;
+  std::uint64_t most_;
+  std::optional<Place> place_;
+  std::uint64_t count_ = 0;
+  std::vector<std::string> names_;  ///< by kind and name: "impact \"ground\""
+  std::vector<std::uint64_t> counts_;
+  std::map<std::string, std::size_t> position_;  ///< in names_
+  const Program* program_ = nullptr;
+  std::map<std::string, std::string> sides_;  ///< by text of a condition
+  std::vector<Watched> watched_;
+};
+
+}  // namespace bgsim
