@@ -44,7 +44,7 @@ TEST_CASE("errors of syntax are shown where they are, with a fix") {
   CHECK(fault("x × y") == "BG120 [×] \"×\" is not part of the language; write *");
   CHECK(fault("sin") == "BG120 [sin] sin is a function and needs arguments; write sin(x)");
   CHECK(fault("table('data.csv") == "BG120 ['data.csv] this text is not closed; add '");
-  CHECK(fault("'x' + 1") == "BG120 ['x'] a text is allowed only in table(...)");
+  CHECK(fault("'x' + 1") == "BG120 ['x'] a text is allowed only in table(...) and mode(...)");
 }
 
 TEST_CASE("unknown names and functions come with the nearest known one") {

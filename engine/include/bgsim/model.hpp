@@ -69,6 +69,7 @@ struct ModelSymbol {
     signal,         ///< signal
     port_variable,  ///< element, port, variable; for junctions port is 0 and variable what the junction's bonds share
     bond_variable,  ///< bond, variable (effort or flow)
+    mode,           ///< element, a switch, diode or contact: 1 while it is closed (conducts, touches), else 0
   };
   Kind kind = Kind::time;
   ParameterId parameter;
@@ -171,7 +172,8 @@ struct Element {
   std::optional<SwitchLaw> switches;
   std::optional<DiodeLaw> diode;
   std::optional<ContactLaw> contact;
-  double priority = 0.0;  ///< stores: larger gets integral causality first; ties by the model's order
+  bool stands_in = false;  ///< where another kind stands for a switch (ModePrograms): what its mode is there
+  double priority = 0.0;   ///< stores: larger gets integral causality first; ties by the model's order
   std::string about;
   Place place;              ///< of the element's key
   Place coefficient_place;  ///< of coefficient, energy or modulus

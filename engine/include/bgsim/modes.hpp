@@ -18,6 +18,9 @@ using Mode = std::vector<bool>;
 std::vector<ElementId> switches_of(const Model& model);
 [[nodiscard]] bool is_closed(const Element& element);
 void set_closed(Element& element, bool closed);
+/// What mode("name") says of a switch, diode or contact: whether it is closed (of one that is written with "locked":
+/// locked), conducts, or touches.
+[[nodiscard]] bool mode_holds(const Element& element);
 /// The mode that the model is in. As read: switches with hysteresis as their "initial" says, the others open.
 Mode mode_of(const Model& model);
 /// A copy of the model in another mode. Elements, bonds, symbols and all their ids are the same.

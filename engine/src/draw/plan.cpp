@@ -63,7 +63,8 @@ class Reading {
           const Signal& signal = model_.signals[at.signal.index()];
           if (seen_.insert(at.signal).second)
             waiting.emplace_back(signal.value, through.empty() ? local_name(signal.name) : through);
-        } else if (at.kind == ModelSymbol::Kind::port_variable || at.kind == ModelSymbol::Kind::bond_variable) {
+        } else if (at.kind == ModelSymbol::Kind::port_variable || at.kind == ModelSymbol::Kind::bond_variable ||
+                   at.kind == ModelSymbol::Kind::mode) {
           add(at, symbol, through);
         }
       }
@@ -72,9 +73,9 @@ class Reading {
 
  private:
   void add(const ModelSymbol& at, SymbolId symbol, const std::string& through) {
-    if (at.kind == ModelSymbol::Kind::port_variable && at.element == to_) return;
+    if (at.element == to_) return;
     ReadSignal signal;
-    if (at.kind == ModelSymbol::Kind::port_variable)
+    if (at.element.valid())
       signal.from = at.element;
     else
       signal.from_bond = at.bond;
@@ -83,7 +84,8 @@ class Reading {
     if (!sources_.insert({signal.from, signal.from_bond}).second) return;
     const std::string owner =
         signal.from.valid() ? model_.elements[at.element.index()].name : model_.bonds[at.bond.index()].name;
-    signal.label = through.empty() ? name.substr(owner.size() + 1) : through;
+    const bool mode = at.kind == ModelSymbol::Kind::mode;
+    signal.label = !through.empty() ? through : mode ? "mode" : name.substr(owner.size() + 1);
     signal.about =
         model_.elements[to_.index()].name + " reads " + name + (through.empty() ? "" : " through " + through);
     found_.push_back(std::move(signal));

@@ -135,6 +135,8 @@ class Derivation {
         return as_expression(system_.signals[s.signal.index()]);
       case ModelSymbol::Kind::bond_variable:
         return as_expression((s.variable == Variable::effort ? system_.efforts : system_.flows)[s.bond.index()]);
+      case ModelSymbol::Kind::mode:
+        return system_.pool.constant(mode_holds(model_.elements[s.element.index()]) ? 1.0 : 0.0);
       case ModelSymbol::Kind::port_variable:
         break;
     }

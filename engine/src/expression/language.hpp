@@ -55,6 +55,7 @@ inline constexpr std::array kFunctions{
     Function{"max", Op::max, 2, kAnyNumber, "max(x, y, ...)"},
     Function{"min", Op::min, 2, kAnyNumber, "min(x, y, ...)"},
     Function{"mod", Op::mod, 2, 2, "mod(x, y)"},
+    Function{"mode", Op::symbol, 1, 1, "mode('name')"},
     Function{"pre", Op::constant, 1, 1, "pre(x)"},
     Function{"previous", Op::constant, 1, 1, "previous(u)"},
     Function{"round", Op::round, 1, 1, "round(x)"},

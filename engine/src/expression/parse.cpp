@@ -209,11 +209,15 @@ class Parser {
       operands_.push_back({Operand::Kind::text, {}, name, begin, begin + length});
       return false;
     }
-    const ExprId id = meaning(name, begin);
-    const Op op = pool_[id].op;  // a signal may be a condition
-    const bool condition = is_comparison(op) || (op >= Op::logical_and && op <= Op::logical_not);
-    operands_.push_back({condition ? Operand::Kind::condition : Operand::Kind::number, id, {}, begin, begin + length});
+    push_quantity(meaning(name, begin), begin, begin + length);
     return false;
+  }
+
+  /// Signals and mode(...) may be conditions.
+  void push_quantity(ExprId id, std::size_t begin, std::size_t end) {
+    const Op op = pool_[id].op;
+    const bool condition = is_comparison(op) || (op >= Op::logical_and && op <= Op::logical_not);
+    operands_.push_back({condition ? Operand::Kind::condition : Operand::Kind::number, id, {}, begin, end});
   }
 
   [[nodiscard]] static const Function* function_named(std::string_view name) {
@@ -258,8 +262,9 @@ class Parser {
     const std::size_t begin = at_, close = text_.find(quote, at_ + 1);
     if (close == std::string_view::npos)
       fail("BG120", "this text is not closed", begin, text_.size(), std::string("add ") + quote);
-    if (groups_.empty() || groups_.back().function == nullptr || groups_.back().function->op != Op::table)
-      fail("BG120", "a text is allowed only in table(...)", begin, close + 1);
+    const Function* const function = groups_.empty() ? nullptr : groups_.back().function;
+    if (function == nullptr || (function->op != Op::table && function->op != Op::symbol))
+      fail("BG120", "a text is allowed only in table(...) and mode(...)", begin, close + 1);
     operands_.push_back({Operand::Kind::text, {}, text_.substr(begin + 1, close - begin - 1), begin, close + 1});
     at_ = close + 1;
     return false;
@@ -317,7 +322,7 @@ class Parser {
     const std::string_view next = text_.substr(at_, end - at_);
     std::string help;
     if (next == "(" || begins_name(next[0]) || is_digit(next[0])) help = "write * if a product is meant";
-    if (next == "\"") help = "a text is allowed only in table(...)";
+    if (next == "\"") help = "a text is allowed only in table(...) and mode(...)";
     fail("BG120", "an operator is expected here, not " + quoted(at_, end), at_, end, help);
   }
 
@@ -361,7 +366,7 @@ class Parser {
     const std::vector<Operand> arguments(operands_.begin() + static_cast<std::ptrdiff_t>(group.operands),
                                          operands_.end());
     operands_.resize(group.operands);
-    push_number(call(*group.function, arguments, group.begin), group.begin, at_);
+    push_quantity(call(*group.function, arguments, group.begin), group.begin, at_);
     return false;
   }
 
@@ -380,6 +385,7 @@ class Parser {
   ExprId call(const Function& f, const std::vector<Operand>& x, std::size_t begin) {
     if (x.size() < f.least || x.size() > f.most) wrong_count(f, x.size(), begin, at_);
     if (f.op == Op::table) return call_table(x);
+    if (f.op == Op::symbol) return call_mode(x[0]);
     for (std::size_t i = 0; i < x.size(); ++i) {
       const bool condition = f.op == Op::select && i == 0;
       want(x[i], condition ? Operand::Kind::condition : Operand::Kind::number,
@@ -409,6 +415,17 @@ class Parser {
       default:
         return x.size() == 1 ? pool_.make(f.op, x[0].id) : pool_.make(f.op, x[0].id, x[1].id);
     }
+  }
+
+  ExprId call_mode(const Operand& name) {
+    want(name, Operand::Kind::text, "the argument of mode");
+    if (!scope_.mode) fail("BG122", "mode(...) cannot be used here", name.begin, name.end);
+    if (const auto known = scope_.mode(name.text)) return *known;
+    const std::string nearest =
+        scope_.known_modes ? nearest_name(std::string(name.text), scope_.known_modes()) : std::string();
+    fail("BG121", "there is no switch, diode or contact \"" + std::string(name.text) + "\"", name.begin + 1,
+         name.end - 1,
+         nearest.empty() ? "Sw, D, contact and junctions with \"on\" have modes" : "did you mean '" + nearest + "'?");
   }
 
   ExprId call_table(const std::vector<Operand>& x) {
@@ -526,6 +543,7 @@ bool is_condition_text(std::string_view text) {
     }
     if (c == '"' || c == '\'') quote = c;
     if (c == '(') {
+      if (functions == 0 && word == "mode") return true;
       of_function.push_back(!word.empty());
       if (!word.empty()) ++functions;
     } else if (c == ')' && !of_function.empty()) {

@@ -32,6 +32,10 @@ struct ExpressionScope {
   SymbolId time;
   /// previous(u): the value that the sampled signal u had before its last sample; none if x is no such signal.
   std::function<std::optional<ExprId>(ExprId x)> previous;
+  /// mode("name"): whether a switch is closed, a diode conducts, a contact touches, as a condition; none if there is no
+  /// element of that name.
+  std::function<std::optional<ExprId>(std::string_view name)> mode;
+  std::function<std::vector<std::string>()> known_modes;  ///< names to suggest from
   bool after_event = false;  ///< what an event sets: pre(x), the value before it, has a meaning
 };
 

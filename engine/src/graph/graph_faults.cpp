@@ -71,7 +71,8 @@ class Parts {
       const ModelSymbol& symbol = model_.symbols[id.index()];
       if (symbol.kind == ModelSymbol::Kind::signal)
         sets_.union_set(reader, model_.elements.size() + symbol.signal.index());
-      if (symbol.kind == ModelSymbol::Kind::port_variable) sets_.union_set(reader, symbol.element.index());
+      if (symbol.kind == ModelSymbol::Kind::port_variable || symbol.kind == ModelSymbol::Kind::mode)
+        sets_.union_set(reader, symbol.element.index());
       if (symbol.kind == ModelSymbol::Kind::bond_variable)
         sets_.union_set(reader, graph_[graph_.bonds[symbol.bond.index()].tail].element.index());
     }

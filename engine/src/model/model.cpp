@@ -46,6 +46,8 @@ std::string symbol_name(const Model& model, SymbolId symbol) {
     }
     case ModelSymbol::Kind::bond_variable:
       return model.bonds[s.bond.index()].name + "." + letter(s.variable);
+    case ModelSymbol::Kind::mode:
+      return "mode('" + model.elements[s.element.index()].name + "')";
   }
   return {};
 }

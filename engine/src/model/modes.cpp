@@ -23,6 +23,12 @@ void set_closed(Element& element, bool closed) {
     element.kind = closed ? ElementKind::closed_switch : ElementKind::open_switch;
 }
 
+bool mode_holds(const Element& element) {
+  if (!is_switch(element.kind)) return element.stands_in;
+  const bool reversed = element.contact || (element.switches && element.switches->locks);
+  return is_closed(element) != reversed;
+}
+
 Mode mode_of(const Model& model) {
   Mode mode;
   for (const Element& element : model.elements)

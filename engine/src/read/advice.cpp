@@ -36,7 +36,8 @@ bool is_json_number(const std::string& text) {
 void Reader::expression_fault(const Context& context, NodeId value, std::string_view text, std::size_t offset,
                               const ExpressionError& error) {
   const std::string situation = error.what();
-  const bool refused = refusal_ && error.code == "BG121" && situation.starts_with("unknown name");
+  const bool refused = refusal_ && error.code == "BG121" &&
+                       (situation.starts_with("unknown name") || situation.starts_with("there is no switch"));
   const std::string_view name = text.substr(error.begin, error.end - error.begin);
   if (error.code == "BG121" && !refused && (is_broken(context.scope, name) || perhaps_declared(context.scope, name)))
     return;

@@ -34,6 +34,8 @@ ExprId Reader::parse(const Context& context, NodeId value, std::string_view text
   scope.time = model_.time;
   scope.after_event = context.after_event;
   scope.previous = [&](ExprId x) { return previous(x); };
+  scope.mode = [&](std::string_view name) { return mode_named(context, name); };
+  scope.known_modes = [&] { return mode_names(context); };
   scope.name = [&](std::string_view name) { return meaning(context, name); };
   scope.known_names = [&] { return known_names(context); };
   scope.table = [&](std::string_view path, std::string_view column, Interpolation interpolation) {

@@ -251,6 +251,12 @@ class Reader {
   template <class Quantity>
   void check_cycles(const std::vector<Quantity>& quantities, ModelSymbol::Kind kind, const char* what);
   void check_plain_kinds();
+  std::optional<ExprId> mode_named(const Context& context, std::string_view name);
+  std::vector<std::string> mode_names(const Context& context) const;
+  std::vector<ElementId> modes_in(std::initializer_list<ExprId> expressions) const;
+  void check_modes();
+  void check_laws_of_modes();
+  void check_circles_of_modes();
   void check_equalities();
   void add_graph_faults();
   [[nodiscard]] Varies variation(SymbolId id) const;
@@ -306,6 +312,7 @@ class Reader {
   std::vector<ConditionSignal> conditions_;
   std::vector<Memory> memories_;
   std::unordered_map<std::uint64_t, SymbolId> bond_symbols_;
+  std::unordered_map<std::size_t, SymbolId> mode_symbols_;  ///< by element
   std::vector<Varies> signal_varies_;  ///< by SignalId
 
   /// Why the last name has no meaning in its place, if more is known than that.

@@ -18,6 +18,7 @@ void Reader::check_dependence() {
   check_cycles(model_.parameters, ModelSymbol::Kind::parameter, "parameters");
   check_cycles(model_.signals, ModelSymbol::Kind::signal, "signals");
   check_plain_kinds();
+  check_modes();
   check_equalities();
 }
 

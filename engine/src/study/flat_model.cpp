@@ -170,7 +170,7 @@ class FlatWriter {
     if (s.kind == ModelSymbol::Kind::parameter) used_parameter_[s.parameter.index()] = true;
     if (s.kind == ModelSymbol::Kind::signal) used_signal_[s.signal.index()] = true;
     if (s.kind == ModelSymbol::Kind::bond_variable) used_bond_[s.bond.index()] = true;
-    if (s.kind == ModelSymbol::Kind::port_variable) cut_.use(s.element);
+    if (s.kind == ModelSymbol::Kind::port_variable || s.kind == ModelSymbol::Kind::mode) cut_.use(s.element);
   }
 
   [[nodiscard]] std::string symbol_text(SymbolId symbol) const {
@@ -184,6 +184,8 @@ class FlatWriter {
         return names_.signals[s.signal.index()];
       case ModelSymbol::Kind::bond_variable:
         return names_.bonds[s.bond.index()] + "." + letter(s.variable);
+      case ModelSymbol::Kind::mode:
+        return "if(mode('" + names_.elements[s.element.index()] + "'), 1, 0)";
       case ModelSymbol::Kind::port_variable:
         break;
     }

@@ -30,6 +30,7 @@ Model with_clock(Model model) {
 Model with_resistors(Model model) {
   for (Element& element : model.elements)
     if (is_switch(element.kind)) {
+      element.stands_in = mode_holds(element);
       element.kind = ElementKind::resistor;
       element.coefficient = model.pool.constant(1.0);
     }
@@ -269,7 +270,7 @@ SwitchedStart ModePrograms::start(const RunInputs& inputs) {
       }
     }
   }
-  if (without_switches_) begin_without_switches(inputs, start);
+  if (without_switches_) begin_without_switches(*without_switches_, inputs, start);
   put_diodes(inputs, start);
   return start;
 }
@@ -309,12 +310,12 @@ void ModePrograms::put_diodes(const RunInputs& inputs, SwitchedStart& start) {
 }
 
 /// The mode of switches whose conditions know no switch, and what all stores hold.
-void ModePrograms::begin_without_switches(const RunInputs& inputs, SwitchedStart& start) {
-  const Program& program = without_switches_->program;
+void ModePrograms::begin_without_switches(const Made& without, const RunInputs& inputs, SwitchedStart& start) {
+  const Program& program = without.program;
   Evaluator evaluator(program, completed(inputs.parameters));
   const std::vector<double> x = initial_states(evaluator, inputs);
   Branch branch = first_branch(program);
-  std::vector<double> dependent(program.dependent.size()), closes(program.switch_elements.size());
+  std::vector<double> dependent(program.dependent.size());
   if (!evaluator.initialize_modes(inputs.start, x.data(), branch)) return;
   if (evaluator.dependents(inputs.start, x.data(), branch, dependent.data())) {
     start.stored.values.clear();
@@ -325,13 +326,34 @@ void ModePrograms::begin_without_switches(const RunInputs& inputs, SwitchedStart
     for (std::size_t i = 0; i < dependent.size(); ++i) keep(program.dependent[i], dependent[i]);
     sort_stored(start.stored.values);
   }
-  if (!evaluator.switches(inputs.start, x.data(), branch, closes.data())) return;
+  // Conditions that ask for modes follow those that these depend on, one after the other.
+  put_switches(without, inputs, start);
+  const bool ask = std::any_of(model_->symbols.begin(), model_->symbols.end(),
+                               [](const ModelSymbol& symbol) { return symbol.kind == ModelSymbol::Kind::mode; });
+  for (std::size_t i = 0; ask && i < start.mode.size(); ++i) {
+    const Mode before = start.mode;
+    const std::shared_ptr<const Model> model =
+        std::make_shared<const Model>(with_resistors(in_mode(*model_, start.mode)));
+    put_switches(*make(model, {{}, false}), inputs, start);
+    if (start.mode == before) return;
+  }
+}
+
+/// On the sides that their conditions say, where these know no switch.
+void ModePrograms::put_switches(const Made& without, const RunInputs& inputs, SwitchedStart& start) const {
+  const Program& program = without.program;
+  Evaluator evaluator(program, completed(inputs.parameters));
+  const std::vector<double> x = initial_states(evaluator, inputs);
+  Branch branch = first_branch(program);
+  std::vector<double> closes(program.switch_elements.size());
+  if (!evaluator.initialize_modes(inputs.start, x.data(), branch) ||
+      !evaluator.switches(inputs.start, x.data(), branch, closes.data()))
+    return;
   const std::vector<ElementId> all = switches_of(*model_);
   for (std::size_t i = 0; i < closes.size(); ++i) {
     const ElementId element = program.switch_elements[i];
     const auto at = static_cast<std::size_t>(std::find(all.begin(), all.end(), element) - all.begin());
-    if (!model_->elements[element.index()].switches->remembers)
-      start.mode[at] = without_switches_->certain[i] && closes[i] != 0.0;
+    if (!model_->elements[element.index()].switches->remembers) start.mode[at] = without.certain[i] && closes[i] != 0.0;
   }
 }
 

@@ -43,7 +43,8 @@ class ModePrograms {
     Program program;
     std::vector<bool> certain;  ///< by switch: its condition depends on no effort or flow that switches take part in
   };
-  void begin_without_switches(const RunInputs& inputs, SwitchedStart& start);
+  void begin_without_switches(const Made& without, const RunInputs& inputs, SwitchedStart& start);
+  void put_switches(const Made& without, const RunInputs& inputs, SwitchedStart& start) const;
   void put_diodes(const RunInputs& inputs, SwitchedStart& start);
   static std::unique_ptr<Made> make(std::shared_ptr<const Model> model, const CompileOptions& options);
 

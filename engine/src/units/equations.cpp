@@ -554,6 +554,8 @@ UnitForm unit_form(const Model& model, const BondGraph& graph, const UnitEquatio
       return bond_form(equations, graph[graph.port(s.element, s.port)].bond, s.variable);
     case ModelSymbol::Kind::bond_variable:
       return bond_form(equations, s.bond, s.variable);
+    case ModelSymbol::Kind::mode:
+      return {};
   }
   return {};
 }
