@@ -148,7 +148,7 @@ TEST_CASE("modes that would depend on themselves are refused") {
   CHECK(refusal(switches(R"x("close": "not mode('b') and t > 0.5", "open": "t > 0.7")x", R"x("closed": "mode('a')")x"))
             .empty());
   says(switches(R"x("closed": "mode('c')")x", R"x("closed": "t > 0")x"), "BG121: there is no switch");
-  says(switches(R"x("closed": "mode('r')")x", R"x("closed": "t > 0")x"), "BG121: \"r\" has no mode: it is a R");
+  says(switches(R"x("closed": "mode('r')")x", R"x("closed": "t > 0")x"), "BG121: \"r\" has no mode: it is of kind R");
   says(switches(R"x("closed": "mode(r)")x", R"x("closed": "t > 0")x"), "BG121");
   says(switches(R"x("closed": "mode('b') > 0")x", R"x("closed": "t > 0")x"), "BG124");
 }
