@@ -262,6 +262,33 @@ void ball_contact(const std::string& folder) {
   });
 }
 
+/// Triangular waves: as many balls leave the row at its end as come in.
+void cradle(const std::string& folder) {
+  const Number a = given(0.2), v = given(0.5);
+  for (const int in : {1, 2})
+    write(folder, in == 1 ? "cradle.one" : "cradle.two", {"t", "x1", "x2", "x3", "x4", "x5"}, 4, 201,
+          [&](const Number& t) {
+            Number s = t * v / a;  // ways
+            while (s >= 4) s -= 4;
+            const Number before = s < 1 ? Number(s - 1) : s < 3 ? Number(0) : Number(3 - s);
+            const Number behind = s < 1 || s >= 3 ? Number(0) : s < 2 ? Number(s - 1) : Number(3 - s);
+            std::vector<Number> row(5, Number(0));
+            for (int i = 0; i < in; ++i) {
+              row[static_cast<std::size_t>(i)] = a * before;
+              row[static_cast<std::size_t>(4 - i)] = a * behind;
+            }
+            return row;
+          });
+  // Moreau's impulses: all contacts part at the speed of the impact or not at all, with the momentum kept.
+  write(folder, "cradle.at_once", {"t", "x1", "x2", "x3", "x4", "x5"}, 1, 51, [&](const Number& t) {
+    const Number way = v * t - a;
+    if (way < 0) return std::vector<Number>{way, 0, 0, 0, 0};
+    std::vector<Number> row(5, Number(2 * way / 5));
+    row[0] = -3 * way / 5;
+    return row;
+  });
+}
+
 /// Parabolas between impacts on a table that moves as a sine; the next impact by bisection in the first of many small
 /// pieces at whose end the ball is below the table.
 void shaken_ball(const std::string& folder) {
@@ -354,6 +381,7 @@ int main(int argc, char** argv) {
     bouncing_ball(folder);
     shaken_ball(folder);
     ball_contact(folder);
+    cradle(folder);
     thermostat(folder);
     sampled_servo(folder);
   } catch (const std::exception& error) {

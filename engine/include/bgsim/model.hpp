@@ -265,6 +265,7 @@ struct Scene {
   std::optional<double> step;               ///< length of the steps of a fixed-step method
   std::optional<int> max_order;             ///< of a multistep method
   bool close_zeno = true;                   ///< "zeno": "close"; false: "error"
+  bool sequential_impacts = false;          ///< "impacts": "sequential"; false: "simultaneous"
   std::optional<std::uint64_t> max_events;  ///< a run with more events ends
   Place max_events_place;
   Place method_place;  ///< of "method", where given, else of the scene
@@ -346,8 +347,9 @@ struct RunInputs {
   double step = 0.0;  ///< of a fixed-step method; else 0
   int max_order = 0;  ///< of a multistep method; 0: the method's own
   std::optional<Reference> reference;
-  bool close_zeno = true;        ///< a contact whose impacts accumulate closes; else the run ends
-  std::uint64_t max_events = 0;  ///< a run with more events ends; 0: no limit
+  bool close_zeno = true;           ///< a contact whose impacts accumulate closes; else the run ends
+  bool sequential_impacts = false;  ///< impacts of one instant take place one after the other; else at once
+  std::uint64_t max_events = 0;     ///< a run with more events ends; 0: no limit
   std::optional<Place> max_events_place;
   std::vector<std::size_t> starting_events;  ///< indices into Model::events: those that take place at the start, too
   std::vector<Diagnostic> warnings;          ///< active elements and the like, which depend on the numbers

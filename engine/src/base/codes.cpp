@@ -127,7 +127,7 @@ constexpr std::array kCodes{
     Code{"BG619", kError, "A mode that the graph does not allow"},
     Code{"BG620", kError, "A jump that cannot be found"},
     Code{"BG621", kError, "A jump that creates energy"},
-    Code{"BG622", kError, "Diodes with no possible sides"},
+    Code{"BG622", kError, "Diodes or contacts with no possible sides"},
     Code{"BG623", kError, "Events that accumulate"},
     Code{"BG624", kError, "Two events that set one store at once"},
     Code{"BG625", kError, "A contact beyond its gap"},

@@ -88,8 +88,8 @@ class BondPlacing {
     const ElementId from = model_.bonds[i].from.element, to = model_.bonds[i].to.element;
     Capsule tail = capsule(model_.elements[from.index()], layout_.elements[from.index()]);
     Capsule head = capsule(model_.elements[to.index()], layout_.elements[to.index()]);
-    tail.radius = way.tail;
-    head.radius = way.head;
+    tail.radius = std::max(way.tail, tail.radius);
+    head.radius = std::max(way.head, head.radius);
     return between(tail, head, way.bulge);
   }
 

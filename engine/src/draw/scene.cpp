@@ -55,7 +55,8 @@ class Placing {
 
   /// Capitals with a little around them; subscripts go deeper.
   Box letter_box(std::size_t i) const {
-    const Box box = grown(capsule_of(ElementId(i)).box(), -6.0);
+    const Capsule capsule = capsule_of(ElementId(i));
+    const Box box = grown(capsule.box(), 8.0 - capsule.radius);
     const Point at = layout_.elements[i];
     const bool source = !letters(model_.elements[i]).subscript.empty();
     return {{box.low.x, at.y - 9.0}, {box.high.x, at.y + (source ? 13.0 : 9.0)}};

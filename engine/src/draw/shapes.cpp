@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bgsim/modes.hpp"
+
 namespace bgsim {
 
 double length(Point a) { return std::hypot(a.x, a.y); }
@@ -31,7 +33,9 @@ bool Curve::straight() const { return length(control - 0.5 * (begin + end)) < 0.
 
 Letters letters(const Element& element) {
   const std::string text = kind_text(element.kind, element.modulated);
-  if (!imposed_variable(element.kind) || is_switch(element.kind)) return {text, {}};
+  if (element.diode && !element.contact) return {text, element.diode->out ? "out" : "in"};
+  if (is_switch(element.kind)) return {text, side_text(element, is_closed(element))};
+  if (!imposed_variable(element.kind)) return {text, {}};
   return {text.substr(0, text.size() - 1), text.substr(text.size() - 1)};
 }
 double letters_width(const Letters& letters) {
@@ -51,6 +55,7 @@ Point Capsule::edge(Point towards) const {
 Capsule capsule(const Element& element, Point at) {
   Capsule shape;
   shape.centre = at;
+  if (letters(element).subscript.size() > 1) shape.radius = 19.0;  // words stand below the middle, where bonds end
   shape.reach = std::max(0.0, letters_width(letters(element)) / 2 + 6.0 - shape.radius);
   return shape;
 }

@@ -52,7 +52,8 @@ double text_width(const std::string& text, double size, Face face = Face::sans);
 /// Whether text_width() is exact and not an upper bound.
 bool exact_width(const std::string& text);
 
-/// The letters of an element as drawn: "MS" with subscript "e", "R", "0".
+/// The letters of an element as drawn: "MS" with subscript "e", "R", "0"; of a switch or contact with its side in the
+/// model's mode, "Sw" with "open", of a diode with the way that it passes, "D" with "in".
 struct Letters {
   std::string base, subscript;
 };

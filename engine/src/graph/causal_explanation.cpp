@@ -118,6 +118,10 @@ std::string help_for_junction(const Words& words, const CausalConflict& conflict
   const std::vector<ElementId> sources = sources_behind(words, conflict.bonds);
   const bool effort = shared == "effort";
   const std::string fix = effort ? "put an R on a 1-junction in series with " : "put an R on a 0-junction beside ";
+  const auto is_contact = [&](ElementId id) { return words.element(id).contact.has_value(); };
+  if (std::count_if(sources.begin(), sources.end(), is_contact) > 1)
+    return effort ? "between contacts in series a mass is needed, which says how they share their way"
+                  : "between contacts that hold one thing from both sides something has to give way: a spring, or room";
   if (!sources.empty()) {
     const Element& last = words.element(sources.front());
     const std::string instead = imposed_variable(last.kind) == Variable::effort ? "an Sf" : "an Se";

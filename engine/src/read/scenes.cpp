@@ -16,9 +16,9 @@ void Reader::parse_scenes() {
 }
 
 void Reader::parse_scene(NodeId node) {
-  static constexpr std::array<std::string_view, 17> kKeys{
-      "about",    "start",    "stop",   "samples", "interval",  "times",     "parameters", "initial",   "outputs",
-      "relative", "absolute", "method", "step",    "max_order", "reference", "zeno",       "max_events"};
+  static constexpr std::array<std::string_view, 18> kKeys{
+      "about",    "start",    "stop",   "samples", "interval",  "times",     "parameters", "initial",    "outputs",
+      "relative", "absolute", "method", "step",    "max_order", "reference", "zeno",       "max_events", "impacts"};
   const Document& file = document(scopes_[0]);
   Scene scene;
   scene.name = file[node].key;
@@ -280,6 +280,15 @@ void Reader::parse_method(NodeId node, Scene& scene) {
               "write \"close\" or \"error\"",
               "what happens where the impacts of a contact accumulate: it closes, or the run ends");
     scene.close_zeno = way != "error";
+  }
+  if (const NodeId value = file.find(node, "impacts");
+      value.valid() && expect(file, value, JsonKind::string, "\"impacts\"")) {
+    const std::string_view way = file[value].text;
+    if (way != "sequential" && way != "simultaneous")
+      problem("BG113", "\"impacts\" is \"sequential\" or \"simultaneous\", not " + in_quotes(way), file.place(value),
+              "write \"sequential\" or \"simultaneous\"",
+              "impacts of one instant take place one after the other, or at once");
+    scene.sequential_impacts = way == "sequential";
   }
   if (const NodeId value = file.find(node, "max_events");
       value.valid() && expect(file, value, JsonKind::number, "\"max_events\"")) {

@@ -55,8 +55,11 @@ class Sides {
     }
   }
 
-  DiodeSides run() {
-    if (choose_resistances() && look_at_contacts()) iterate();
+  DiodeSides run(bool one) {
+    if (choose_resistances() && look_at_contacts()) {
+      if (one) leave_the_fastest();
+      iterate();
+    }
     return std::move(result_);
   }
 
@@ -141,6 +144,13 @@ class Sides {
   bool look_at_contacts() {
     // One that has come to its gap is there as far as the tolerance says; the rest is rounding.
     constexpr double kBeyond = 1e-9, kFar = 1e-6, kTouching = 1e3;
+    // What all ways are resolved to: balls of a cradle that only touch have no way of their own, and a room of roundings.
+    double longest = 0.0;
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (!network_.displacements[i].valid()) continue;
+      const double q = x_[contacts_[i].state];
+      longest = std::max({longest, std::abs(q), std::abs(rates_[position_[contacts_[i].signal]] + q)});
+    }
     for (std::size_t i = 0; i < n_; ++i) {
       if (!network_.displacements[i].valid()) continue;
       const double room = rates_[position_[contacts_[i].signal]], q = x_[contacts_[i].state];
@@ -148,7 +158,7 @@ class Sides {
       const bool touches = result_.diodes[i].touches;
       // The time of an event is known to its rounding.
       const double moves = std::abs(rates_[flow(i, 0)]) * std::abs(t_);
-      const double off = resolution_[contacts_[i].state] + 8.0 * kEpsilon * (size + moves);
+      const double off = resolution_[contacts_[i].state] + 8.0 * kEpsilon * (size + moves + longest);
       if (room < (touches ? -std::max(kTouching * off, kFar * size) : -std::max(off, kBeyond * size)))
         return fail_for_good(diagnostic_of(
             "BG625",
@@ -177,6 +187,22 @@ class Sides {
       if (result_.diodes[i].sticks) restitution_[i] = 0.0;
     }
     return true;
+  }
+
+  /// Of the contacts that close beyond rounding, the one that does so fastest; all others do not push here.
+  void leave_the_fastest() {
+    constexpr double kTimes = 10.0;
+    std::size_t fastest = n_;
+    for (std::size_t i = 0; i < n_; ++i) {
+      const std::size_t row = i * kOrders;
+      if (!(closing_[i] > kTimes * (off_[row] + kOfTerms * size_[row]))) continue;
+      if (fastest == n_ || closing_[i] > closing_[fastest]) fastest = i;
+    }
+    for (std::size_t i = 0; i < n_ && fastest < n_; ++i) {
+      if (!network_.displacements[i].valid() || away_[i] || i == fastest) continue;
+      away_[i] = true;
+      restitution_[i] = closing_[i] = result_.diodes[i].source = 0.0;
+    }
   }
 
   /// Resistances of about what the diodes see, so that neither of both is lost in rounding.
@@ -379,10 +405,23 @@ class Sides {
     std::string text;
     for (std::size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : ", ") + in_quotes(names[i]);
     if (more > 0) text += " and " + std::to_string(more) + " more";
-    const Program& program = network_.program;
     std::optional<Place> place;
-    if (!sides.unbounded.empty())
-      place = program.model->elements[program.diode_elements[sides.unbounded.front()].index()].place;
+    if (!sides.unbounded.empty()) place = element_of(sides.unbounded.front()).place;
+    const auto is_contact = [this](std::size_t i) { return network_.displacements[i].valid(); };
+    const bool contacts = std::any_of(sides.unbounded.begin(), sides.unbounded.end(), is_contact);
+    if (contacts && std::all_of(sides.unbounded.begin(), sides.unbounded.end(), is_contact))
+      return diagnostic_of("BG622",
+                           "at t = " + number_text(t_) + " no sides of the contacts are possible: closed or free, " +
+                               text + " cannot keep q <= gap and 0 <= e",
+                           place, "a contact pushes only, and nothing comes beyond its gap",
+                           "between walls that come together something has to give way: a spring, or room");
+    if (contacts)
+      return diagnostic_of("BG622",
+                           "at t = " + number_text(t_) + " no sides of the contacts and diodes are possible: " + text +
+                               " cannot keep q <= gap and 0 <= e of a contact, 0 <= f and e <= threshold of a diode",
+                           place,
+                           "a contact pushes only, and nothing comes beyond its gap; a diode passes one way only",
+                           "between what comes together something has to give way: a spring, or a resistance");
     return diagnostic_of(
         "BG622",
         "at t = " + number_text(t_) + " no sides of the diodes are possible: conducting or not, " + text +
@@ -416,8 +455,8 @@ class Sides {
 
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
-                       std::vector<DiodeState> before) {
-  return Sides(network, parameters, t, stored, resolution, std::move(before)).run();
+                       std::vector<DiodeState> before, bool one) {
+  return Sides(network, parameters, t, stored, resolution, std::move(before)).run(one);
 }
 
 }  // namespace bgsim

@@ -78,8 +78,10 @@ struct DiodeSides {
 ///
 /// Fails with BG622 where no sides are possible.
 /// @param resolution  of a state: by how much it may be off
+/// @param one         of the contacts that close, that which closes fastest takes an impulse, as if the others did not
+///                    touch; of equally fast ones the first
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
-                       std::vector<DiodeState> before);
+                       std::vector<DiodeState> before, bool one = false);
 
 }  // namespace bgsim

@@ -100,7 +100,7 @@ class SwitchedRun {
       if (!settle_diodes()) return nullptr;
       if (!kick_.empty()) {
         if (met.size() >= kMostJumps) break;
-        met.push_back(mode_);
+        if (!one_at_a_time()) met.push_back(mode_);
         if (!take_impact()) return nullptr;
         program = nullptr;
         continue;
@@ -315,7 +315,10 @@ class SwitchedRun {
         const auto found = tolerance_.find(key(state));
         return found == tolerance_.end() ? 0.0 : kOfTolerance * found->second;
       };
-      DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_);
+      DiodeSides sides =
+          diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, one_at_a_time());
+      if (!goes_on_alone(sides))
+        sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_);
       if (sides.failure)
         return (may_try(network, sides) && try_sides(resolution, may_be_tried(network))) ||
                fail(std::move(*sides.failure));
@@ -339,6 +342,31 @@ class SwitchedRun {
     } catch (const ModelError& error) {
       return fail(not_allowed(error));
     }
+    return true;
+  }
+
+  /// Whether impacts of this instant still take place one after the other.
+  [[nodiscard]] bool one_at_a_time() const {
+    constexpr std::uint64_t kMostInARow = 10'000;
+    return inputs_.sequential_impacts &&
+           !(sequence_.t == stored_.t && (sequence_.count >= kMostInARow || sequence_.ended));
+  }
+
+  /// Looks at the next impact of a sequence. It ends where closing speeds have become nothing beside the first: what
+  /// is left is taken at once. False if the sides are to be found again for that.
+  bool goes_on_alone(const DiodeSides& sides) {
+    constexpr double kOfFirst = 1e-9;
+    if (sides.kick.empty() || !one_at_a_time()) return true;
+    const double closing = *std::max_element(sides.closing.begin(), sides.closing.end());
+    if (sequence_.t != stored_.t) sequence_ = {stored_.t, closing, 0, false};
+    if (closing <= kOfFirst * sequence_.first) {
+      sequence_.ended = true;
+      return false;
+    }
+    if (++sequence_.count == 2 && !std::exchange(sequential_, true))
+      result_.report.notes.push_back("at t = " + number_text(stored_.t, 6) +
+                                     " several contacts take impulses at one instant: one after the other, that which "
+                                     "closes fastest first (\"impacts\": \"sequential\")");
     return true;
   }
 
@@ -832,10 +860,18 @@ class SwitchedRun {
   std::vector<double> closing_;              ///< by diode: see DiodeSides::closing
   std::vector<double> flight_;               ///< by diode: see DiodeSides::flight
   bool noted_flights_ = false;
-  bool lifts_off_ = false;                         ///< a contact opens without a speed in this stretch
-  bool short_flight_ = false;                      ///< in this stretch; see flies_short()
-  bool simultaneous_ = false;                      ///< several contacts have taken impulses at once
-  std::vector<double> flow_off_, effort_off_;      ///< by diode: what they may be off by
+  bool lifts_off_ = false;     ///< a contact opens without a speed in this stretch
+  bool short_flight_ = false;  ///< in this stretch; see flies_short()
+  struct Sequence {
+    double t = -std::numeric_limits<double>::infinity();
+    double first = 0.0;  ///< closing speed of the first impact
+    std::uint64_t count = 0;
+    bool ended = false;
+  };
+  Sequence sequence_;                          ///< of impacts one after the other, in the latest instant that had any
+  bool sequential_ = false;                    ///< such a sequence had more than one impact
+  bool simultaneous_ = false;                  ///< several contacts have taken impulses at once
+  std::vector<double> flow_off_, effort_off_;  ///< by diode: what they may be off by
   std::vector<double> flow_error_, effort_error_;  ///< the same, without an allowance
   std::vector<double> bands_;                      ///< by diode, of the present program
   std::vector<bool> tripped_;                      ///< by diode: it left its side in the last change of the mode

@@ -337,6 +337,7 @@ RunInputs prepare_scene(const Model& model, const std::string& name, const Scene
   inputs.parameters = numbers.parameters;
   inputs.reference = scene.reference;
   inputs.close_zeno = scene.close_zeno;
+  inputs.sequential_impacts = scene.sequential_impacts;
   if (scene.max_events) {
     inputs.max_events = *scene.max_events;
     inputs.max_events_place = scene.max_events_place;
