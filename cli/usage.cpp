@@ -43,6 +43,8 @@ constexpr std::array kOtherCommands{
     Word{"montecarlo", "bgsim sweep --sample runs a scene with random values"},
     Word{"sobol", "bgsim sweep --sample saltelli:N gives the shares of the variance"},
     Word{"morris", "bgsim sweep --sample morris:N gives elementary effects"},
+    Word{"tf", "bgsim transfer gives the transfer function in symbols"},
+    Word{"mason", "bgsim transfer --paths lists paths and loops with their gains"},
     Word{"linearise", "bgsim linearize gives the matrices, bgsim poles the poles"},
     Word{"eigenvalues", "bgsim poles gives the poles"},
     Word{"eig", "bgsim poles gives the poles"},

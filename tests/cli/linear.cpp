@@ -54,6 +54,18 @@ TEST_CASE("poles are printed with damping, frequency, and the stores they belong
   CHECK_THAT(here.bgsim("poles mass.json --set d=-0.4").out, Contains("2 poles grow: unstable"));
 }
 
+TEST_CASE("a transfer function is printed in symbols, with its paths and loops") {
+  const WithMass here;
+  const Outcome outcome = here.bgsim("transfer mass.json --in push --out x --paths");
+  CHECK(outcome.code == 0);
+  CHECK(outcome.err.empty());
+  CHECK_THAT(outcome.out, Contains("\ns^2          2      m\n") && Contains("\ns            0.4    d\n") &&
+                              Contains("\n1            8      k\n") && Contains("body, spring") &&
+                              Contains("-k/(m*s^2)"));
+  CHECK(here.bgsim("transfer mass.json --out x").code == 2);
+  CHECK(here.bgsim("transfer mass.json --in m --out x").code == 1);
+}
+
 TEST_CASE("zeros and gain of a transfer function are printed") {
   const WithMass here;
   const Outcome outcome = here.bgsim("zeros mass.json --in F --out push.f");

@@ -33,6 +33,7 @@
 #include "bgsim/sensitivity.hpp"
 #include "bgsim/sweep.hpp"
 #include "bgsim/trade.hpp"
+#include "bgsim/transfer.hpp"
 #include "bgsim/reduce.hpp"
 #include "bgsim/fit.hpp"
 #include "bgsim/drawing.hpp"
