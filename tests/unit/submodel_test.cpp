@@ -206,3 +206,30 @@ TEST_CASE("measured data are read beside the file that names them, once for each
   folder.write("sub/u.csv", "");
   CHECK(folder.fault("whole.json").find("BG127 [u.csv]") == 0);
 }
+
+TEST_CASE("a submodel is repeated: each copy has its own parameters and signals, and bonds at its ports") {
+  Folder folder;
+  std::string part = kPart;
+  part.replace(part.find("\"Se\""), 4, "\"MSe\"");
+  folder.write("part.json", part);
+  const std::string whole = R"x("parameters": { "k": 7 }, "types": { "part": "part.json" }, "elements": {
+      "cell": { "kind": "part", "repeat": 3, "parameters": { "k": "k + i" }, "signals": { "u": "i*cell[4-i].wall.f" } },
+      "mass": { "kind": "I", "repeat": 3, "inertance": 1 } },
+    "bonds": [ { "from": "cell[i].end", "to": "mass[i]" } ])x";
+  folder.write("whole.json", whole);
+  const Model model = folder.read("whole.json");
+  CHECK(names(model.parameters) ==
+        std::vector<std::string>{"k", "cell[1].k", "cell[1].k2", "cell[2].k", "cell[2].k2", "cell[3].k", "cell[3].k2"});
+  CHECK(text_of(model, model.parameters[5].value) == "k + 3");
+  CHECK(text_of(model, model.parameters[6].value) == "2*cell[3].k");
+  CHECK(names(model.signals) == std::vector<std::string>{"cell[1].u", "cell[2].u", "cell[3].u"});
+  CHECK(text_of(model, model.signals[1].value) == "2*cell[2].wall.f");
+  CHECK(text_of(model, model.signals[2].value) == "3*cell[1].wall.f");
+  CHECK(model.elements[model.bonds[8].from.element.index()].name == "cell[3].wall");
+  // Inside, a submodel knows no index of its copy.
+  part.replace(part.find("k*t"), 3, "i*t");
+  folder.write("part.json", part);
+  folder.write("plain.json",
+               R"x("types": { "part": "part.json" }, "elements": { "cell": { "kind": "part", "repeat": 3 } })x");
+  CHECK(folder.fault("plain.json").starts_with("BG121 [i]"));
+}

@@ -48,6 +48,27 @@ void thermal_chain(const std::string& folder) {
   });
 }
 
+/// Modes of a chain of n equal bodies, the first joined to what is held, the last one free: sin(k theta) with
+/// theta = (2m - 1) pi/(2n + 1), rate (4 G/C) sin^2(theta/2); from equal bodies with the amplitudes
+/// 2 cot(theta/2)/(2n + 1).
+void heat_rod(const std::string& folder) {
+  const int n = 12;
+  const Number hot = given(373.15), fall = hot - given(273.15), conductance = 5, rate = 4 * conductance / 2;
+  const auto temperature = [&](int k, const Number& t) {
+    Number sum = 0;
+    for (int m = 1; m <= n; ++m) {
+      const Number theta = (2 * m - 1) * kPi / (2 * n + 1), s = sin(theta / 2);
+      sum += 2 * cos(theta / 2) / s / (2 * n + 1) * sin(k * theta) * exp(-rate * s * s * t);
+    }
+    return Number(hot - fall * sum);
+  };
+  write(folder, "heat_rod.heating", {"t", "T1", "T4", "T8", "T12", "heat"}, 100, 201, [&](const Number& t) {
+    const Number first = temperature(1, t);
+    return std::vector<Number>{first, temperature(4, t), temperature(8, t), temperature(12, t),
+                               conductance * (hot - first)};
+  });
+}
+
 void gas_cylinder(const std::string& folder) {
   const Number gamma = given(1.4), speed = given(-0.8);
   write(folder, "gas_cylinder.compression", {"t", "V", "T", "P"}, 1, 101, [&](const Number& t) {
@@ -370,6 +391,7 @@ int main(int argc, char** argv) {
   const std::string folder = argc > 1 ? argv[1] : "models/reference";
   try {
     thermal_chain(folder);
+    heat_rod(folder);
     gas_cylinder(folder);
     coupled_coils(folder);
     varying_capacitor(folder);

@@ -42,6 +42,7 @@ constexpr std::array kCodes{
     Code{"BG136", kError, "A submodel has no such parameter or signal"},
     Code{"BG137", kError, "Too many elements"},
     Code{"BG138", kError, "A port that is not a junction"},
+    Code{"BG139", kError, "An index or a number of copies"},
     Code{"BG140", kError, "No such scene"},
     Code{"BG141", kError, "--set is not understood"},
     Code{"BG142", kError, "A constant that is not a finite number"},

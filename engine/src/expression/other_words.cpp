@@ -207,7 +207,9 @@ constexpr std::array kSigns{
     Sign{"//", "", "there are no remarks and no whole-number division: write / or floor(a/b)"},
     Sign{"%", "", "write x/100 for per cent; the remainder of x/y is x - y*floor(x/y)"},
     Sign{";", "", "leave it out: a value is one expression"},
-    Sign{"[", "", "values are single numbers without an index; write ( ) for parentheses"},
+    Sign{"[", "",
+         "values are single numbers, and only the name of a repeated element has an index, cell[3].q; write ( ) for "
+         "parentheses"},
     Sign{"]", "", "write ( ) for parentheses"},
     Sign{"{", "", "write ( ) for parentheses"},
     Sign{"}", "", "write ( ) for parentheses"},

@@ -85,12 +85,17 @@ class Parser {
   [[nodiscard]] char peek(std::size_t ahead = 0) const {
     return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0';
   }
-  /// Length of a dotted name at @p at: "x", "packet.wall.q", "tf.1.e"; 0 if there is none.
+  /// Length of a dotted name at @p at: "x", "packet.wall.q", "tf.1.e", "cell[i+1].store.q"; 0 if there is none.
   [[nodiscard]] std::size_t name_length(std::size_t at) const {
     if (at >= text_.size() || !begins_name(text_[at])) return 0;
     std::size_t end = at;
     const auto part = [&] {
       while (end < text_.size() && (begins_name(text_[end]) || is_digit(text_[end]))) ++end;
+      while (end < text_.size() && text_[end] == '[') {
+        const std::size_t close = text_.find_first_of("[](),.", end + 1);
+        if (close == std::string_view::npos || text_[close] != ']') return;
+        end = close + 1;
+      }
     };
     part();
     while (end + 1 < text_.size() && text_[end] == '.' && (begins_name(text_[end + 1]) || is_digit(text_[end + 1]))) {

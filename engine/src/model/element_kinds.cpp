@@ -9,32 +9,34 @@ namespace {
 using Keys = std::string_view;
 
 constexpr std::array kEffortWays{Keys("effort")};
-constexpr std::array kEffortKeys{Keys("kind"), Keys("about"), Keys("effort")};
+constexpr std::array kEffortKeys{Keys("kind"), Keys("about"), Keys("repeat"), Keys("effort")};
 constexpr std::array kFlowWays{Keys("flow")};
-constexpr std::array kFlowKeys{Keys("kind"), Keys("about"), Keys("flow")};
-constexpr std::array kDetectorKeys{Keys("kind"), Keys("about")};
+constexpr std::array kFlowKeys{Keys("kind"), Keys("about"), Keys("repeat"), Keys("flow")};
+constexpr std::array kDetectorKeys{Keys("kind"), Keys("about"), Keys("repeat")};
 constexpr std::array kSwitchWays{Keys("closed"), Keys("locked"), Keys("close")};
-constexpr std::array kSwitchKeys{Keys("kind"),  Keys("about"), Keys("closed"), Keys("locked"),
-                                 Keys("close"), Keys("open"),  Keys("initial")};
-constexpr std::array kDiodeKeys{Keys("kind"), Keys("about"), Keys("passes"), Keys("fire"), Keys("threshold")};
+constexpr std::array kSwitchKeys{Keys("kind"),   Keys("about"), Keys("repeat"), Keys("closed"),
+                                 Keys("locked"), Keys("close"), Keys("open"),   Keys("initial")};
+constexpr std::array kDiodeKeys{Keys("kind"),   Keys("about"), Keys("repeat"),
+                                Keys("passes"), Keys("fire"),  Keys("threshold")};
 constexpr std::array kContactWays{Keys("gap")};
-constexpr std::array kContactKeys{Keys("kind"), Keys("about"), Keys("gap"), Keys("initial"), Keys("restitution")};
+constexpr std::array kContactKeys{Keys("kind"), Keys("about"),   Keys("repeat"),
+                                  Keys("gap"),  Keys("initial"), Keys("restitution")};
 constexpr std::array kResistorWays{Keys("resistance"), Keys("law")};
-constexpr std::array kResistorKeys{Keys("kind"), Keys("about"), Keys("resistance"), Keys("law")};
+constexpr std::array kResistorKeys{Keys("kind"), Keys("about"), Keys("repeat"), Keys("resistance"), Keys("law")};
 constexpr std::array kCapacitorWays{Keys("capacitance"), Keys("law")};
-constexpr std::array kCapacitorKeys{Keys("kind"), Keys("about"),   Keys("capacitance"),
+constexpr std::array kCapacitorKeys{Keys("kind"), Keys("about"),   Keys("repeat"),  Keys("capacitance"),
                                     Keys("law"),  Keys("initial"), Keys("priority")};
 constexpr std::array kInertiaWays{Keys("inertance"), Keys("law")};
-constexpr std::array kInertiaKeys{Keys("kind"), Keys("about"),   Keys("inertance"),
+constexpr std::array kInertiaKeys{Keys("kind"), Keys("about"),   Keys("repeat"),  Keys("inertance"),
                                   Keys("law"),  Keys("initial"), Keys("priority")};
 constexpr std::array kModulusWays{Keys("modulus")};
-constexpr std::array kModulusKeys{Keys("kind"), Keys("about"), Keys("modulus")};
+constexpr std::array kModulusKeys{Keys("kind"), Keys("about"), Keys("repeat"), Keys("modulus")};
 constexpr std::array kStoreFieldWays{Keys("energy"), Keys("laws")};
-constexpr std::array kStoreFieldKeys{Keys("kind"), Keys("about"),   Keys("ports"),   Keys("energy"),
-                                     Keys("laws"), Keys("initial"), Keys("priority")};
+constexpr std::array kStoreFieldKeys{Keys("kind"),   Keys("about"), Keys("repeat"),  Keys("ports"),
+                                     Keys("energy"), Keys("laws"),  Keys("initial"), Keys("priority")};
 constexpr std::array kResistorFieldWays{Keys("laws")};
-constexpr std::array kResistorFieldKeys{Keys("kind"), Keys("about"), Keys("ports"), Keys("laws")};
-constexpr std::array kJunctionKeys{Keys("kind"), Keys("about"), Keys("on")};
+constexpr std::array kResistorFieldKeys{Keys("kind"), Keys("about"), Keys("repeat"), Keys("ports"), Keys("laws")};
+constexpr std::array kJunctionKeys{Keys("kind"), Keys("about"), Keys("repeat"), Keys("on")};
 
 // Powers of e, f, q, p.
 constexpr std::array kEffort{CoefficientUnit{"effort", {1, 0, 0, 0}}};

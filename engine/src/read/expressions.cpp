@@ -53,6 +53,9 @@ ExprId Reader::parse(const Context& context, NodeId value, std::string_view text
 
 /// Whether a name's owner is at fault itself, which has been reported.
 bool Reader::is_broken(std::size_t scope, std::string_view name) const {
+  if (const auto bracket = name.find('[');
+      bracket != std::string_view::npos && is_broken(scope, name.substr(0, bracket)))
+    return true;
   for (auto dot = name.find('.'); dot != std::string_view::npos; dot = name.find('.', dot + 1))
     if (broken_.contains(scopes_[scope].prefix + std::string(name.substr(0, dot)))) return true;
   return broken_.contains(scopes_[scope].prefix + std::string(name));
@@ -87,6 +90,22 @@ std::nullopt_t Reader::refuse(const char* code, std::string situation, std::stri
 }
 
 std::optional<ExprId> Reader::meaning(const Context& context, std::string_view name) {
+  const IndexValues& indices = scopes_[context.scope].indices;
+  const std::size_t index = name.size() == 1 ? kIndexNames.find(name[0]) : std::string_view::npos;
+  if (index != std::string_view::npos && indices.used[index]) {
+    const auto other = names_.find(scopes_[context.scope].prefix + std::string(name));
+    if (other == names_.end()) return model_.pool.constant(static_cast<double>(indices.value[index]));
+    return refuse("BG116",
+                  in_quotes(name) + " is ambiguous here: it is the index of what is repeated, and a name of the model",
+                  "give the other one another name", {{other->second.place, "it is declared here"}});
+  }
+  if (name.find('[') == std::string_view::npos) return meaning_of_plain(context, name);
+  const auto numbered = with_indices(context, name);
+  return numbered ? meaning_of_plain(context, *numbered) : std::nullopt;
+}
+
+/// Of a name that has numbers for indices.
+std::optional<ExprId> Reader::meaning_of_plain(const Context& context, std::string_view name) {
   if (context.own != nullptr) {
     if (const auto own = own_variable(context, name)) return own;
     if (refusal_) return std::nullopt;
@@ -100,9 +119,14 @@ std::optional<ExprId> Reader::meaning(const Context& context, std::string_view n
         output != outputs_.end() && model_.outputs[output->second].value.valid())
       return model_.outputs[output->second].value;
   const auto dot = name.rfind('.');
-  if (dot == std::string_view::npos || name.size() != dot + 2) return std::nullopt;
-  const auto variable = variable_of(context.scope, name.substr(0, dot), name[dot + 1]);
-  if (!variable) return std::nullopt;
+  std::optional<SymbolId> variable;
+  if (dot != std::string_view::npos && name.size() == dot + 2)
+    variable = variable_of(context.scope, name.substr(0, dot), name[dot + 1]);
+  if (!variable) {
+    if (refusal_) return std::nullopt;
+    const std::string advice = index_advice(context.scope, name);
+    return advice.empty() ? std::nullopt : refuse("BG121", "there is no " + in_quotes(name), advice);
+  }
   if (context.constant != nullptr)
     return refuse("BG118", in_quotes(name) + " cannot be used in " + context.constant + ": it varies",
                   std::string(context.constant) + " is computed from numbers and parameters only");
@@ -135,6 +159,8 @@ std::optional<ExprId> Reader::quantity(const Context& context, const Entity& ent
       return refuse("BG121", in_quotes(name) + " is a bond, no quantity",
                     "write its effort " + in_quotes(std::string(name) + ".e") + " or its flow " +
                         in_quotes(std::string(name) + ".f"));
+    case Entity::Kind::repeated:
+      return refuse("BG121", in_quotes(name) + " is repeated, no quantity", index_advice(context.scope, name));
     case Entity::Kind::instance:
       return refuse("BG121", in_quotes(name) + " is a submodel, no quantity",
                     "write what is inside it, such as " + in_quotes(std::string(name) + ".mass.p"));

@@ -10,10 +10,11 @@ namespace bgsim {
 void Reader::declare_junction_switch(std::size_t scope, NodeId node) {
   const Document& file = document(scopes_[scope]);
   const std::string name = scopes_[scope].prefix + std::string(file[node].key);
-  const auto junction = names_.find(name);
+  const std::string index = index_text(scopes_[scope].indices);
+  const auto junction = names_.find(name + index);
   if (junction == names_.end() || junction->second.kind != Entity::Kind::element) return;
   Element element;
-  element.name = name + "_on";
+  element.name = name + "_on" + index;
   element.kind = written_kind("Sw")->row->kind;
   element.place = file.key_place(file.find(node, "on"));
   element.ports = {""};
@@ -25,7 +26,7 @@ void Reader::declare_junction_switch(std::size_t scope, NodeId node) {
 void Reader::bond_junction_switches(std::size_t scope) {
   std::vector<std::pair<std::size_t, std::size_t>> here;
   for (const auto& [index, junction] : junction_switches_)
-    if (element_text_[index].names == scope) here.emplace_back(index, junction);
+    if (declaring(element_text_[index].names) == scope) here.emplace_back(index, junction);
   std::sort(here.begin(), here.end());
   const NodeId array = section(scopes_[scope], "bonds", JsonKind::array);
   std::size_t position = array.valid() ? document(scopes_[scope])[array].child_count : 0;

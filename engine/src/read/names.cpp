@@ -7,32 +7,39 @@ namespace bgsim {
 
 /// Declares the model and, where its elements stand, the submodels; with a stack of its own, outermost scope first.
 void Reader::declare_all() {
-  std::vector<NodeId> next;  // the element to be declared next, by scope in unfolding_
-  const auto enter = [&](std::size_t scope) {
-    unfolding_.push_back(scope);
-    begin_scope(scope);
-    const NodeId elements = section(scopes_[scope], "elements", JsonKind::object);
-    const Document& file = document(scopes_[scope]);
-    next.push_back(elements.valid() ? file[elements].first_child : NodeId{});
-    if (elements.valid() && !next.back().valid())
-      problem("BG112", "the model has no elements", file.place(elements), "add at least one element");
+  struct Frame {
+    std::size_t scope;
+    bool begun = false;
+    NodeId next{};  ///< the element to be declared next
   };
-  enter(0);
-  while (!unfolding_.empty()) {
-    const std::size_t scope = unfolding_.back();
-    const NodeId node = next.back();
-    if (node.valid()) {
-      next.back() = document(scopes_[scope])[node].next_sibling;
+  std::vector<Frame> frames{{0}};
+  while (!frames.empty()) {
+    Frame& frame = frames.back();
+    const std::size_t scope = frame.scope;
+    if (!frame.begun) {
+      frame.begun = true;
+      unfolding_.push_back(scope);
+      begin_scope(scope);
+      const NodeId elements = section(scopes_[scope], "elements", JsonKind::object);
+      const Document& file = document(scopes_[scope]);
+      if (elements.valid()) frame.next = file[elements].first_child;
+      if (elements.valid() && !frame.next.valid())
+        problem("BG112", "the model has no elements", file.place(elements), "add at least one element");
+    }
+    if (const NodeId node = frame.next; node.valid()) {
+      frame.next = document(scopes_[scope])[node].next_sibling;
       const std::size_t before = scopes_.size();
       declare_element(scope, node);
       const std::string full = scopes_[scope].prefix + std::string(document(scopes_[scope])[node].key);
       if (!names_.contains(full)) broken_.insert(full);
-      if (scopes_.size() > before) enter(before);
+      // Submodels, the first on top; a scope of one copy's indices declares nothing.
+      for (std::size_t inner = scopes_.size(); inner-- > before;)
+        if (!scopes_[inner].copy_in) frames.push_back({inner});
       continue;
     }
     end_scope(scope);
     unfolding_.pop_back();
-    next.pop_back();
+    frames.pop_back();
   }
 }
 
@@ -165,6 +172,8 @@ void Reader::declare_element(std::size_t scope, NodeId node) {
   const std::string_view name = file[node].key;
   if (!valid_name(name, file.key_place(node), "an element")) return;
   if (!expect(file, node, JsonKind::object, "an element")) return;
+  if (const NodeId repeat = file.find(node, "repeat"); repeat.valid() && !scopes_[scope].copy_in)
+    return declare_copies(scope, node, repeat);
   const NodeId kind = file.find(node, "kind");
   if (!kind.valid())
     return missing(file, node, "the element " + in_quotes(name) + " has no \"kind\"", file.key_place(node),
@@ -176,7 +185,7 @@ void Reader::declare_element(std::size_t scope, NodeId node) {
   const KindRow& row = *written->row;
   check_keys(file, node, row.keys, "an element of kind " + kind_text(row.kind, written->modulated), row.kind);
   Element element;
-  element.name = scopes_[scope].prefix + std::string(name);
+  element.name = scopes_[scope].prefix + std::string(name) + index_text(scopes_[scope].indices);
   element.kind = row.kind;
   element.modulated = written->modulated;
   element.place = file.key_place(node);

@@ -39,7 +39,8 @@ Model Reader::read(std::string text) {
   declare_all();
   parse_quantities();
   for (std::size_t i = 0; i < model_.elements.size(); ++i) parse_element(i);
-  for (std::size_t scope = 0; scope < scopes_.size(); ++scope) parse_events(scope);
+  for (std::size_t scope = 0; scope < scopes_.size(); ++scope)
+    if (!scopes_[scope].copy_in) parse_events(scope);
   add_memory_events();
   parse_outputs(0);
   parse_scenes();

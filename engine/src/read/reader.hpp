@@ -20,6 +20,7 @@
 #include "bgsim/unit.hpp"
 #include "expression/parse.hpp"
 #include "model/element_kinds.hpp"
+#include "read/name_indices.hpp"
 
 namespace bgsim {
 
@@ -29,12 +30,15 @@ struct Scope {
   DocumentId document;
   std::size_t parent = 0;  ///< scope of the instance
   NodeId instance;         ///< the instance's element in the parent's file; none for the model itself
+  /// Of one copy of a repeated element: the same names as in the scope that declares it, and its indices i, j, k.
+  IndexValues indices = {};
+  std::optional<std::size_t> copy_in = {};  ///< that scope
 };
 
 /// Meaning of a full name.
 struct Entity {
-  enum class Kind : std::uint8_t { parameter, signal, condition, element, bond, instance } kind;
-  std::uint32_t index;  ///< into the model's table; the scope for instances
+  enum class Kind : std::uint8_t { parameter, signal, condition, element, bond, instance, repeated } kind;
+  std::uint32_t index;  ///< into the model's table; the scope for instances; the reader's table of what is repeated
   Place place;
 };
 
@@ -120,7 +124,7 @@ class Reader {
   };
   struct Use {
     Type* type;
-    std::size_t times;  ///< elements of that kind in the file
+    double times;  ///< elements of that kind in the file
   };
   std::unordered_map<std::string_view, Type>& types_of(DocumentId id);
   std::vector<Use> uses_of(DocumentId id);
@@ -131,16 +135,39 @@ class Reader {
   void override_condition(std::size_t scope, std::uint32_t index, NodeId node);
   void declare_exports(std::size_t scope);
 
+  // elements and bonds that are repeated (read/repeat.cpp)
+  struct Repeated {
+    std::vector<std::int64_t> first, last;  ///< by dimension
+  };
+  using Counts = std::vector<std::int64_t>;  ///< by dimension
+  std::optional<Counts> read_counts(const Document& file, NodeId repeat);
+  [[nodiscard]] double copies_of(const Document& file, NodeId element) const;
+  void declare_copies(std::size_t scope, NodeId node, NodeId repeat);
+  void claim_repeated(const std::string& full_name, Repeated range, const Place& place);
+  static Repeated range_of(const IndexValues& first, const IndexValues& last);
+  [[nodiscard]] const Repeated* repeated(const std::string& full_name) const;
+  [[nodiscard]] std::size_t declaring(std::size_t scope) const { return scopes_[scope].copy_in.value_or(scope); }
+  std::optional<std::string> with_indices(const Context& context, std::string_view name);
+  [[nodiscard]] std::string index_advice(std::size_t scope, std::string_view name) const;
+  std::optional<std::vector<IndexValues>> copies_of_bond(std::size_t scope, NodeId node);
+  struct BondIndices;
+  bool read_bond_indices(std::size_t scope, NodeId value, BondIndices& indices);
+  bool read_ranges(const Document& file, NodeId repeat, BondIndices& indices);
+
   // bonds (reader_bonds.cpp)
+  struct BondText {
+    NodeId node;
+    IndexValues indices;  ///< of a repeated bond
+  };
   void declare_bonds(std::size_t scope);
-  void name_bonds(std::size_t scope, NodeId array);
+  std::vector<BondText> name_bonds(std::size_t scope, NodeId array);
   std::string automatic_name(std::size_t scope, std::size_t position);
-  void declare_bond_ends(std::size_t scope, NodeId node, std::size_t index);
-  std::optional<BondEndText> bond_end(std::size_t scope, NodeId bond, std::string_view key);
-  std::optional<BondEndText> bond_end_at(std::size_t scope, NodeId value);
+  bool declare_bond_ends(std::size_t scope, const BondText& bond, std::size_t index);
+  std::optional<BondEndText> bond_end(std::size_t scope, const BondText& bond, std::string_view key);
+  std::optional<BondEndText> bond_end_at(std::size_t scope, NodeId value, std::string_view text);
   std::optional<BondEndText> inner_bond_end(std::size_t scope, NodeId value, std::string_view base,
                                             std::string_view port);
-  std::optional<BondEndText> no_element(std::size_t scope, NodeId value);
+  std::optional<BondEndText> no_element(std::size_t scope, NodeId value, std::string_view base);
 
   // expressions (reader_expressions.cpp)
   ExprId expression(const Context& context, NodeId value, const std::string& what);
@@ -150,6 +177,7 @@ class Reader {
   ExprId condition(const Context& context, NodeId value, const std::string& what);
   bool only_parameters(const Context& context, NodeId value, ExprId expression);
   std::optional<ExprId> meaning(const Context& context, std::string_view name);
+  std::optional<ExprId> meaning_of_plain(const Context& context, std::string_view name);
   std::optional<ExprId> quantity(const Context& context, const Entity& entity, std::string_view name);
   std::optional<ExprId> own_variable(const Context& context, std::string_view name);
   std::optional<SymbolId> variable_of(std::size_t scope, std::string_view base, char letter);
@@ -293,6 +321,7 @@ class Reader {
   std::vector<std::size_t> unfolding_;  ///< scopes whose elements are being declared, outermost first
 
   std::unordered_map<std::string, Entity> names_;         ///< by full name
+  std::vector<Repeated> repeated_;                        ///< elements and bonds
   std::unordered_map<std::string, ElementId> exports_;    ///< junctions by "left.body"
   std::unordered_set<std::uint64_t> with_unknown_keys_;   ///< objects, by document and value
   std::unordered_set<std::string> broken_;                ///< full names of what is at fault and reported

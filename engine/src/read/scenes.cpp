@@ -168,7 +168,8 @@ bool Reader::check_state(const std::string& name, const Place& place, bool or_co
   refusal_.reset();
   if (state_named(name, or_conjugate)) return true;
   if (is_broken(0, name) || unreadable(scopes_[0], "elements")) return false;
-  std::string help = refusal_ ? refusal_->help : suggestion(name, state_names());
+  std::string help = refusal_ ? refusal_->help : index_advice(0, name);
+  if (help.empty()) help = suggestion(name, state_names());
   const auto dot = name.rfind('.');
   if (dot != std::string::npos && or_conjugate)
     if (const auto found = names_.find(name.substr(0, dot));

@@ -49,14 +49,15 @@ std::vector<Reader::Use> Reader::uses_of(DocumentId id) {
     if (type == types.end() || type->second.refused) continue;
     const auto [known, is_new] = position.try_emplace(type->first, uses.size());
     if (!is_new) {
-      ++uses[known->second].times;
+      uses[known->second].times += copies_of(file, node);
       continue;
     }
+    const double times = copies_of(file, node);
     const Place place = file.place(type->second.node);
     const DocumentId other = load(submodel_file(id, file[type->second.node].text), std::nullopt, place);
     type->second.file = other;
     type->second.refused = !other.valid() || !is_model(other);
-    uses.push_back({&type->second, 1});
+    uses.push_back({&type->second, times});
   }
   return uses;
 }
@@ -95,9 +96,11 @@ void Reader::survey(DocumentId root) {
       },
       [&](std::size_t i) {
         const NodeId section = document(files[i]).find(Document::root(), "elements");
-        elements[i] = section.valid() ? document(files[i])[section].child_count : 0.0;
-        for (std::size_t j = 0; j < uses[i].size(); ++j)
-          elements[i] += static_cast<double>(uses[i][j].times) * elements[submodels[i][j]];
+        const Document& file = document(files[i]);
+        for (NodeId node = section.valid() ? file[section].first_child : NodeId{}; node.valid();
+             node = file[node].next_sibling)
+          elements[i] += copies_of(file, node);
+        for (std::size_t j = 0; j < uses[i].size(); ++j) elements[i] += uses[i][j].times * elements[submodels[i][j]];
       });
   const double total = elements[0];
   if (total <= kMostElements) {
@@ -107,13 +110,13 @@ void Reader::survey(DocumentId root) {
   }
   problem("BG137", "the model has more than 10 million elements, submodels unfolded",
           document(root).key_place(document(root).find(Document::root(), "elements")),
-          "look for submodels that hold several copies of each other, level over level");
+          "look for submodels that hold several copies of each other, level over level, and for \"repeat\"");
   give_up();
 }
 
 /// An element whose kind is one of the file's "types". Its scope is entered by declare_all.
 void Reader::declare_instance(std::size_t scope, NodeId node, std::string_view kind) {
-  static constexpr std::array<std::string_view, 4> kKeys{"kind", "parameters", "signals", "about"};
+  static constexpr std::array<std::string_view, 5> kKeys{"kind", "parameters", "signals", "about", "repeat"};
   const Document& file = document(scopes_[scope]);
   const auto& types = types_of(scopes_[scope].document);
   const auto type = types.find(kind);
@@ -133,7 +136,7 @@ void Reader::declare_instance(std::size_t scope, NodeId node, std::string_view k
   check_keys(file, node, kKeys, "a submodel");
   text_of(file, node, "about");
   if (type->second.refused) return;
-  const std::string full = scopes_[scope].prefix + std::string(file[node].key);
+  const std::string full = scopes_[scope].prefix + std::string(file[node].key) + index_text(scopes_[scope].indices);
   const auto index = static_cast<std::uint32_t>(scopes_.size());
   if (!claim(full, {Entity::Kind::instance, index, file.key_place(node)})) return;
   scopes_.push_back({full + ".", type->second.file, scope, node});
