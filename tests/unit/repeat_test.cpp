@@ -1,5 +1,6 @@
 // "repeat": elements, submodels and bonds many times.
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "bgsim/study.hpp"
 #include "read/name_indices.hpp"
@@ -149,4 +150,29 @@ TEST_CASE("what is at fault in repeated elements is said once") {
   CHECK(test::codes(replaced(kLadder, R"("repeat": 4)", R"("repeat": 100000000)")) == "BG137 ");
   CHECK(test::codes(replaced(kLadder, R"("repeat": 4)", R"("repeat": [])")).starts_with("BG139 "));
   CHECK(test::codes(replaced(kLadder, R"("repeat": 4)", R"("repeat": -1)")).starts_with("BG139 "));
+}
+
+TEST_CASE("repeated switches and the side that each is on") {
+  const std::string body = R"x(
+    "elements": {
+      "source": { "kind": "Se", "effort": 1 }, "bus": { "kind": "0" }, "branch": { "kind": "1", "repeat": 3 },
+      "sw": { "kind": "Sw", "repeat": 3, "closed": "t >= i" },
+      "r": { "kind": "MR", "repeat": 3, "resistance": "if(mode('sw[i]'), i, 7)" }
+    },
+    "bonds": [ { "from": "source", "to": "bus" }, { "from": "bus", "to": "branch[i]" },
+               { "from": "branch[i]", "to": "sw[i]" }, { "from": "branch[i]", "to": "r[i]" } ],
+    "outputs": { "all": "source.f", "second": "if(mode('sw[2]'), 1, 0)" },
+    "scenes": { "run": { "stop": 4, "samples": 9 } })x";
+  const RunResult result = run(body);
+  REQUIRE(result.trace.columns.size() == 2);
+  // Conductances 1, 1/2, 1/3 come in at t = 1, 2, 3; samples every 0.5, between them.
+  const std::vector<double> at{0.5, 1.5, 2.5, 3.5}, total{0.0, 1.0, 1.5, 1.5 + 1.0 / 3.0};
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    INFO(at[k]);
+    // The laws of resistors are solved for a flow each: two roundings.
+    CHECK(std::abs(result.trace.columns[0][2 * k + 1]) == Approx(total[k]).epsilon(1e-14).margin(0.0));
+    CHECK(result.trace.columns[1][2 * k + 1] == (at[k] > 2.0 ? 1.0 : 0.0));
+  }
+  CHECK(test::codes(replaced(body, "mode('sw[i]')", "mode('sw[i+1]')")) == "BG121 ");
+  CHECK(test::codes(replaced(body, "mode('sw[i]')", "mode('sw')")) == "BG121 ");
 }

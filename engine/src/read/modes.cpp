@@ -16,8 +16,13 @@ std::optional<ExprId> Reader::mode_named(const Context& context, std::string_vie
   if (context.constant != nullptr)
     return refuse("BG118", "mode(...) cannot be used in " + std::string(context.constant) + ": it varies",
                   std::string(context.constant) + " is computed from numbers and parameters only");
-  const auto found = names_.find(scopes_[context.scope].prefix + std::string(name));
-  if (found == names_.end()) return std::nullopt;
+  const auto numbered = with_indices(context, name);
+  if (!numbered) return std::nullopt;
+  const auto found = names_.find(scopes_[context.scope].prefix + *numbered);
+  if (found == names_.end() || found->second.kind == Entity::Kind::repeated) {
+    const std::string advice = index_advice(context.scope, *numbered);
+    return advice.empty() ? std::nullopt : refuse("BG121", "there is no " + in_quotes(name), advice);
+  }
   const bool element = found->second.kind == Entity::Kind::element;
   std::size_t index = found->second.index;
   bool contrary = false;  // off, a 0-junction is one whose switch is closed
