@@ -48,6 +48,7 @@ Exit bode_command(const Arguments& arguments);         ///< bode.cpp
 Exit step_command(const Arguments& arguments);         ///< bode.cpp
 Exit poles_command(const Arguments& arguments);        ///< poles.cpp
 Exit zeros_command(const Arguments& arguments);        ///< poles.cpp
+Exit control_command(const Arguments& arguments);      ///< control.cpp
 Exit transfer_command(const Arguments& arguments);     ///< transfer.cpp
 Exit show_command(const Arguments& arguments);         ///< show.cpp
 Exit draw_command(const Arguments& arguments);         ///< draw.cpp

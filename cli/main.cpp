@@ -29,6 +29,7 @@ constexpr Command kCommands[] = {
     {"plot", "draw a trace, or two over each other with their difference", plot_command},
     {"linearize", "linearize at a point: A, B, C, D by exact derivatives", linearize_command},
     {"poles", "poles with damping, frequency and the stores they belong to", poles_command},
+    {"control", "which states inputs can move and outputs show", control_command},
     {"transfer", "the transfer function in symbols, causal paths and loops", transfer_command},
     {"zeros", "zeros, poles and gain from an input to an output", zeros_command},
     {"bode", "frequency response, or the impedance at a bond", bode_command},

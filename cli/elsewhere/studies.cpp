@@ -18,6 +18,7 @@ namespace {
 Exit linearize_command(const Arguments& arguments) { studies("linearize", arguments); }
 Exit poles_command(const Arguments& arguments) { studies("poles", arguments); }
 Exit zeros_command(const Arguments& arguments) { studies("zeros", arguments); }
+Exit control_command(const Arguments& arguments) { studies("control", arguments); }
 Exit transfer_command(const Arguments& arguments) { studies("transfer", arguments); }
 Exit bode_command(const Arguments& arguments) { studies("bode", arguments); }
 Exit step_command(const Arguments& arguments) { studies("step", arguments); }

@@ -54,6 +54,19 @@ TEST_CASE("poles are printed with damping, frequency, and the stores they belong
   CHECK_THAT(here.bgsim("poles mass.json --set d=-0.4").out, Contains("2 poles grow: unstable"));
 }
 
+TEST_CASE("what inputs move and outputs show is printed") {
+  const WithMass here;
+  const Outcome all = here.bgsim("control mass.json");
+  CHECK(all.code == 0);
+  CHECK(all.out.find("controllable by push.e: 2 of 2 states\nobservable in x: 2 of 2 states\n") != std::string::npos);
+  // At rest the stiffness does nothing.
+  const Outcome none = here.bgsim("control mass.json --in k --out push.f");
+  CHECK(none.code == 1);
+  CHECK_THAT(none.out,
+             Contains("controllable by k: 0 of 2") && Contains("no causal path from an input: body.p, spring.q"));
+  CHECK(here.bgsim("control mass.json --in nothing").code == 1);
+}
+
 TEST_CASE("a transfer function is printed in symbols, with its paths and loops") {
   const WithMass here;
   const Outcome outcome = here.bgsim("transfer mass.json --in push --out x --paths");

@@ -17,7 +17,7 @@ PUBLIC = {
     "equations": "equations ordering slice",
     "program": "evaluator program",
     "run": "simulate trace_csv verify",
-    "linear": "linear transfer",
+    "linear": "linear structure transfer",
     "study": "indices reduce sensitivity study sweep trade",
     "fit": "fit",
     "draw": "drawing",

@@ -29,6 +29,7 @@
 #include "bgsim/trace_csv.hpp"
 #include "bgsim/verify.hpp"
 #include "bgsim/linear.hpp"
+#include "bgsim/structure.hpp"
 #include "bgsim/study.hpp"
 #include "bgsim/sensitivity.hpp"
 #include "bgsim/sweep.hpp"

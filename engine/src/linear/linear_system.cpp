@@ -31,6 +31,7 @@ struct StorePort {
 Model with_outputs(const Model& model, const RunInputs& point, std::vector<StorePort>& ports) {
   Model made = model;
   made.outputs.clear();
+  for (Scene& scene : made.scenes) scene.outputs.clear();  // which may name others
   made.events.clear();  // what happens at an instant has no part in a neighbourhood of a point
   for (const std::size_t i : point.outputs) made.outputs.push_back(model.outputs[i]);
   for (std::size_t e = 0; e < model.elements.size(); ++e) {

@@ -138,7 +138,8 @@ SignalFlow signal_flow(SymbolicSystem& symbolic) { return FlowBuilder(symbolic).
 std::unique_ptr<SymbolicSystem> symbolic_system(const std::shared_ptr<const Model>& model, const RunInputs& point,
                                                 const std::string& input) {
   Model wanted = *model;
-  wanted.events.clear();  // as linear_system() does
+  wanted.events.clear();                                     // as linear_system() does
+  for (Scene& scene : wanted.scenes) scene.outputs.clear();  // which may name others
   wanted.outputs = {model->outputs[point.outputs.front()]};
   const PerturbedModel perturbed = perturbed_model(wanted, point, {input});
   const BondGraph graph = build_bond_graph(*perturbed.model);

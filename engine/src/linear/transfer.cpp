@@ -9,127 +9,13 @@
 
 #include "base/codes.hpp"
 #include "bgsim/text.hpp"
-#include "linear/symbolic_system.hpp"
+#include "linear/pencil.hpp"
 
 namespace bgsim {
 
 namespace {
 
 constexpr std::size_t kMostVariables = 30;
-
-using SparseRow = std::map<std::uint32_t, PowerSum>;  // by column
-
-/// The states, and variables at which loops without a store are cut, with what each follows from.
-struct Pencil {
-  std::vector<SignalFlow::Node> nodes;  ///< by variable
-  std::size_t states = 0;               ///< the first of them
-  std::vector<SparseRow> rows;          ///< of A; of a cut: what it is equal to
-  std::vector<PowerSum> input;          ///< by row: B0 + B1 s + ...
-  SparseRow output;
-  PowerSum direct;
-};
-
-class PencilBuilder {
- public:
-  PencilBuilder(const SignalFlow& flow, const SymbolicSystem& symbolic) : flow_(flow) {
-    for (const std::uint32_t s : symbolic.states) add_variable(symbolic.system.states[s].symbol.value);
-    pencil_.states = pencil_.nodes.size();
-    find_cuts();
-    for (std::size_t v = 0; v < pencil_.nodes.size(); ++v) {
-      Sum sum = sum_into(pencil_.nodes[v]);
-      if (v < pencil_.states) {  // the edges into states have 1/s
-        for (auto& [column, value] : sum.row) value = shifted(value, kLaplace, 1);
-        sum.input = shifted(sum.input, kLaplace, 1);
-      }
-      pencil_.rows.push_back(std::move(sum.row));
-      pencil_.input.push_back(std::move(sum.input));
-    }
-    Sum output = sum_into(flow.output);
-    pencil_.output = std::move(output.row);
-    pencil_.direct = std::move(output.input);
-  }
-  Pencil result() { return std::move(pencil_); }
-
- private:
-  struct Sum {
-    SparseRow row;
-    PowerSum input;
-  };
-
-  void add_variable(SignalFlow::Node node) {
-    column_[node] = static_cast<std::uint32_t>(pencil_.nodes.size());
-    pencil_.nodes.push_back(node);
-  }
-
-  /// Depth first against the edges: where it comes back to an open node, that one is a variable.
-  void find_cuts() {
-    enum : char { fresh, open, done };
-    std::vector<char> mark(flow_.in.size(), fresh);
-    for (SignalFlow::Node root = 0; root < flow_.in.size(); ++root) {
-      std::vector<std::pair<SignalFlow::Node, std::size_t>> path;
-      const auto enter = [&](SignalFlow::Node node) {
-        mark[node] = open;
-        path.emplace_back(node, 0);
-      };
-      if (mark[root] == fresh) enter(root);
-      while (!path.empty()) {
-        auto& [node, next] = path.back();
-        if (next == flow_.in[node].size()) {
-          mark[node] = done;
-          path.pop_back();
-          continue;
-        }
-        const SignalFlow::Node from = flow_.edges[flow_.in[node][next++]].from;
-        if (column_.contains(from)) continue;
-        if (mark[from] == open) add_variable(from);
-        if (mark[from] == fresh) enter(from);
-      }
-    }
-  }
-
-  /// What the edges into a node bring, over variables and the input.
-  Sum sum_into(SignalFlow::Node goal) {
-    std::vector<SignalFlow::Node> path{goal};
-    const auto ready = [&](SignalFlow::Node node) {
-      return node == flow_.input || column_.contains(node) || known_.contains(node);
-    };
-    while (true) {
-      const SignalFlow::Node node = path.back();
-      const std::size_t before = path.size();
-      for (const std::uint32_t edge : flow_.in[node])
-        if (!ready(flow_.edges[edge].from)) path.push_back(flow_.edges[edge].from);
-      if (path.size() > before) continue;
-      Sum sum = gathered(node);
-      path.pop_back();
-      if (path.empty()) return sum;
-      known_.try_emplace(node, std::move(sum));
-      while (path.size() > 1 && ready(path.back())) path.pop_back();
-    }
-  }
-
-  Sum gathered(SignalFlow::Node node) {
-    Sum sum;
-    for (const std::uint32_t number : flow_.in[node]) {
-      const SignalFlow::Edge& edge = flow_.edges[number];
-      if (edge.from == flow_.input) {
-        add_to(sum.input, edge.gain);
-      } else if (const auto found = column_.find(edge.from); found != column_.end()) {
-        add_to(sum.row[found->second], edge.gain);
-      } else {
-        const Sum& from = known_.at(edge.from);
-        for (const auto& [column, value] : from.row) add_to(sum.row[column], product(value, edge.gain));
-        add_to(sum.input, product(from.input, edge.gain));
-      }
-    }
-    std::erase_if(sum.row, [](const auto& entry) { return entry.second.empty(); });
-    return sum;
-  }
-
-  const SignalFlow& flow_;
-  Pencil pencil_;
-  std::unordered_map<SignalFlow::Node, std::uint32_t> column_;
-  std::unordered_map<SignalFlow::Node, Sum> known_;
-};
 
 /// The variables that the input moves and the output sees.
 std::vector<std::uint32_t> between(const Pencil& pencil) {
@@ -329,7 +215,7 @@ TransferFunction transfer_function(const std::shared_ptr<const Model>& model, co
   transfer.notes = numbers.notes;
   try {
     const SignalFlow flow = signal_flow(*symbolic);
-    const Pencil pencil = PencilBuilder(flow, *symbolic).result();
+    const Pencil pencil = pencil_of(flow, *symbolic);
     const std::vector<std::uint32_t> kept = between(pencil);
     if (kept.size() > kMostVariables)
       fail_large(*model, std::to_string(kept.size()) +
