@@ -43,6 +43,16 @@ std::pair<std::string, std::string> split_pair(const std::string& text, const ch
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
+bool is_number(const std::string& text) {
+  std::size_t read = 0;
+  try {
+    static_cast<void>(std::stod(text, &read));
+  } catch (const std::exception&) {
+    return false;
+  }
+  return read == text.size();
+}
+
 double positive_of(const std::string& text, const std::string& option) {
   std::size_t read = 0;
   double value = 0.0;
@@ -70,18 +80,21 @@ void take_loss(FitArguments& options) {
 void take_matches(FitArguments& options) {
   for (const std::string& text : options.matches) {
     const auto [output, column] = split_pair(text, "--match", "OUTPUT=COLUMN");
-    options.plan.matches.push_back({output, column, 0.0});
+    options.plan.matches.push_back({output, column, 0.0, {}});
     std::vector<std::string>& record = options.model.reading.record;
     if (std::find(record.begin(), record.end(), output) == record.end()) record.push_back(output);
   }
   for (const std::string& text : options.sigmas) {
     const auto [output, value] = split_pair(text, "--sigma", "OUTPUT=VALUE");
-    const double sigma = positive_of(value, "--sigma " + short_name(output));
+    // A number, or else a column.
+    const bool number = is_number(value);
+    const double sigma = number ? positive_of(value, "--sigma " + short_name(output)) : 0.0;
     bool found = false;
     for (FitMatch& match : options.plan.matches)
       if (match.output == output) {
         found = true;
         match.sigma = sigma;
+        if (!number) match.sigma_column = value;
       }
     if (!found) throw UsageError("--sigma names \"" + short_name(output) + "\", which no --match does");
   }
@@ -113,8 +126,11 @@ FitArguments parse(const Arguments& arguments) {
                  "has one; may be repeated")
       ->type_name("NAME[=LOWER:UPPER]")
       ->allow_extra_args(false);
-  app.add_option("--sigma", options.sigmas, "standard deviation of the measurement of an output; may be repeated")
-      ->type_name("OUTPUT=VALUE")
+  app.add_option(
+         "--sigma", options.sigmas,
+         "standard deviation of the measurement of an output: a number, or a column of the data with one for each "
+         "row; may be repeated")
+      ->type_name("OUTPUT=VALUE|COLUMN")
       ->allow_extra_args(false);
   app.add_option("--loss", options.loss,
                  "lets outliers beyond D standard deviations pull less: huber:D or cauchy:D (default: squares)")
@@ -123,6 +139,10 @@ FitArguments parse(const Arguments& arguments) {
   app.add_option("--global-runs", options.global_runs, "points that --global tries (default: 200 for each value)")
       ->type_name("N")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{100000000}));
+  app.add_option("--starts", options.plan.starts,
+                 "searches from so many further points of the ranges, and takes the best end")
+      ->type_name("N")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{100000}));
   app.add_option("--iterations", options.plan.iterations, "at most so many (default: 100)")
       ->type_name("N")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1000000}));
@@ -233,6 +253,7 @@ void print(const FitResult& result, const FitPlan& plan) {
   if (result.known_sigma && plan.loss == FitLoss::squares && std::isfinite(result.deviation))
     std::cout << "Residuals are " << number_text(result.deviation, 4)
               << " times as large as the standard deviations say (1 if model and --sigma are right).\n";
+  if (result.starts > 1) std::cout << result.same << " of " << result.starts << " starts came to these values.\n";
   std::cout << result.residuals << " values compared, " << result.iterations << " iterations, " << result.runs
             << " runs.\n";
 }

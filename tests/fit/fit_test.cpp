@@ -285,3 +285,72 @@ TEST_CASE("a fit that is interrupted, or has too few iterations, says so") {
   CHECK(!result.converged);
   CHECK(result.stopped == "the limit of iterations was reached");
 }
+
+TEST_CASE("each row has its own weight: weighted linear regression") {
+  const Study study = Study::from_text(line());
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  const std::vector<double> at = times(0.0, 10.0, 21);
+  std::vector<double> sigma;
+  for (std::size_t i = 0; i < at.size(); ++i) sigma.push_back(i % 3 == 0 ? 2.0 : 0.1 + 0.02 * at[i]);
+  std::size_t row = 0;
+  FitData data = measured(at, [&](double t) { return 2.0 - 0.7 * t + sigma[row++] * noise(random); });
+  data.cells.table.names.emplace_back("s");
+  data.cells.table.columns.push_back(sigma);
+  data.cells.faults.emplace_back();
+  double n = 0, st = 0, stt = 0, sy = 0, sty = 0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const double t = at[i], y = data.cells.table.columns[1][i], w = 1.0 / (sigma[i] * sigma[i]);
+    n += w, st += w * t, stt += w * t * t, sy += w * y, sty += w * t * y;
+  }
+  const double det = n * stt - st * st;
+  // Runs and derivatives are exact to some 1e-10 of their size.
+  const auto same = [](double value) { return Approx(value).epsilon(1e-7); };
+  FitPlan plan = plan_of({"a", "b"}, {data});
+  plan.matches[0].sigma_column = "s";
+  const FitResult result = fit(study, plan);
+  CHECK(result.known_sigma);
+  CHECK(result.values[0].value == same((sy * stt - st * sty) / det));
+  CHECK(result.values[1].value == same((n * sty - st * sy) / det));
+  CHECK(result.values[0].error == same(std::sqrt(stt / det)));
+  CHECK(result.values[1].error == same(std::sqrt(n / det)));
+  const auto refused = [&](double value, const std::string& column) {
+    plan.data[0].cells.table.columns[2][4] = value;
+    plan.matches[0].sigma_column = column;
+    try {
+      static_cast<void>(fit(study, plan));
+    } catch (const ModelError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK_THAT(refused(0.0, "s"), Contains("BG417") && Contains("data.csv:6") && Contains("is 0"));
+  CHECK_THAT(refused(std::numeric_limits<double>::quiet_NaN(), "s"), Contains("BG417") && Contains("is missing"));
+  CHECK_THAT(refused(1.0, "sd"), Contains("BG418") && Contains("no column \"sd\""));
+}
+
+TEST_CASE("further starts find the least of several minima, and say how many came to it") {
+  const Study study =
+      Study::from_text(model_text(R"x("parameters": { "w": 1 }, "elements": { "cap": { "kind": "C", "capacitance": 1 },
+      "res": { "kind": "R", "resistance": 1 } }, "bonds": [ { "from": "cap", "to": "res" } ],
+    "signals": { "y": { "integral": "w*cos(w*t)", "initial": 0 } },
+    "outputs": { "u": "y" }, "scenes": { "s": { "stop": 10, "relative": 1e-10 } })x"));
+  const FitData data = measured(times(0.0, 10.0, 41), [](double t) { return std::sin(5.0 * t); });
+  FitPlan plan = plan_of({"w=0.5:8"}, {data});
+  const FitResult alone = fit(study, plan);
+  REQUIRE(std::abs(alone.values[0].value - 5.0) > 0.5);
+  plan.starts = 20;
+  const FitResult one = fit(study, plan, {}, {}, 1), four = fit(study, plan, {}, {}, 4);
+  check_values(one, {5.0});
+  CHECK(one.values[0].start == 1.0);
+  CHECK(one.starts == 21);
+  CHECK(one.same >= 1);
+  CHECK(one.same < 21);
+  CHECK_FALSE(one.notes.empty());
+  CHECK(four.values[0].value == one.values[0].value);
+  CHECK(four.same == one.same);
+  // A range without an end has no points to start from.
+  FitPlan open = plan_of({"w"}, {data});
+  open.starts = 3;
+  CHECK_THROWS_WITH(fit(study, open), Contains("has no range to be searched"));
+}

@@ -26,7 +26,9 @@ struct FitVariation {
 struct FitMatch {
   std::string output;
   std::string column;
-  double sigma = 0.0;  ///< standard deviation of the measurement, in the output's unit; 0: not known
+  double sigma = 0.0;             ///< standard deviation of the measurement, in the output's unit; 0: not known
+  std::string sigma_column = {};  ///< of the data, with the standard deviation of each row; empty: sigma for all
+  [[nodiscard]] bool has_sigma() const { return sigma > 0.0 || !sigma_column.empty(); }
 };
 
 /// What was measured in one scene.
@@ -51,7 +53,8 @@ struct FitPlan {
   FitLoss loss = FitLoss::squares;
   double loss_at = 0.0;            ///< D of the loss, in standard deviations
   std::uint64_t global_runs = 0;   ///< points that are tried all over the ranges before; 0: the start alone
-  std::uint64_t iterations = 100;  ///< at most
+  std::uint64_t iterations = 100;  ///< at most, from each start
+  std::uint64_t starts = 0;        ///< further starts, all over the ranges (a Latin hypercube); the best end is taken
 };
 
 /// "k=300:400", "m" into a variation.
@@ -95,10 +98,11 @@ struct FitResult {
   double deviation = 0.0;  ///< root of the sum of squared residuals (in sigmas, where known) over degrees of freedom
   std::uint64_t residuals = 0, iterations = 0, runs = 0;
   bool converged = false;
-  bool known_sigma = false;        ///< of all matches: standard errors are from these and not from the residuals
-  std::string stopped;             ///< why the search ended, in words
-  std::vector<std::string> notes;  ///< differences in place of derivatives, rows that were not used, ...
-  Trace trace;                     ///< of the first data: t, then output and data of each match (NaN: missing)
+  std::uint64_t starts = 1, same = 1;  ///< how many local searches, and how many of them came to these values
+  bool known_sigma = false;            ///< of all matches: standard errors are from these and not from the residuals
+  std::string stopped;                 ///< why the search ended, in words
+  std::vector<std::string> notes;      ///< differences in place of derivatives, rows that were not used, ...
+  Trace trace;                         ///< of the first data: t, then output and data of each match (NaN: missing)
 };
 
 /// Fits. Levenberg-Marquardt within bounds (Ceres) on the derivatives of the runs: exact ones by the variational

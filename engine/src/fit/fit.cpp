@@ -6,6 +6,7 @@
 
 #include "base/codes.hpp"
 #include "base/text.hpp"
+#include "bgsim/sweep.hpp"
 #include "bgsim/text.hpp"
 #include "fit/fit_runs.hpp"
 #include "fit/fit_statistics.hpp"
@@ -28,7 +29,7 @@ class Fitting {
     take_start();
     if (plan_.global_runs > 0) search();
     require_influence();
-    const std::vector<double> values = descend();
+    const std::vector<double> values = plan_.starts > 0 ? descend_from_all() : descend();
     take_values(values);
     return std::move(result_);
   }
@@ -95,6 +96,68 @@ class Fitting {
     else if (result_.stopped == "converged")
       result_.stopped = "the derivatives at the last point say that the sum of squares falls further";
     return values;
+  }
+
+  /// From the start and from further ones: each part of each range is begun in once (a Latin hypercube). A start whose
+  /// runs fail is left out.
+  std::vector<double> descend_from_all() {
+    SweepPlan plan;
+    plan.sampling = Sampling::latin_hypercube;
+    plan.samples = plan_.starts;
+    for (const FitVariation& range : plan_.vary) {
+      const bool decades = range.lower > 0.0 && range.upper > 100.0 * range.lower;
+      plan.variations.push_back({range.name,
+                                 {},
+                                 decades ? Variation::Kind::log_uniform : Variation::Kind::uniform,
+                                 {range.lower, range.upper}});
+    }
+    const SweepPoints points(std::move(plan));
+    struct End {
+      std::vector<double> values;
+      double cost;
+      bool converged;
+      std::uint64_t iterations;
+      std::string stopped;
+    };
+    std::vector<End> ends;
+    std::uint64_t failed = 0, iterations = 0;
+    for (std::uint64_t i = 0; i <= plan_.starts; ++i) {
+      if (i > 0) start_ = points.at(i - 1);
+      if (!std::isfinite(cost_at(start_))) {
+        ++failed;
+        continue;
+      }
+      result_.iterations = 0;
+      const std::vector<double> values = descend();
+      iterations += result_.iterations;
+      ends.push_back({values, cost_at(values), result_.converged, result_.iterations, result_.stopped});
+    }
+    // Converged before not, then the least sum; at equal sums the first.
+    const auto best = std::min_element(ends.begin(), ends.end(), [](const End& a, const End& b) {
+      return a.converged != b.converged ? a.converged : a.cost < b.cost;
+    });
+    result_.starts = ends.size();
+    result_.same = 0;
+    double other = std::numeric_limits<double>::infinity();
+    for (const End& end : ends) {
+      bool same = end.converged == best->converged;
+      // Ends of one minimum differ by what convergence leaves, a hundredth of a standard error: far below a thousandth
+      // of the range.
+      for (std::size_t j = 0; j < plan_.vary.size(); ++j)
+        same = same && std::abs(end.values[j] - best->values[j]) <= 1e-3 * (plan_.vary[j].upper - plan_.vary[j].lower);
+      result_.same += same ? 1U : 0U;
+      if (!same && end.converged) other = std::min(other, end.cost);
+    }
+    if (failed > 0)
+      runs_.notes.push_back(std::to_string(failed) + " of " + std::to_string(plan_.starts + 1) +
+                            " starts are left out: their runs fail");
+    if (std::isfinite(other))
+      runs_.notes.push_back("other starts come to other values: the next sum of squares is " +
+                            number_text(other / best->cost, 4) + " times as large");
+    result_.iterations = iterations;
+    result_.converged = best->converged;
+    result_.stopped = best->stopped;
+    return best->values;
   }
 
   /// The sum of squares near a point.

@@ -106,9 +106,10 @@ void FitRuns::check_variations(const SceneOverrides& overrides) {
                "the search begins with the value of the scene, or of --set, and stays in the range",
                "widen the range, or begin within it: --set " + variation.name + "=VALUE");
       const bool bounded = std::isfinite(variation.lower) && std::isfinite(variation.upper);
-      if (plan_.global_runs > 0 && !bounded)
+      if ((plan_.global_runs > 0 || plan_.starts > 0) && !bounded)
         refuse("BG416", in_quotes(variation.name) + " has no range to be searched",
-               "a global search tries points all over the ranges", "write --vary " + variation.name + "=LOWER:UPPER");
+               "a global search, and further starts, try points all over the ranges",
+               "write --vary " + variation.name + "=LOWER:UPPER");
       start_.push_back(start);
       units_.push_back(seed.parameter.valid() ? model.parameters[seed.parameter.index()].unit : std::string());
       const double range = bounded ? variation.upper - variation.lower : 1.0;
@@ -125,10 +126,10 @@ void FitRuns::take_data(const SceneOverrides& overrides) {
   if (plan_.data.empty()) refuse("BG417", "there are no data", {}, "name a CSV file");
   for (std::size_t m = 0; m < plan_.matches.size(); ++m) {
     const FitMatch& match = plan_.matches[m];
-    if ((match.sigma > 0.0) != (plan_.matches.front().sigma > 0.0))
+    if (match.has_sigma() != plan_.matches.front().has_sigma())
       refuse("BG418",
              "some matches have a standard deviation, and " +
-                 in_quotes(match.sigma > 0.0 ? plan_.matches.front().output : match.output) + " has none",
+                 in_quotes(match.has_sigma() ? plan_.matches.front().output : match.output) + " has none",
              "residuals of several outputs are added in parts of their standard deviations",
              "give --sigma for all matches, or for none");
     for (std::size_t other = 0; other < m; ++other)
@@ -136,7 +137,7 @@ void FitRuns::take_data(const SceneOverrides& overrides) {
         refuse("BG418", in_quotes(match.output) + " is matched with " + in_quotes(match.column) + " twice", {},
                "keep one of the two");
   }
-  known_sigma_ = plan_.matches.front().sigma > 0.0;
+  known_sigma_ = plan_.matches.front().has_sigma();
   if (plan_.loss != FitLoss::squares && !known_sigma_)
     refuse("BG418", "the loss has no scale", "a loss says beyond how many standard deviations a residual is an outlier",
            "give --sigma NAME=VALUE for each match");
@@ -208,7 +209,7 @@ void FitRuns::take_rows(const FitData& data, FitScene& scene, const RunInputs& i
     time = 0;
   }
   check_column(time);
-  std::vector<std::size_t> columns;
+  std::vector<std::size_t> columns, sigmas;  // table.names.size(): one number for all rows
   for (std::size_t m = 0; m < plan_.matches.size(); ++m) {
     const FitMatch& match = plan_.matches[m];
     std::vector<std::string> outputs;
@@ -224,6 +225,14 @@ void FitRuns::take_rows(const FitData& data, FitScene& scene, const RunInputs& i
     }
     check_column(column);
     columns.push_back(column);
+    sigmas.push_back(match.sigma_column.empty() ? table.names.size() : column_of(match.sigma_column));
+    if (!match.sigma_column.empty() && sigmas.back() == table.names.size()) {
+      const std::string near = nearest_name(match.sigma_column, table.names);
+      refuse("BG418", file + " has no column " + in_quotes(match.sigma_column),
+             "--sigma OUTPUT=COLUMN names a column of the data, or is a number",
+             near.empty() ? "its columns: " + list_of(table.names, " and ") : "did you mean " + in_quotes(near) + "?");
+    }
+    if (sigmas.back() < table.names.size()) check_column(sigmas.back());
     scene.pairs.push_back(pairs_.size());
     pairs_.push_back({scenes_.size(), m, static_cast<std::size_t>(output - outputs.begin()), 0});
   }
@@ -257,7 +266,14 @@ void FitRuns::take_rows(const FitData& data, FitScene& scene, const RunInputs& i
         continue;
       }
       if (scene.times.empty() || t > scene.times.back()) scene.times.push_back(t);
-      const double sigma = plan_.matches[pair.match].sigma;
+      const bool by_row = sigmas[each] < table.names.size();
+      const double sigma = by_row ? table.columns[sigmas[each]][row] : plan_.matches[pair.match].sigma;
+      if (by_row && !(sigma > 0.0 && std::isfinite(sigma)))
+        refuse("BG417",
+               line + "the standard deviation in column " + in_quotes(table.names[sigmas[each]]) +
+                   (std::isnan(sigma) ? " is missing" : " is " + number_text(sigma)),
+               "each value that is compared has a standard deviation above 0",
+               "give it, or leave the value of " + in_quotes(table.names[columns[each]]) + " empty");
       scene.cells.push_back({scene.pairs[each], scene.times.size() - 1, value, sigma > 0.0 ? 1.0 / sigma : 1.0});
     }
   }
