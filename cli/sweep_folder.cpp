@@ -185,13 +185,24 @@ std::string sweep_record(const SweepRun& run, std::size_t results) {
   return text + csv_field(visible_line(message)) + "\r\n";
 }
 
-SweepLog::SweepLog(const std::string& folder, const Shard& shard, const std::string& header)
-    : path_(folder + "/" + log_name(shard)),
-      file_(::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666)) {
+bool SweepLog::open(const std::string& path) {
+  path_ = path;
+  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (file_ < 0) cannot("write", path_, std::strerror(errno));
-  if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
-    cannot("write", path_,
-           errno == EWOULDBLOCK ? "another bgsim works on this part of the sweep" : std::strerror(errno));
+  if (::flock(file_, LOCK_EX | LOCK_NB) == 0) return true;
+  const int why = errno;
+  ::close(file_);
+  file_ = -1;
+  if (why != EWOULDBLOCK) cannot("write", path_, std::strerror(why));
+  return false;
+}
+
+SweepLog::SweepLog(const std::string& folder, const std::optional<Shard>& shard, const std::string& header) {
+  if (shard) {
+    if (!open(folder + "/" + log_name(*shard))) cannot("write", path_, "another bgsim works on this part of the sweep");
+  } else {
+    for (int number = 1; !open(folder + "/runs.shared-" + std::to_string(number) + ".csv");) ++number;
+  }
   const std::string text = content(path_);
   const auto last = text.rfind('\n');
   const std::size_t whole = last == std::string::npos ? 0 : last + 1;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,8 +37,9 @@ std::string sweep_header(const nlohmann::ordered_json& identity);
 /// The log of one shard: records are only ever added. After a crash it ends with a part of one, which is cut off.
 class SweepLog {
  public:
+  /// @param shard  none: of a sweep that processes share, the first log that no other process writes
   /// @throws UsageError  another process writes it; it has other columns; the system's reason.
-  SweepLog(const std::string& folder, const Shard& shard, const std::string& header);
+  SweepLog(const std::string& folder, const std::optional<Shard>& shard, const std::string& header);
   ~SweepLog();
   SweepLog(const SweepLog&) = delete;
   SweepLog& operator=(const SweepLog&) = delete;
@@ -47,6 +49,8 @@ class SweepLog {
   void flush();
 
  private:
+  /// @return false if another process writes it
+  bool open(const std::string& path);
   std::string path_, pending_;
   int file_ = -1;
 };

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -22,6 +23,7 @@
 #include "progress.hpp"
 #include "scenes.hpp"
 #include "stages.hpp"
+#include "sweep_claims.hpp"
 #include "sweep_folder.hpp"
 #include "sweep_indices.hpp"
 #include "sweep_picture.hpp"
@@ -41,7 +43,7 @@ struct SweepArguments {
   RunLimits limits;
   std::uint64_t seed = 1;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
-  bool traces = false, picture = false, no_audit = false, no_error_estimate = false, quiet = false;
+  bool traces = false, picture = false, share = false, no_audit = false, no_error_estimate = false, quiet = false;
 };
 
 SweepArguments parse_sweep(const Arguments& arguments) {
@@ -80,6 +82,11 @@ SweepArguments parse_sweep(const Arguments& arguments) {
   app.add_option("-o", options.folder, "folder of the results (default: NAME.SCENE.sweep)")->type_name("DIR");
   app.add_option("--shard", options.shard, "makes only the runs of part I of N, for several machines; see --merge")
       ->type_name("I/N");
+  app.add_flag(
+         "--share", options.share,
+         "works on the sweep together with other processes that are called in the same way on a common folder, as "
+         "by mpirun or srun")
+      ->excludes("--shard");
   app.add_option("--merge", options.merge, "joins the parts in these folders into results.csv in the first of them")
       ->type_name("DIR")
       ->excludes(file);
@@ -301,7 +308,7 @@ Exit run_sweep(SweepArguments options) {
   const Json identity = sweep_identity(model, inputs, deciding_words(options), points.plan(), points.size(), results);
   enter_sweep(folder, identity);
   const std::string header = sweep_header(identity);
-  SweepLog log(folder, shard, header);
+  SweepLog log(folder, options.share ? std::nullopt : std::optional(shard), header);
   std::vector<bool> done(points.size(), false);
   std::uint64_t count = 0, mine = 0;
   for (const auto& [run, record] : read_logs({folder}, header, points.size())) done[run] = true;
@@ -311,6 +318,9 @@ Exit run_sweep(SweepArguments options) {
   }
   if (count > 0 && !options.quiet) std::cerr << "goes on: " << count << " of " << mine << " runs are done\n";
 
+  const bool all_done = count == mine;
+  std::optional<SweepClaims> claims;
+  if (options.share) claims.emplace(folder, done);
   const Simulation scene = study.scene(options.scene, options.overrides, {.energy_audit = !options.no_audit});
   RunWatch watch(static_cast<double>(count), static_cast<double>(mine), options.quiet, "run ");
   const Progress show = watch.progress();
@@ -320,18 +330,28 @@ Exit run_sweep(SweepArguments options) {
   how.how.error_estimate = !options.no_error_estimate;
   options.limits.apply(how.how);
   how.goes_on = [] { return !was_interrupted(); };
-  how.next = [&, run = shard.number]() mutable -> std::optional<std::uint64_t> {
-    while (run < points.size() && done[run]) run += shard.of;
-    if (run >= points.size()) return std::nullopt;
-    return std::exchange(run, run + shard.of);
-  };
+  if (claims)
+    how.next = [&] { return claims->next(); };
+  else
+    how.next = [&, run = shard.number]() mutable -> std::optional<std::uint64_t> {
+      while (run < points.size() && done[run]) run += shard.of;
+      if (run >= points.size()) return std::nullopt;
+      return std::exchange(run, run + shard.of);
+    };
   how.done = [&](const SweepRun& run, const RunResult& result) {
     if (options.traces && !result.trace.times.empty()) write_trace(folder, run.index, result.trace);
     log.add(sweep_record(run, results.names().size()));
     log.flush();
+    if (claims) claims->made(run.index);
     show(static_cast<double>(++count));
   };
   sweep(scene, options.scene, options.overrides, points, results, how);
+  // What others were making is looked at until it is made, since one of them may have ended.
+  while (claims && !was_interrupted() && !claims->complete()) {
+    constexpr std::chrono::milliseconds kWait(100);
+    std::this_thread::sleep_for(kWait);
+    sweep(scene, options.scene, options.overrides, points, results, how);
+  }
   watch.clear();
   if (was_interrupted()) {
     std::cerr << "bgsim: interrupted; " << count << " of " << mine
@@ -344,8 +364,16 @@ Exit run_sweep(SweepArguments options) {
                 << " runs. When all parts are: bgsim sweep --merge " << short_path(folder) << '\n';
     return Exit::done;
   }
-  write_results(folder, {folder}, identity, options.picture, options.quiet);
-  return Exit::done;
+  if (claims && !claims->writes_results(all_done)) {
+    if (!options.quiet) std::cerr << "all runs are done; another process writes the results\n";
+    return Exit::done;
+  }
+  const bool complete = write_results(folder, {folder}, identity, options.picture, options.quiet);
+  if (claims) claims->results_written();
+  if (complete) return Exit::done;
+  std::cerr << "bgsim: runs are missing, though " << short_path(folder)
+            << "/claims says that they are made: a log was removed\n  remove claims, and call the same command again\n";
+  return Exit::numerics_failed;
 }
 
 }  // namespace

@@ -254,3 +254,28 @@ TEST_CASE("traces of a sweep give bands: quantiles of each output at each time")
   CHECK(unknown.code == 2);
   CHECK_THAT(unknown.err, Contains("has no column \"v\""));
 }
+
+TEST_CASE("processes share a sweep, and what a killed one was making is made by another") {
+  Workplace here;
+  with_model(here);
+  const std::string arguments = "sweep rc.json --vary R=0.5:5 --sample random:12000 --result m='mean(u)' --quiet -j 1 ";
+  REQUIRE(here.bgsim(arguments + "-o whole").code == 0);
+  const std::string share = "'" + bgsim_path() + "' " + arguments + "--share -o it & ";
+  // The first is killed while it works, beside two that began later.
+  const Outcome killed = here.shell(
+      share +
+      "pid=$!; n=0; until [ $(cat it/runs.shared-*.csv 2>/dev/null | wc -l) -gt 50 ] || [ $n -gt 600 ]; do sleep 0.05; "
+      "n=$((n+1)); done; " +
+      share + share + "sleep 0.3; kill -KILL $pid; wait");
+  CAPTURE(killed.err);
+  CHECK(here.has("it/runs.shared-3.csv"));
+  REQUIRE(here.has("it/results.csv"));
+  CHECK(here.read("it/results.csv") == here.read("whole/results.csv"));
+  // All is made: another call writes the same, and a part of a sweep cannot be shared.
+  CHECK(here.bgsim(arguments + "--share -o it").code == 0);
+  CHECK(here.read("it/results.csv") == here.read("whole/results.csv"));
+  CHECK(here.bgsim(arguments + "--share --shard 1/2 -o it").code == 2);
+  // A sweep that was begun alone is gone on with.
+  CHECK(here.bgsim(arguments + "--share -o whole").code == 0);
+  CHECK(here.read("it/results.csv") == here.read("whole/results.csv"));
+}
