@@ -77,7 +77,7 @@ std::string bars_svg(const std::string& title, const std::vector<BarPanel>& pane
            << ", $p" << p << "_" << c << " using 1:8:7 with xerrorbars pt -1 lc rgb '#222222' notitle";
       first = false;
     }
-    if (first) text << "NaN notitle";
+    if (first) text << "[0:1] 100 notitle";  // beyond the rows: an empty panel
     text << "\n";
   }
   text << "unset multiplot\n";

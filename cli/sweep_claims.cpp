@@ -50,7 +50,7 @@ bool SweepClaims::lock(std::uint64_t byte) {
                    "\n  --share needs a file system with locks; --shard I/N needs none");
 }
 
-void SweepClaims::unlock(std::uint64_t byte) { set_lock(file_, F_UNLCK, byte); }
+void SweepClaims::unlock(std::uint64_t byte) const { set_lock(file_, F_UNLCK, byte); }
 
 bool SweepClaims::is_done(std::uint64_t chunk) const {
   char byte = 0;
@@ -97,7 +97,7 @@ void SweepClaims::made(std::uint64_t run) {
   if (--mine_.at(chunk).left == 0) finish(chunk);
 }
 
-bool SweepClaims::complete() {
+bool SweepClaims::complete() const {
   std::vector<char> bytes(chunks_, 0);
   std::size_t read = 0;
   while (read < bytes.size()) {

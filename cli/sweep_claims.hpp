@@ -25,7 +25,7 @@ class SweepClaims {
   /// The run is in a log.
   void made(std::uint64_t run);
   /// Whether all runs of all processes are in logs.
-  [[nodiscard]] bool complete();
+  [[nodiscard]] bool complete() const;
   /// True for the first process that asks: it writes the results.
   /// @param again  even if another has written them
   bool writes_results(bool again);
@@ -36,7 +36,7 @@ class SweepClaims {
     std::uint64_t left = 0;  ///< runs that are not in a log
   };
   bool lock(std::uint64_t byte);
-  void unlock(std::uint64_t byte);
+  void unlock(std::uint64_t byte) const;
   [[nodiscard]] bool is_done(std::uint64_t chunk) const;
   void finish(std::uint64_t chunk);
   bool take_chunk();

@@ -166,7 +166,13 @@ std::string sweep_svg(const Json& identity, const SweepTable& table) {
     for (std::size_t q = 0; q < (map ? 1 : inputs); ++q) {
       const std::string& result = table.names[quantities.size() + r];
       const std::string block = "$p" + std::to_string(r) + "_" + std::to_string(q);
-      text << "unset logscale\n";
+      const std::vector<double>& values = table.columns[quantities.size() + r];
+      if (std::none_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); })) {
+        text << "unset logscale\nset title " << gnuplot_string(short_name(result) + ": no value in any run")
+             << "\nunset tics\nplot [0:1] [0:1] 2 notitle\nset tics\nunset title\n";
+        continue;
+      }
+      text << "unset logscale\nset autoscale\nset autoscale xfix\n";
       if (is_logarithmic(identity, quantities[q]))
         text << "set logscale x\nset xtics autofreq\n";
       else

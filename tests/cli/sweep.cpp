@@ -191,6 +191,20 @@ TEST_CASE(
   CHECK(here.read("a/indices.csv") == table);
 }
 
+TEST_CASE("a result without a value in any run leaves an empty panel, and empty indices") {
+  Workplace here;
+  with_model(here);
+  for (const char* const sample : {"--vary R=1:2:3", "--vary R=1:2:3 --vary C=1:2:2",
+                                   "--vary R=1:2 --sample saltelli:64", "--vary R=1:2 --sample morris:4"}) {
+    const Outcome drawn = here.bgsim(std::string("sweep rc.json ") + sample +
+                                     " --result 'never=first(u > 7)' --result 'm=mean(u)' --picture -o it");
+    CAPTURE(sample, drawn.err);
+    CHECK(drawn.code == 0);
+    CHECK_THAT(here.read("it/results.svg"), Contains("no value in any run") && Contains("</svg>"));
+    REQUIRE(here.shell("rm -r it").code == 0);
+  }
+}
+
 TEST_CASE("indices say what is not to be believed of them") {
   Workplace here;
   with_model(here);
