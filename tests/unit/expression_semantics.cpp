@@ -3,6 +3,7 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <random>
 
 #include "support/approx.hpp"
 #include "support/expression_world.hpp"
@@ -261,4 +262,31 @@ TEST_CASE("a chain of a hundred thousand operators is no trouble for any of the 
   for (int i = 0; i < 100000; ++i) deep = w.pool.make(Op::sin, deep);
   CHECK(std::isfinite(w.value(w.derivative(deep, "x"), std::vector<double>{0, 1})));
   CHECK_THROWS_AS(w.latex(chain), std::length_error);
+}
+
+TEST_CASE("hypot and ssqrt are right to an ulp or two over the whole range of numbers") {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> mantissa(1.0, 2.0), exponent(-540.0, 500.0), apart(-30.0, 30.0);
+  double worst = 0.0, worst_root = 0.0;
+  for (int i = 0; i < 200000; ++i) {
+    const double order = std::floor(exponent(random));
+    const double a = std::ldexp(mantissa(random), static_cast<int>(order));
+    const double b = std::ldexp(mantissa(random), static_cast<int>(order + std::floor(apart(random))));
+    // Exponents of long double go far beyond the squares.
+    const long double exact = std::sqrt(static_cast<long double>(a) * a + static_cast<long double>(b) * b);
+    worst = std::max(worst, std::abs(static_cast<double>((apply(Op::hypot, a, b) - exact) / exact)));
+    const long double root = a / std::sqrt(exact);
+    worst_root = std::max(worst_root, std::abs(static_cast<double>((apply(Op::ssqrt, a, b) - root) / root)));
+  }
+  // An ulp is at most 2.2e-16 of a number. The sum of squares is off by one at most, its root by half of that and half
+  // an ulp of its own.
+  CHECK(worst < 2.3e-16);
+  // Half of that again, and half an ulp each for a root and a division.
+  CHECK(worst_root < 3.4e-16);
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  CHECK(apply(Op::hypot, 0.0, 0.0) == 0.0);
+  CHECK(apply(Op::hypot, 3e200, 4e200) == Approx(5e200).epsilon(4e-16));
+  CHECK(apply(Op::hypot, 3e-200, 4e-200) == Approx(5e-200).epsilon(4e-16));
+  CHECK(apply(Op::hypot, kInfinite, 1.0) == kInfinite);
+  CHECK(std::isnan(apply(Op::hypot, std::numeric_limits<double>::quiet_NaN(), 1.0)));
 }
