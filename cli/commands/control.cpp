@@ -44,9 +44,9 @@ Exit control_command(const Arguments& arguments) {
   take_outputs(options);
   std::vector<std::string> inputs = split_names(options.inputs);
   if (inputs.empty()) inputs = all_sources(linear_study(options).model());
-  if (inputs.empty())
-    throw UsageError("which inputs? the model has no sources; --in NAME may be a parameter or a signal");
   const LinearStudy linear = linearized(options, inputs);
+  if (inputs.empty() && linear.study.model().parameters.empty())
+    throw UsageError("which inputs? the model has no sources; --in NAME may be a parameter or a signal");
   if (linear.point.outputs.empty()) throw UsageError("which outputs? --out NAME,NAME");
   const StructuralControl found = structural_control(linear.study.shared_model(), linear.point, inputs);
   std::cout << visible_line(linear.system.model) << ' ' << linear.where << ":\n";
@@ -54,11 +54,15 @@ Exit control_command(const Arguments& arguments) {
     std::cout << "the model has no states\n";
     return Exit::done;
   }
-  print("controllable by " + list_of(found.inputs), found.controllable, found.states.size(),
-        "no causal path from an input", "a combination of these is not moved");
+  if (inputs.empty())
+    std::cout << "no inputs: the model has no sources, and --in names none\n";
+  else
+    print("controllable by " + list_of(found.inputs), found.controllable, found.states.size(),
+          "no causal path from an input", "a combination of these is not moved");
   print("observable in " + list_of(found.outputs), found.observable, found.states.size(), "no causal path to an output",
         "a combination of these is not seen");
-  const bool all = found.controllable.rank == found.states.size() && found.observable.rank == found.states.size();
+  const bool all = (inputs.empty() || found.controllable.rank == found.states.size()) &&
+                   found.observable.rank == found.states.size();
   return all ? Exit::done : Exit::model_at_fault;
 }
 

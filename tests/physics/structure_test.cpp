@@ -88,6 +88,15 @@ TEST_CASE("what no causal path reaches is named") {
   CHECK(found.observable.without_path == Names{"C2.q"});
 }
 
+TEST_CASE("a model without inputs is looked at for observability alone") {
+  const Study tanks = study_of("models/tanks.json");
+  const StructuralControl found = control_of(tanks, {});
+  CHECK(found.inputs.empty());
+  CHECK(found.controllable.rank == 0);
+  CHECK(found.controllable.without_path == found.states);
+  CHECK(found.observable.rank == found.states.size());
+}
+
 TEST_CASE("equal parts are controllable for almost all values, unless they are one parameter") {
   // Two RC circuits at one source: controllable if their time constants differ.
   const auto circuits = [](const std::string& second) {

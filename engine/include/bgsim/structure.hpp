@@ -27,6 +27,7 @@ struct StructuralControl {
 /// sums are exact, so that a rank is never too large, and too small with a probability of some 1e-15. Numbers in the
 /// model stay what they are; what is 0 at the point is 0; functions of parameters (sqrt(k)) count as parameters.
 /// @param point  its outputs are those looked at
+/// @param inputs  may be empty: then nothing is controllable
 /// @throws ModelError as linear_system().
 StructuralControl structural_control(const std::shared_ptr<const Model>& model, const RunInputs& point,
                                      const std::vector<std::string>& inputs);

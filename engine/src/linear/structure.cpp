@@ -277,8 +277,14 @@ StructuralControl structural_control(const std::shared_ptr<const Model>& model, 
   for (const LinearVariable& output : numbers.outputs) result.outputs.push_back(output.name);
   AllSystems all;
   const std::size_t count = std::max(inputs.size(), point.outputs.size());
+  // Each system has an input; without one that is asked for, a parameter whose column is not looked at.
+  const std::vector<std::string> columns =
+      inputs.empty() && !model->parameters.empty() ? std::vector{model->parameters.front().name} : inputs;
+  if (columns.empty() || point.outputs.empty())
+    throw std::invalid_argument("structural_control: no inputs and no parameters, or no outputs");
   for (std::size_t i = 0; i < count; ++i)
-    all.add(model, point, inputs[std::min(i, inputs.size() - 1)], point.outputs[std::min(i, point.outputs.size() - 1)]);
+    all.add(model, point, columns[std::min(i, columns.size() - 1)],
+            point.outputs[std::min(i, point.outputs.size() - 1)]);
   std::vector<char> reached(result.states.size(), 0), seen(result.states.size(), 0);
   for (std::size_t i = 0; i < count; ++i) {
     const std::vector<char> from = states_on_paths(all.system(i), all.flow(i), true),
