@@ -155,8 +155,14 @@ struct EquationSystem {
   std::vector<SwitchEquation> switches;  ///< in model order
   std::vector<DiodeEquation> diodes;     ///< in model order
   std::vector<EventEquation> events;     ///< by position in Model::events
-  JumpEquations jump;                    ///< empty in a model without switches
-  LeftOut left_out;                      ///< by slice(); nothing before
+  /// By delayed signal, in model order.
+  struct Delay {
+    SignalId signal;
+    ExprId value, by, initial;  ///< see Signal::Delay
+  };
+  std::vector<Delay> delays;
+  JumpEquations jump;  ///< empty in a model without switches
+  LeftOut left_out;    ///< by slice(); nothing before
   std::vector<Diagnostic> warnings;
 };
 

@@ -128,6 +128,10 @@ class Evaluator {
   bool event_conditions(double t, const double* x, Branch& branch, double* values);
   /// What the events would set now, event by event.
   bool event_values(double t, const double* x, Branch& branch, double* values);
+  /// By Program::delays: what is delayed now, and by how much.
+  bool delayed(double t, const double* x, Branch& branch, double* values);
+  /// By Program::delays: what the model says of a time before the start.
+  bool delayed_before(double t, const double* x, Branch& branch, double* values);
   /// By Program::jump: the factors of its terms, then the effort of each C and the flow of each I.
   bool jump(double t, const double* x, Branch& branch, double* values);
 

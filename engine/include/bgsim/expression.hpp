@@ -99,6 +99,10 @@ struct Table {
   Interpolation interpolation = Interpolation::linear;
   std::vector<double> x, y;
   std::vector<double> slope2;  ///< second derivatives at the knots (spline only)
+  /// Not data: what a delayed signal was, as a run has it so far. Its knots come in pairs, each the ends of a cubic;
+  /// and it is looked up between `first` and `last` of them alone, and beyond these by the cubics there.
+  bool delayed = false;
+  std::size_t first = 0, last = 0;
 };
 /// Value, or NaN outside [x.front(), x.back()].
 double table_value(const Table& table, double x);
@@ -123,6 +127,8 @@ class ExprPool {
   ExprId table(Op op, ExprId argument, TableId table);
   TableId add_table(Table table);
   TableId add_table(const std::shared_ptr<const Table>& table);  ///< of another pool
+  /// From here on this table is another one, of the same column.
+  void replace_table(TableId id, std::shared_ptr<const Table> table) { tables_[id.index()] = std::move(table); }
 
   // Shorthands
   ExprId add(ExprId a, ExprId b) { return make(Op::add, a, b); }

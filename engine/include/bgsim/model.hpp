@@ -104,8 +104,18 @@ struct Signal {
   Kind kind = Kind::value;
   ExprId initial;  ///< of an integral, over parameters; none: 0
   Place initial_place;
+  /// Of one that is delayed: its value is a table over the time since the start, which the run fills.
+  struct Delay {
+    ExprId value;    ///< what it was `by` earlier
+    ExprId by;       ///< over parameters
+    ExprId initial;  ///< what it was before the start, over t and parameters; none: what it is at the start
+    TableId table;
+    SignalId clock;  ///< the time since the start
+    Place by_place, initial_place;
+  };
   ExprId every, offset;  ///< of one that is sampled, over parameters: an integral of 0 that an event sets; else none
   Place every_place;
+  std::optional<Delay> delay = {};
   [[nodiscard]] bool is_state() const { return kind == Kind::integral; }
 };
 

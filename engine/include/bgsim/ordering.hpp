@@ -39,6 +39,7 @@ struct BlockOrder {
   std::vector<ExprId> continuous;  ///< by EquationSystem::continuous; none where the derivative is not needed
   std::vector<ExprId> switches;    ///< by EquationSystem::switches
   std::vector<ExprId> event_conditions, event_values;  ///< of EquationSystem::events; values event by event
+  std::vector<ExprId> delayed, delayed_before;         ///< by EquationSystem::delays: value and by; initial, or 0
   std::vector<ExprId> diodes;                          ///< by EquationSystem::diodes: effort, flow, threshold, fires
   std::vector<ExprId> impulses, conjugates;            ///< by the terms and conjugates of EquationSystem::jump
   SystemClass system_class = SystemClass::explicit_ode;

@@ -124,6 +124,15 @@ struct ProgramEvent {
   std::uint32_t first_value = 0;  ///< among the results of Program::event_values
 };
 
+/// A delayed signal.
+struct ProgramDelay {
+  std::string name;
+  TableId table;            ///< in Program::pool
+  std::uint32_t clock = 0;  ///< state: the time since the start
+  bool initial = false;     ///< the model says what was before the start
+  Place place;
+};
+
 /// All that a run needs: it refers to nothing outside of itself, and nothing changes it.
 struct Program {
   std::shared_ptr<const Model> model;
@@ -165,6 +174,9 @@ struct Program {
   Routine event_conditions;  ///< by `events`: 1 where its condition holds, else 0
   Routine event_values;      ///< of all that they set, event by event
   std::vector<ProgramEvent> events;
+  Routine delayed;         ///< by `delays`: what is delayed, and by how much
+  Routine delayed_before;  ///< by `delays`: what it was before the start; 0 where the model does not say
+  std::vector<ProgramDelay> delays;
   JumpPlan jump;
   /// Of a system with Variations: so many states are the model's own; state i changes with the parameter by what state
   /// varied_states + i holds. 0 in all others.

@@ -135,6 +135,7 @@ constexpr std::array kCodes{
     Code{"BG626", kError, "A restitution outside 0 to 1"},
     Code{"BG627", kError, "Impacts that accumulate"},
     Code{"BG628", kError, "More events than the scene allows"},
+    Code{"BG629", kError, "A delay that cannot be followed"},
     Code{"BG710", kError, "A reduction without outputs"},
     Code{"BG711", kError, "An error below the solver's own"},
     Code{"BG712", kError, "No such element to keep"},

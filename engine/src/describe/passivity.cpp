@@ -82,7 +82,7 @@ class Ranges {
     if (what.kind == ModelSymbol::Kind::time) return {inputs_.start, kInfinity};
     if (what.kind != ModelSymbol::Kind::signal) return kAllNumbers;
     const Signal& signal = model_.signals[what.signal.index()];
-    if (signal.is_state()) return kAllNumbers;
+    if (signal.is_state() || signal.delay) return kAllNumbers;
     if (const auto found = signals_.find(symbol.value); found != signals_.end()) return found->second;
     signals_.emplace(symbol.value, kAllNumbers);  // a signal in itself, which other stages refuse
     Range range = of(signal.value);

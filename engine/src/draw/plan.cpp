@@ -62,7 +62,8 @@ class Reading {
         if (at.kind == ModelSymbol::Kind::signal) {
           const Signal& signal = model_.signals[at.signal.index()];
           if (seen_.insert(at.signal).second)
-            waiting.emplace_back(signal.value, through.empty() ? local_name(signal.name) : through);
+            waiting.emplace_back(signal.delay ? signal.delay->value : signal.value,
+                                 through.empty() ? local_name(signal.name) : through);
         } else if (at.kind == ModelSymbol::Kind::port_variable || at.kind == ModelSymbol::Kind::bond_variable ||
                    at.kind == ModelSymbol::Kind::mode) {
           add(at, symbol, through);

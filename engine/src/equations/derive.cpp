@@ -43,6 +43,7 @@ class Derivation {
     }
     write_switches();
     write_events();
+    write_delays();
     claim({});
     derivatives_.write_equations();
     claim({});
@@ -344,6 +345,16 @@ class Derivation {
         const bool displacement = stores_displacement(model_.elements[part.element.index()], k);
         system_.jump.conjugates.push_back(displacement ? effort(port) : into(port));
       }
+    }
+  }
+
+  void write_delays() {
+    for (std::size_t i = 0; i < model_.signals.size(); ++i) {
+      const auto& delay = model_.signals[i].delay;
+      if (!delay) continue;
+      wish_ = Wish{model_.signals[i].place, {}};
+      system_.delays.push_back({SignalId(i), (*translate_)(delay->value), (*translate_)(delay->by),
+                                delay->initial.valid() ? (*translate_)(delay->initial) : ExprId{}});
     }
   }
 

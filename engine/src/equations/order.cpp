@@ -40,6 +40,10 @@ class Ordering {
       order_.event_conditions.push_back(resolve(event.when));
       for (const EventEquation::Set& set : event.sets) order_.event_values.push_back(resolve(set.value));
     }
+    for (const EquationSystem::Delay& delay : system_.delays) {
+      for (const ExprId e : {delay.value, delay.by}) order_.delayed.push_back(resolve(e));
+      order_.delayed_before.push_back(delay.initial.valid() ? resolve(delay.initial) : order_.pool.constant(0.0));
+    }
     for (const ImpulseTerm& term : system_.jump.terms) order_.impulses.push_back(resolve(term.factor));
     for (const ExprId e : system_.jump.conjugates) order_.conjugates.push_back(resolve(e));
     for (const Continuous& quantity : system_.continuous)
@@ -89,6 +93,9 @@ class Ordering {
       need_all(event.when);
       for (const EventEquation::Set& set : event.sets) need_all(set.value);
     }
+    for (const EquationSystem::Delay& delay : system_.delays)
+      for (const ExprId e : {delay.value, delay.by, delay.initial})
+        if (e.valid()) need_all(e);
     for (const ImpulseTerm& term : system_.jump.terms) need_all(term.factor);
     for (const ExprId e : system_.jump.conjugates) need_all(e);
     while (!open.empty()) {

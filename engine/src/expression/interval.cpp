@@ -109,7 +109,23 @@ Range comparison(Op op, const Range& a, const Range& b) {
   }
 }
 
+/// Of a delayed signal, whose cubics go on beyond the ends.
+Range delayed_range(Op op, const Table& table, const Range& x) {
+  const std::size_t first = delayed_cell(table, x.lower()), last = delayed_cell(table, x.upper());
+  if (!std::isfinite(x.lower()) || !std::isfinite(x.upper()) || last - first >= 2 * kMostCells) return kAllNumbers;
+  Range result = Range::empty();
+  for (std::size_t i = first; i <= last; i += 2) {
+    const Range part(i == first ? x.lower() : table.x[i], i == last ? x.upper() : table.x[i + 1]);
+    const Range values = op == Op::table         ? cell_value(table, i, part)
+                         : op == Op::table_slope ? cell_slope(table, i, part)
+                                                 : cell_curvature(table, i, part);
+    result = i == first ? values : hull(result, values);
+  }
+  return result;
+}
+
 Range table_range(Op op, const Table& table, const Range& x) {
+  if (table.delayed) return delayed_range(op, table, x);
   if (table.x.size() < 2 || x.upper() < table.x.front() || x.lower() > table.x.back()) return Range::empty();
   if (x.lower() < table.x.front() || x.upper() > table.x.back()) return kAllNumbers;
   const std::size_t first = nearest_cell(table, x.lower()), last = nearest_cell(table, x.upper());

@@ -13,6 +13,7 @@ namespace {
 
 /// The cell around x: i with x[i] <= x < x[i+1] (the last cell is closed); none outside the data or for NaN.
 std::optional<std::size_t> cell_around(const Table& table, double x) {
+  if (table.delayed) return std::isfinite(x) ? std::optional(delayed_cell(table, x)) : std::nullopt;
   if (table.x.size() < 2 || !(x >= table.x.front()) || !(x <= table.x.back())) return std::nullopt;
   const auto after = std::upper_bound(table.x.begin(), table.x.end() - 1, x);
   return static_cast<std::size_t>(after - table.x.begin()) - 1;

@@ -1,9 +1,20 @@
 /// The interpolation formulas within one cell, for numbers and for intervals.
 #pragma once
 
+#include <algorithm>
+
 #include "bgsim/expression.hpp"
 
 namespace bgsim {
+
+/// Of a delayed signal's table: the first knot of the cubic for x.
+inline std::size_t delayed_cell(const Table& table, double x) {
+  const auto first = table.x.begin() + static_cast<std::ptrdiff_t>(table.first);
+  const auto last = table.x.begin() + static_cast<std::ptrdiff_t>(table.last);
+  const auto after = std::upper_bound(first, last, x);
+  const auto found = table.first + static_cast<std::size_t>(after == first ? 0 : after - first - 1);
+  return found - (found - table.first) % 2;
+}
 
 /// Value in the cell [x[i], x[i+1]].
 template <class Number>

@@ -265,6 +265,7 @@ std::vector<std::string> leaving_switches(Evaluator& evaluator, double t, const 
 
 LinearSystem linear_system(const std::shared_ptr<const Model>& model, const RunInputs& point,
                            const std::vector<std::string>& inputs) {
+  refuse_delays(*model);
   std::vector<StorePort> ports;
   const Model wanted = with_outputs(*model, point, ports);
   const PerturbedModel perturbed = perturbed_model(wanted, point, inputs);

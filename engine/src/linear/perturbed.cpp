@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "base/codes.hpp"
+#include "base/text.hpp"
 #include "bgsim/text.hpp"
 
 namespace bgsim {
@@ -203,6 +204,16 @@ class Perturbation {
 };
 
 }  // namespace
+
+void refuse_delays(const Model& model) {
+  for (const Signal& signal : model.signals)
+    if (signal.delay)
+      throw ModelError(
+          {diagnostic_of("BG629", "the delayed signal " + in_quotes(signal.name) + " has no part in a linear system",
+                         signal.place, "a linear system knows states and inputs, not what they were before",
+                         "write a Padé approximation or first-order lags in its place")},
+          model.sources);
+}
 
 PerturbedModel perturbed_model(const Model& model, const RunInputs& point, const std::vector<std::string>& inputs) {
   Perturbation perturbation(model, point);

@@ -9,6 +9,9 @@
 
 namespace bgsim {
 
+/// @throws ModelError BG629 where the model has delayed signals: what they were is no state.
+void refuse_delays(const Model& model);
+
 /// An input of a linear system in the model that it was added to.
 struct PerturbedInput {
   std::string name;

@@ -468,6 +468,7 @@ class Search {
 
 std::vector<Equilibrium> equilibria(const std::shared_ptr<const Model>& model, const RunInputs& scene,
                                     const SteadyOptions& options) {
+  refuse_delays(*model);
   return Search(model, scene).run(options);
 }
 

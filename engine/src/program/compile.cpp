@@ -107,6 +107,8 @@ class Compiler {
     for (const DiodeEquation& at : system_.diodes) program_.diode_elements.push_back(at.element);
     event_conditions_ = freeze_list(order_.event_conditions);
     event_values_ = freeze_list(order_.event_values);
+    delayed_ = freeze_list(order_.delayed);
+    delayed_before_ = freeze_list(order_.delayed_before);
     for (std::size_t i = 0; i < system_.events.size(); ++i) {
       const ModelEvent& event = program_.model->events[i];
       ProgramEvent compiled{event.name, event.priority, event.place, {}, values_of_events};
@@ -424,6 +426,17 @@ class Compiler {
     return result;
   }
 
+  void find_delays() {
+    for (const EquationSystem::Delay& delay : system_.delays) {
+      const Model& model = *program_.model;
+      const Signal& signal = model.signals[delay.signal.index()];
+      const auto is_clock = [&](const State& state) { return state.signal == signal.delay->clock; };
+      const auto clock = std::find_if(system_.states.begin(), system_.states.end(), is_clock) - system_.states.begin();
+      program_.delays.push_back({signal.name, program_.pool.add_table(model.pool.tables()[signal.delay->table.index()]),
+                                 static_cast<std::uint32_t>(clock), delay.initial.valid(), signal.place});
+    }
+  }
+
   void write_routines() {
     once_done_.assign(program_.pool.size(), 0);
     done_.assign(program_.pool.size(), 0);
@@ -440,6 +453,9 @@ class Compiler {
     program_.diodes = routine(diodes_);
     program_.event_conditions = routine(event_conditions_);
     program_.event_values = routine(event_values_);
+    program_.delayed = routine(delayed_);
+    program_.delayed_before = routine(delayed_before_);
+    find_delays();
     program_.jump.routine = routine(jump_);
     if (options_.energies) {
       program_.powers = routine(powers_);
@@ -570,7 +586,7 @@ class Compiler {
   std::vector<SymbolId> tears_;
   std::vector<std::uint32_t> block_of_tear_;
   Roots rates_, outputs_, guards_, dependents_, continuous_, powers_, stored_, displacements_, switches_, diodes_,
-      event_conditions_, event_values_, jump_, crossings_;
+      event_conditions_, event_values_, delayed_, delayed_before_, jump_, crossings_;
   std::vector<Roots> residuals_;  ///< by block
   std::vector<Partial> rates_by_states_, rates_by_tears_;
   std::vector<BlockPartials> block_partials_;

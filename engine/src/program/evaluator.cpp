@@ -304,6 +304,16 @@ bool Evaluator::event_conditions(double t, const double* x, Branch& branch, doub
          impl_->take(impl_->program.event_conditions, values, "the condition of an event", {});
 }
 
+bool Evaluator::delayed(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run_or_given(impl_->program.delayed, t, x, branch) &&
+         impl_->take(impl_->program.delayed, values, "what is delayed", {});
+}
+
+bool Evaluator::delayed_before(double t, const double* x, Branch& branch, double* values) {
+  return impl_->run_or_given(impl_->program.delayed_before, t, x, branch) &&
+         impl_->take(impl_->program.delayed_before, values, "what is delayed before the start", {});
+}
+
 bool Evaluator::event_values(double t, const double* x, Branch& branch, double* values) {
   return impl_->run_or_given(impl_->program.event_values, t, x, branch) &&
          impl_->take(impl_->program.event_values, values, "what an event sets", {});

@@ -14,6 +14,7 @@ void Reader::parse_quantities() {
   for (std::size_t i = 0; i < conditions_.size(); ++i) condition_named(i);
   for (std::size_t i = 0; i < signal_text_.size(); ++i) parse_signal(i);
   parse_memories();
+  parse_delays();
 }
 
 void Reader::parse_signal(std::size_t index) {

@@ -102,6 +102,10 @@ void Reader::declare_quantities(std::size_t scope, bool signals) {
       broken_.insert(scopes_[scope].prefix + name);
       continue;
     }
+    if (signals && is_delay(file, node)) {
+      declare_delay(scope, node);
+      continue;
+    }
     if (signals && is_memory(file, node)) {
       declare_memory(scope, node);
       continue;

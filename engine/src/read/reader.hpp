@@ -238,6 +238,16 @@ class Reader {
     ExprId target{}, sets{}, resets{};  ///< the same, parsed
     SignalId previous{};                ///< its value before the last sample, where something asks for it
   };
+  /// A delayed signal.
+  struct DelayText {
+    SignalId signal;
+    std::uint32_t names = 0;    ///< scope whose names the texts use
+    NodeId value, by, initial;  ///< the last none if not given
+  };
+  [[nodiscard]] bool is_delay(const Document& file, NodeId node) const;
+  void declare_delay(std::size_t scope, NodeId node);
+  void parse_delays();
+  void check_delays();
   void declare_condition(std::size_t scope, NodeId node, NodeId value);
   std::optional<ExprId> condition_named(std::size_t index);
   [[nodiscard]] bool is_memory(const Document& file, NodeId node) const;
@@ -339,10 +349,11 @@ class Reader {
   };
   std::vector<SignalText> signal_text_;
   std::vector<ConditionSignal> conditions_;
+  std::vector<DelayText> delays_;
   std::vector<Memory> memories_;
   std::unordered_map<std::uint64_t, SymbolId> bond_symbols_;
   std::unordered_map<std::size_t, SymbolId> mode_symbols_;  ///< by element
-  std::vector<Varies> signal_varies_;  ///< by SignalId
+  std::vector<Varies> signal_varies_;                       ///< by SignalId
 
   /// Why the last name has no meaning in its place, if more is known than that.
   struct Refusal {

@@ -19,6 +19,7 @@ void Reader::check_dependence() {
   check_cycles(model_.signals, ModelSymbol::Kind::signal, "signals");
   check_plain_kinds();
   check_modes();
+  check_delays();
   check_equalities();
 }
 
@@ -116,7 +117,10 @@ void Reader::check_equalities() {
       return;
     }
   };
-  for (const Signal& signal : model_.signals) check(signal.value, signal.place);
+  for (const Signal& signal : model_.signals) {
+    check(signal.value, signal.place);
+    if (signal.delay) check(signal.delay->value, signal.place);
+  }
   for (const Element& element : model_.elements) {
     check(element.coefficient, element.coefficient_place);
     check(element.energy, element.coefficient_place);

@@ -198,6 +198,7 @@ void Reader::override_signal(std::size_t scope, std::uint32_t index, NodeId node
                      "add \"value\": an expression, or \"integral\": its rate");
   }
   if (keys.value.valid()) {
+    std::erase_if(delays_, [index](const DelayText& delay) { return delay.signal.index() == index; });
     std::erase_if(memories_, [index](const Memory& memory) { return memory.signal.index() == index; });
     signal.kind = keys.kind;
     signal.place = file.place(keys.value);

@@ -22,6 +22,7 @@
 #include "run/watch/branch_watch.hpp"
 #include "run/watch/continuity_watch.hpp"
 #include "run/watch/defect_watch.hpp"
+#include "run/watch/delay_lines.hpp"
 #include "run/watch/event_jumps.hpp"
 #include "run/watch/events.hpp"
 #include "run/watch/mode_order.hpp"
@@ -35,7 +36,9 @@ namespace bgsim {
 /// accepted step. All that goes on from a point is in the members that carry() names.
 class Run {
  public:
-  Run(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock)
+  /// @param delayed  tables of the delayed signals, which the run fills
+  Run(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock,
+      std::vector<Table*> delayed = {})
       : program_(program),
         inputs_(inputs),
         options_(options),
@@ -50,12 +53,14 @@ class Run {
         schedule_(program, evaluator_, inputs),
         events_(program, inputs, evaluator_, tolerances_, !implicit_),
         jumps_(program, evaluator_, inputs),
+        delays_(program, evaluator_, inputs, std::move(delayed)),
         defects_(program, inputs, evaluator_, tolerances_),
         loops_(program, evaluator_, inputs.start, inputs.stop),
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),
         mode_order_(program, evaluator_, inputs, implicit_),
         pace_(program, evaluator_, inputs, options),
-        errors_(program, evaluator_, tolerances_, inputs, options.error_estimate && program.events.empty()),
+        errors_(program, evaluator_, tolerances_, inputs,
+                options.error_estimate && program.events.empty() && program.delays.empty()),
         recorder_(program, evaluator_, events_, errors_, clock_, inputs, options, result_),
         audit_(program, evaluator_, options.energy_audit),
         measures_(program, evaluator_, options.measures),
@@ -104,7 +109,7 @@ class Run {
   bool stays_in_mode();
   bool take_events();
   void go_to(double t);
-  void audit_to(double t);
+  bool audit_to(double t);
   bool follow_grid();
   bool vary_event(const Branch& before, std::optional<std::size_t> crossed);
 
@@ -140,6 +145,7 @@ class Run {
   Schedule schedule_;
   EventWatch events_;
   EventJumps jumps_;
+  DelayLines delays_;
   DefectWatch defects_;
   BranchWatch loops_;
   ContinuityWatch continuity_;

@@ -115,6 +115,10 @@ void Run::report() {
     report.errors.possible = false;
     report.errors.why_not = "the model has events that set stores";
   }
+  if (!program_.delays.empty()) {
+    report.errors.possible = false;
+    report.errors.why_not = "the model has delayed signals";
+  }
   if (errors_.lost() && result_.stop == StopReason::completed)
     note("what the outputs are wrong by could not be estimated: " + *errors_.lost());
   note(output_errors_note(report.errors, program_.output_names, inputs_.relative));

@@ -24,6 +24,10 @@ bool Run::begin() {
   if (!evaluator_.explore_loops(t_, x_.data(), branch_, found)) return fail_with_fault();
   for (std::string& line : found) result_.report.notes.push_back(std::move(line));
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
+  for (int again = 0; delays_.any() && again < 2; ++again) {  // conditions may depend on what was before
+    if (!delays_.begin(t_, x_.data(), branch_)) return fail(*delays_.failure());
+    if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
+  }
 
   if (program_.varied_states > 0)
     if (auto refused = VariationEvents::begin(evaluator_, t_, inputs_.stop - inputs_.start, x_, branch_))
@@ -68,7 +72,9 @@ bool Run::choose_integrator() {
     report.method_reason = eliminated_at_ ? eliminated_loops_words(*eliminated_at_) : choice.reason;
   }
   report.step = inputs_.step;
-  if (const double longest = schedule_.sources().longest_step; longest > 0.0) integrator_->limit_step(longest);
+  double longest = schedule_.sources().longest_step;
+  if (const double delay = delays_.longest(); delay > 0.0) longest = longest > 0.0 ? std::min(longest, delay) : delay;
+  if (longest > 0.0) integrator_->limit_step(longest);
   if (mode_order_.spent()) integrator_->limit_order(mode_order_.spent()->order);
   return true;
 }

@@ -129,6 +129,7 @@ bool Run::integrate() {
     if (!emit_here()) return false;
     if (!(t_ < inputs_.stop)) return true;
     next_known_ = schedule_.next(t_);
+    if (const auto late = delays_.next(t_); late && (!next_known_ || *late < *next_known_)) next_known_ = late;
     if (!integrate_to(next_known_.value_or(inputs_.stop))) return false;
   }
 }
@@ -138,6 +139,11 @@ bool Run::integrate_to(double limit) {
   fresh_ = true;
   while (t_ < limit) {
     if (options_.snapshot_steps > 0 && steps_ >= next_snapshot_) offer_snapshot();
+    // What an event on the way has changed comes through a delay, perhaps before the limit.
+    if (const auto late = fresh_ ? delays_.next(t_) : std::nullopt; late && *late < limit) {
+      next_known_ = late;
+      limit = *late;
+    }
     if (fresh_ && !start_here(limit)) return false;
     if (!integrator_->advance()) {
       if (integrator_->failure().too_accurate) return fail(accuracy_failure(t_, inputs_.relative));
@@ -204,7 +210,7 @@ bool Run::take_step() {
   tolerances_.accept(t, {end, tolerances_.size()});
   errors_.add(t_, x_, t, *integrator_);
   if (!emit(recorder_.before(t, *integrator_))) return false;
-  audit_to(t);
+  if (!audit_to(t)) return false;
   go_to(t);
   magnitudes_.take(t_ - inputs_.start, x_);
   if (steps_ >= next_estimate_ && !implicit_) {
@@ -238,13 +244,15 @@ void Run::go_to(double t) {
   due_ = next_known_ && *next_known_ == t;
 }
 
-void Run::audit_to(double t) {
+/// Sinks take the last step up to @p t.
+bool Run::audit_to(double t) {
   const auto solution = [this](double at, double* y, Branch& branch) {
     integrator_->interpolate(at, y, branch);
     events_.prepare(at, y, branch);
   };
   audit_.add(t, integrator_->order(), integrator_->branch(), solution);
   measures_.add(t, integrator_->order(), integrator_->branch(), solution);
+  return delays_.add(t, integrator_->branch(), solution) || fail(*delays_.failure());
 }
 
 /// Modes beyond a known time.
@@ -255,12 +263,13 @@ bool Run::take_time_event() {
   continuity_.before(t_, x_.data(), branch_);
   const Branch before = program_.varied_states > 0 ? branch_ : Branch{};
   if (auto singularity = schedule_.pass(t_, branch_)) return fail(std::move(*singularity));
+  delays_.pass(t_);
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
   if (program_.varied_states > 0 && !vary_event(before, {})) return false;
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   log_->look(t_, branch_);
   due_ = between_ = false;
-  return settle_instant();
+  return settle_instant() && (delays_.changed(t_, x_.data(), branch_) || fail(*delays_.failure()));
 }
 
 bool Run::take_state_event() {
@@ -269,7 +278,7 @@ bool Run::take_state_event() {
   errors_.add(t_, x_, t, *integrator_);
   constexpr double kLocated = 100.0 * std::numeric_limits<double>::epsilon();
   if (!emit(recorder_.before(t - kLocated * std::abs(t), *integrator_))) return false;
-  audit_to(t);
+  if (!audit_to(t)) return false;
   between_ = true;
   go_to(t);
   jumped_at_ = t;
@@ -277,6 +286,8 @@ bool Run::take_state_event() {
   errors_.before_event(t_, x_, branch_);
   const Branch before = program_.varied_states > 0 ? branch_ : Branch{};
   if (!events_.cross(x_.data(), branch_)) return fail(*events_.failure());
+  delays_.pass(t_);
+  if (delays_.any() && !events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
   if (program_.varied_states > 0 && !vary_event(before, events_.crossed_guard())) return false;
   errors_.after_event(t_, x_, branch_, events_.crossed_guard());
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
@@ -285,7 +296,7 @@ bool Run::take_state_event() {
   fresh_ = true;
   log_->look(t_, branch_);
   if (events_.stays_within_tolerance()) take_multistep();
-  if (settle_instant()) return emit_here();
+  if (settle_instant()) return delays_.changed(t_, x_.data(), branch_) ? emit_here() : fail(*delays_.failure());
   left_by_states_ = left_mode_;
   return false;
 }
@@ -367,9 +378,20 @@ RunResult simulate(const Program& program, const RunInputs& inputs, const Simula
 }
 
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock) {
+  if (!program.delays.empty() && (!options.resume.empty() || options.snapshot))
+    throw ModelError({diagnostic_of("BG171", "the run of a model with delayed signals cannot be stored and continued",
+                                    program.delays.front().place, "a snapshot does not hold what signals were before",
+                                    "run the scene as a whole")},
+                     program.model->sources);
   if (options.measures && (!options.resume.empty() || options.snapshot))
     throw std::invalid_argument("a snapshot does not hold what the outputs are measured to be");
-  Run run(program, inputs, options, std::move(clock));
+  std::optional<DelayTables> own;
+  std::vector<Table*> tables;
+  if (!program.delays.empty()) {
+    own.emplace(program);
+    for (const auto& table : own->tables) tables.push_back(table.get());
+  }
+  Run run(own ? own->program : program, inputs, options, std::move(clock), std::move(tables));
   RunResult result = run.execute();
   if (!run.left_mode() || result.stop != StopReason::completed) return result;
   result.stop = StopReason::failed;

@@ -303,6 +303,20 @@ bool starts_with_sample(const SceneParts& parts, const Signal& signal, double st
 /// Sampling times: positive, and within the scene. What is sampled at the start.
 void prepare_sampling(const SceneParts& parts, RunInputs& inputs, std::vector<Diagnostic>& problems) {
   for (const Signal& signal : parts.model.signals) {
+    if (!signal.delay) continue;
+    const std::string what = "the delay of " + in_quotes(signal.name);
+    const auto by = parts.number(signal.delay->by, what, signal.delay->by_place, problems);
+    if (by && !(*by > 0.0))
+      problems.push_back(diagnostic_of("BG629", what + " is " + number_text(*by, 6), signal.delay->by_place,
+                                       "a delayed signal is what it delays was some time before",
+                                       "give \"by\" a positive time; a signal that is not late is an expression"));
+    if (by && *by > 0.0 && inputs.step > *by)
+      problems.push_back(diagnostic_of(
+          "BG629", what + ", " + number_text(*by, 6) + ", is shorter than the steps of " + number_text(inputs.step, 6),
+          signal.delay->by_place, "a step does not ask for what it computes itself",
+          "make the scene's \"step\" shorter than the delay"));
+  }
+  for (const Signal& signal : parts.model.signals) {
     if (!signal.every.valid()) continue;
     const std::string what = "the sampling time of " + in_quotes(signal.name);
     const auto every = parts.number(signal.every, what, signal.every_place, problems);

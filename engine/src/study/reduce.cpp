@@ -320,6 +320,12 @@ Reduction reduce(const Study& study, const ReduceOptions& options) {
                                     "an element is cut by what it does in one program; another mode may need it",
                                     "reduce the model with a switch on one side: an Se or Sf of 0 in its place")},
                      study.model().sources);
+  for (const Signal& signal : study.model().signals)
+    if (signal.delay)
+      throw ModelError({diagnostic_of("BG610", "a model with delayed signals cannot be reduced", signal.place,
+                                      "what is cut off is measured by runs of the states alone",
+                                      "replace the delay by first-order lags for the reduction")},
+                       study.model().sources);
   if (!study.model().events.empty())
     throw ModelError(
         {diagnostic_of("BG610", "a model with events that set stores cannot be reduced", {},

@@ -37,6 +37,11 @@ void refuse_jumps(const Model& model) {
                "), whose jumps are not derived",
            "sensitivities cross the events of conditions in laws and signals, not jumps of the states",
            "take the difference of two runs, by bgsim sweep", model.events.front().place);
+  for (const Signal& signal : model.signals)
+    if (signal.delay)
+      refuse(model, "the model has delayed signals (" + in_quotes(signal.name) + "), which are not derived",
+             "what a delayed signal was depends on parameters as well",
+             "take the difference of two runs, by bgsim sweep", signal.place);
   const std::vector<ElementId> switches = switches_of(model);
   if (switches.empty()) return;
   const Element& first = model.elements[switches.front().index()];

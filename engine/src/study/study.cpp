@@ -134,7 +134,9 @@ Simulation::Simulation(Study study, RunInputs inputs, const SceneOptions& option
   const EquationSystem& system = study_.equations();
   const BlockOrder& order = study_.order();
   // An event acts on what it sets, whatever the outputs depend on.
-  if (!options.keep_all && model().events.empty())
+  const bool delays = std::any_of(model().signals.begin(), model().signals.end(),
+                                  [](const Signal& signal) { return signal.delay.has_value(); });
+  if (!options.keep_all && model().events.empty() && !delays)
     compiled->cut = timed(compiled->seconds, "slice", [&] {
       return slice(model(), study_.graph(), system, order, inputs_.outputs, options.energy_audit);
     });

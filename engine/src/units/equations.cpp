@@ -59,6 +59,13 @@ class UnitBuilder {
       const std::string name = "signal \"" + signal.name + "\"";
       value(site, signal.is_state() ? "the rate of " + name : name, signal.is_state() ? unit / seconds() : unit,
             signal.value, signal.place);
+      if (signal.delay) {
+        value(site, "what " + name + " delays", unit, signal.delay->value, signal.place);
+        if (signal.delay->initial.valid())
+          value(site, "the initial value of " + name, unit, signal.delay->initial, signal.delay->initial_place);
+        value(site, "the delay of " + name, seconds(), signal.delay->by, signal.delay->by_place);
+        continue;
+      }
       if (signal.initial.valid())
         value(site, "the initial value of " + name, unit, signal.initial, signal.initial_place, 1);
     }

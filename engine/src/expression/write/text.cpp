@@ -169,11 +169,16 @@ class TextWriter : public ExpressionWriter {
     } else if (node.op == Op::symbol) {
       text_ += name_(SymbolId(node.a));
     } else {
-      text_ += name_of(node.op);
+      const bool delayed = is_table(node.op) && pool_.table(TableId(node.b)).delayed;
+      text_ += delayed ? "delayed" : name_of(node.op);
       text_ += "(";
-      if (is_table(node.op)) table_name(pool_.table(TableId(node.b)));
+      if (delayed)
+        text_ += pool_.table(TableId(node.b)).column + ", ";
+      else if (is_table(node.op))
+        table_name(pool_.table(TableId(node.b)));
       push(")");
-      if (is_table(node.op) && pool_.table(TableId(node.b)).interpolation == Interpolation::spline) push(", spline");
+      if (is_table(node.op) && !delayed && pool_.table(TableId(node.b)).interpolation == Interpolation::spline)
+        push(", spline");
       std::array<ExprId, 3> arguments;
       std::size_t n = 0;
       for_each_argument(node, [&](ExprId a) { arguments[n++] = a; });

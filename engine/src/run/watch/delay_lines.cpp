@@ -1,0 +1,299 @@
+#include "run/watch/delay_lines.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/codes.hpp"
+#include "base/text.hpp"
+#include "bgsim/text.hpp"
+#include "run/failures.hpp"
+
+namespace bgsim {
+
+DelayTables::DelayTables(const Program& shared) : program(shared) {
+  for (const ProgramDelay& delay : program.delays) {
+    auto table = std::make_shared<Table>(program.pool.table(delay.table));
+    tables.push_back(table);
+    program.pool.replace_table(delay.table, std::move(table));
+  }
+}
+
+DelayLines::DelayLines(const Program& program, Evaluator& evaluator, const RunInputs& inputs,
+                       std::vector<Table*> tables)
+    : program_(program),
+      evaluator_(evaluator),
+      start_(inputs.start),
+      stop_(inputs.stop),
+      relative_(inputs.relative),
+      recorded_(inputs.start),
+      passed_at_(-std::numeric_limits<double>::infinity()),
+      values_(kPerDelay * tables.size()),
+      y_(program.state_names.size() + program.tear_names.size()) {
+  for (Table* table : tables) lines_.push_back({table, 0.0, 0.0, 0, {}, 0});
+  clear();
+}
+
+void DelayLines::clear() {
+  for (Line& line : lines_) {
+    line.table->x = {-1.0, 0.0};
+    line.table->y = line.table->slope2 = {0.0, 0.0};
+    frame(line);
+  }
+}
+
+bool DelayLines::evaluate(double t, const double* x, Branch& branch, std::vector<double>& values) {
+  std::vector<double>& now = now_;
+  now.resize(2 * lines_.size());
+  if (evaluator_.delayed(t, x, branch, now.data())) {
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      values[kPerDelay * i] = now[2 * i];
+      values[kPerDelay * i + 1] = now[2 * i + 1];
+    }
+    return true;
+  }
+  failure_ = fault_failure(evaluator_.fault());
+  return false;
+}
+
+bool DelayLines::begin(double t, const double* x, Branch& branch) {
+  constexpr int kMostTimes = 1000;
+  constexpr double kSame = 1e-14;
+  if (!any()) return true;
+  if (!evaluate(t, x, branch, values_)) return false;
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    lines_[i].by = values_[kPerDelay * i + 1];
+    lines_[i].knots.clear();
+    lines_[i].dropped = lines_[i].window = 0;
+  }
+  // Where the model says what was before the start, that is sampled; where not, it is what u is at the start.
+  std::vector<bool> constant(lines_.size());
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    constant[i] = !program_.delays[i].initial;
+    Line& line = lines_[i];
+    line.table->x.clear();
+    line.table->y.clear();
+    line.table->slope2.clear();
+    if (constant[i]) {
+      const double u = values_[kPerDelay * i];
+      append(i, t - line.by, t, {u, u, u, u});
+    } else if (!sample_before(i, t, x, branch)) {
+      return false;
+    }
+    frame(line);
+  }
+  for (int step = 0;; ++step) {
+    if (!evaluate(t, x, branch, values_)) return false;
+    bool same = true;
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      if (!constant[i]) continue;
+      std::vector<double>& y = lines_[i].table->y;
+      const double u = values_[kPerDelay * i];
+      same = same && std::abs(u - y.front()) <= kSame * std::max(std::abs(u), std::abs(y.front()));
+      std::fill(y.begin(), y.end(), u);
+    }
+    if (same) break;
+    if (step < kMostTimes) continue;
+    const ProgramDelay& delay = program_.delays.front();
+    failure_ = diagnostic_of("BG629",
+                             "what the delayed signal " + in_quotes(delay.name) +
+                                 " was before the start follows from itself, and has not been found",
+                             delay.place, "without \"initial\" it was always what it is at the start",
+                             "add \"initial\": what it was before the start, over t and parameters");
+    return false;
+  }
+  recorded_ = t;
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    Line& line = lines_[i];
+    const double before = line.table->y.back(), u = values_[kPerDelay * i];
+    line.scale = std::max({line.scale, std::abs(before), std::abs(u)});
+    line.knots.push_back({t, cells(line), std::abs(u - before) > 1e-12 * line.scale ? 0 : 1});
+    frame(line);
+  }
+  return true;
+}
+
+/// What the model says of the time before the start, with its jumps.
+bool DelayLines::sample_before(std::size_t line, double t, const double* x, const Branch& branch) {
+  branch_ = branch;
+  const auto before = [&](double at, double* y, Branch&) {
+    std::copy_n(x, program_.state_names.size(), y);
+    y[program_.delays[line].clock] = at - start_;
+  };
+  for (double from = t - lines_[line].by; from < t;) {
+    evaluator_.set_time_modes(from, branch_);
+    const double to = evaluator_.next_time_event(from, t).value_or(t);
+    if (!sample(from, to, kPerDelay * line + 2, 0, before)) return false;
+    if (to < t) lines_[line].knots.push_back({to, cells(lines_[line]), 0});
+    from = to;
+  }
+  return true;
+}
+
+/// Results at a time before the start, where only those of `initial` have a meaning.
+bool DelayLines::evaluate_before(double t, const double* x, std::vector<double>& values) {
+  std::vector<double> initial(program_.delays.size());
+  if (!evaluator_.delayed_before(t, x, branch_, initial.data())) {
+    failure_ = fault_failure(evaluator_.fault());
+    return false;
+  }
+  for (std::size_t i = 0; i < initial.size(); ++i) values[kPerDelay * i + 2] = initial[i];
+  return true;
+}
+
+/// Two times that are nearer than this are one.
+double DelayLines::resolved(double t) const {
+  constexpr double kRoundings = 32.0 * std::numeric_limits<double>::epsilon();
+  return kRoundings * std::max({std::abs(t), std::abs(start_), stop_ - start_});
+}
+
+double DelayLines::longest() const {
+  double least = 0.0;
+  for (const Line& line : lines_) least = least == 0.0 ? line.by : std::min(least, line.by);
+  return least;
+}
+
+std::optional<double> DelayLines::next(double t) const {
+  std::optional<double> first;
+  for (const Line& line : lines_)
+    for (const Knot& knot : line.knots) {
+      const double at = knot.t + line.by;
+      if (!(at > t + resolved(t))) continue;
+      if (at <= stop_ && (!first || at < *first)) first = at;
+      break;
+    }
+  return first;
+}
+
+void DelayLines::pass(double t) {
+  for (Line& line : lines_) {
+    std::size_t passed = 0;
+    while (passed < line.knots.size() && line.knots[passed].t + line.by <= t + resolved(t)) {
+      passing_ = passed_at_ == t ? std::min(passing_, line.knots[passed].level) : line.knots[passed].level;
+      passed_at_ = t;
+      line.window = line.knots[passed++].cell;
+    }
+    line.knots.erase(line.knots.begin(), line.knots.begin() + static_cast<std::ptrdiff_t>(passed));
+    forget(line, t);
+    frame(line);
+  }
+}
+
+/// Where the table is to be looked up: from the last knot that was passed to the next.
+void DelayLines::frame(Line& line) const {
+  Table& table = *line.table;
+  const std::size_t first = 2 * (line.window - line.dropped);
+  const std::size_t end = line.knots.empty() ? table.x.size() : 2 * (line.knots.front().cell - line.dropped);
+  table.first = std::min(first, table.x.size() < 2 ? 0 : table.x.size() - 2);
+  table.last = std::max(std::min(end, table.x.size()), table.first + 2) - 1;
+}
+
+/// Cells that y has left.
+void DelayLines::forget(Line& line, double t) {
+  constexpr std::size_t kWorthIt = 4096;
+  Table& table = *line.table;
+  std::size_t old = 0;
+  const std::size_t window = line.window - line.dropped;
+  const double oldest = t - start_ - 2.0 * line.by;
+  while (old < window && table.x[2 * old + 1] < oldest) ++old;
+  if (2 * old < kWorthIt) return;
+  const auto gone = static_cast<std::ptrdiff_t>(2 * old);
+  table.x.erase(table.x.begin(), table.x.begin() + gone);
+  table.y.erase(table.y.begin(), table.y.begin() + gone);
+  table.slope2.erase(table.slope2.begin(), table.slope2.begin() + gone);
+  line.dropped += old;
+}
+
+/// The cubic through values at both ends and at the thirds between them.
+void DelayLines::append(std::size_t line, double from, double to, const double (&u)[4]) {
+  Table& table = *lines_[line].table;
+  const double h = to - from, third = h / 3.0;
+  table.x.push_back(from - start_);
+  table.x.push_back(to - start_);
+  table.y.push_back(u[0]);
+  table.y.push_back(u[3]);
+  table.slope2.push_back((2.0 * u[0] - 5.0 * u[1] + 4.0 * u[2] - u[3]) / (third * third));
+  table.slope2.push_back((-u[0] + 4.0 * u[1] - 5.0 * u[2] + 2.0 * u[3]) / (third * third));
+}
+
+bool DelayLines::add(double to, const Branch& branch, const Solution& solution) {
+  // Two events a rounding apart: over that nothing has a slope. It becomes part of what comes next.
+  if (!any() || !(to > recorded_ + resolved(to))) return true;
+  branch_ = branch;
+  if (!sample(recorded_, to, 0, 0, solution)) return false;
+  recorded_ = to;
+  for (Line& line : lines_) {
+    if (line.knots.empty()) {
+      // What is behind the last knot is one piece; what y has left of it is behind the window.
+      const double left = to - start_ - 2.0 * line.by;
+      while (line.window + 1 < cells(line) && line.table->x[2 * (line.window - line.dropped) + 1] < left) ++line.window;
+      forget(line, to);
+    }
+    frame(line);
+  }
+  return true;
+}
+
+/// Cubics over [from, to] that agree with u between their knots. @param which  0: of all lines; else the result that is
+/// sampled, of one line.
+bool DelayLines::sample(double from, double to, std::size_t which, int depth, const Solution& solution) {
+  constexpr std::array<double, 7> kPoints{0.0, 1.0 / 6, 1.0 / 3, 0.5, 2.0 / 3, 5.0 / 6, 1.0};
+  constexpr double kOfTolerance = 0.01, kLeast = 1e-13;
+  constexpr int kDeepest = 8;
+  std::vector<std::vector<double>> at(kPoints.size(), std::vector<double>(values_.size()));
+  for (std::size_t k = 0; k < kPoints.size(); ++k) {
+    const double t = k + 1 == kPoints.size() ? to : from + kPoints[k] * (to - from);
+    solution(t, y_.data(), branch_);
+    if (which == 0 ? !evaluate(t, y_.data(), branch_, at[k]) : !evaluate_before(t, y_.data(), at[k])) return false;
+  }
+  bool fine = true;
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    const std::size_t result = which == 0 ? kPerDelay * i : which;
+    if (which != 0 && i != which / kPerDelay) continue;
+    Line& line = lines_[i];
+    for (const auto& values : at) line.scale = std::max(line.scale, std::abs(values[result]));
+    const double tolerance = std::max(kOfTolerance * relative_, kLeast) * line.scale;
+    const auto cubic = [&](double s) {
+      const double a = at[0][result], b = at[2][result], c = at[4][result], d = at[6][result];
+      const double r = 3.0 * s;
+      return a * (r - 1) * (r - 2) * (r - 3) / -6.0 + b * r * (r - 2) * (r - 3) / 2.0 -
+             c * r * (r - 1) * (r - 3) / 2.0 + d * r * (r - 1) * (r - 2) / 6.0;
+    };
+    for (const std::size_t k : {1U, 3U, 5U}) fine = fine && std::abs(cubic(kPoints[k]) - at[k][result]) <= tolerance;
+  }
+  if (!fine && depth < kDeepest) {
+    const double middle = from + (to - from) / 2;
+    if (middle > from && middle < to)
+      return sample(from, middle, which, depth + 1, solution) && sample(middle, to, which, depth + 1, solution);
+  }
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    const std::size_t result = which == 0 ? kPerDelay * i : which;
+    if (which != 0 && i != which / kPerDelay) continue;
+    append(i, from, to, {at[0][result], at[2][result], at[4][result], at[6][result]});
+  }
+  return true;
+}
+
+bool DelayLines::changed(double t, const double* x, Branch& branch) {
+  constexpr double kJump = 1e-9;
+  if (!any()) return true;
+  if (!evaluate(t, x, branch, values_)) return false;
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    Line& line = lines_[i];
+    const double u = values_[kPerDelay * i];
+    line.scale = std::max(line.scale, std::abs(u));
+    const bool jumps = std::abs(u - line.table->y.back()) > kJump * line.scale;
+    int level = jumps ? 0 : passed_at_ == t ? passing_ + 1 : 1;
+    if (!line.knots.empty() && line.knots.back().cell == cells(line)) {
+      line.knots.back().level = std::min(line.knots.back().level, level);
+      continue;  // nothing has been recorded since the one before
+    }
+    if (level >= kSmooth) continue;
+    line.knots.push_back({t, cells(line), level});
+    frame(line);
+  }
+  return true;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,93 @@
+/// Delayed signals: what they delay, as the run goes on, and where its jumps and kinks come through.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "bgsim/evaluator.hpp"
+
+namespace bgsim {
+
+/// The program with tables of its own for its delayed signals: what they hold is a matter of one run.
+struct DelayTables {
+  explicit DelayTables(const Program& shared);
+  Program program;
+  std::vector<std::shared_ptr<Table>> tables;  ///< by Program::delays
+};
+
+/// y(t) = u(t - T): u is kept as piecewise cubics over as long as T asks for, in each step as fine as its tolerance
+/// asks for. No step is longer than T, so it never asks for what it computes. Where u jumps, or has a kink, y has it T
+/// later: such a time is known beforehand, and the step ends there.
+///
+/// What a jump does elsewhere is smoother by one derivative each time it has gone through a delay and an integral, and
+/// after some of these no step need end there.
+class DelayLines {
+ public:
+  /// At a time within the last step: the states there, or the branch.
+  using Solution = std::function<void(double t, double* y, Branch& branch)>;
+
+  DelayLines(const Program& program, Evaluator& evaluator, const RunInputs& inputs, std::vector<Table*> tables);
+
+  [[nodiscard]] bool any() const { return !lines_.empty(); }
+  /// Before the start there is nothing: the tables are 0, so that the rest can be evaluated for the first time.
+  void clear();
+  /// What was before the start: as the model says, or the value at the start, which may depend on itself. False:
+  /// failure().
+  bool begin(double t, const double* x, Branch& branch);
+  /// The longest step; 0: any.
+  [[nodiscard]] double longest() const;
+  /// The first time after @p t at which a jump or kink comes through.
+  [[nodiscard]] std::optional<double> next(double t) const;
+  /// Goes on to what comes after such a time, if @p t is one.
+  void pass(double t);
+  /// What the run has come to from where it was before, up to @p to. False: failure().
+  bool add(double to, const Branch& branch, const Solution& solution);
+  /// Something has changed at once at @p t. False: failure().
+  bool changed(double t, const double* x, Branch& branch);
+  [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
+
+ private:
+  struct Knot {
+    double t;          ///< of u
+    std::size_t cell;  ///< first one after it, counted from the first that there ever was
+    int level;         ///< 0: u jumps, 1: its slope does, ...
+  };
+  struct Line {
+    Table* table;
+    double by = 0.0;
+    double scale = 0.0;       ///< largest magnitude of u so far
+    std::size_t dropped = 0;  ///< cells that are no longer in the table
+    std::vector<Knot> knots;  ///< not passed yet
+    std::size_t window = 0;   ///< first cell that y may be in
+  };
+
+  static constexpr std::size_t kPerDelay = 3;  ///< results: u, T, what was before the start
+  static constexpr int kSmooth = 5;            ///< levels from here on are left to the control of errors
+
+  bool evaluate(double t, const double* x, Branch& branch, std::vector<double>& values);
+  bool sample_before(std::size_t line, double t, const double* x, const Branch& branch);
+  bool evaluate_before(double t, const double* x, std::vector<double>& values);
+  bool sample(double from, double to, std::size_t which, int depth, const Solution& solution);
+  void append(std::size_t line, double from, double to, const double (&values)[4]);
+  void frame(Line& line) const;
+  void forget(Line& line, double t);
+  [[nodiscard]] std::size_t cells(const Line& line) const { return line.dropped + line.table->x.size() / 2; }
+  [[nodiscard]] double resolved(double t) const;
+
+  const Program& program_;
+  Evaluator& evaluator_;
+  double start_, stop_, relative_;
+  std::vector<Line> lines_;
+  double recorded_ = 0.0;  ///< up to here
+  int passing_ = 0;        ///< level of what comes through at passed_at_
+  double passed_at_;
+  std::vector<double> values_, y_, now_;
+  Branch branch_;
+  std::optional<Diagnostic> failure_;
+};
+
+}  // namespace bgsim

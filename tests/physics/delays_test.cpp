@@ -1,0 +1,188 @@
+// Delayed signals, against solutions by the method of steps.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "support/run.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+const std::vector<Method> kMethods{Method::automatic, Method::bdf,   Method::adams, Method::ida,
+                                   Method::erk5,      Method::dirk4, Method::radau};
+
+bool is_multistep(Method method) { return method == Method::bdf || method == Method::adams || method == Method::ida; }
+
+/// A capacitor that holds x, with the rate `rate`, and signals.
+std::string model(const std::string& rate, const std::string& start, const std::string& signals,
+                  const std::string& outputs, const std::string& scene, const std::string& more = "") {
+  return R"x({"bgsim": 1, "name": "delays", "parameters": {"T": 1}, "signals": {)x" + signals + "}, " + more +
+         R"x("elements": {"s": {"kind": "MSf", "flow": ")x" + rate +
+         R"x("}, "n": {"kind": "0"}, "c": {"kind": "C", "capacitance": 1,
+         "initial": {"q": )x" +
+         start + R"x(}}}, "bonds": [{"from": "s", "to": "n"}, {"from": "n", "to": "c"}],
+         "outputs": {)x" +
+         outputs + R"x(}, "scenes": {"run": {)x" + scene + "}}}";
+}
+
+RunResult completed(const std::string& text, Method method = Method::automatic, double relative = 1e-8) {
+  RunResult result = Study::from_text(text).scene({}, with_method(method, relative)).simulate(untimed());
+  INFO((result.failure ? result.failure->situation : ""));
+  REQUIRE(result.stop == StopReason::completed);
+  return result;
+}
+
+/// x' = -x(t - 1), x = 1 before: the sum of (-1)^k (t - (k - 1))^k / k!.
+double steps_of_one(double t) {
+  double sum = 1.0, factorial = 1.0;
+  for (int k = 1; k - 1 <= t; ++k) {
+    factorial *= k;
+    sum += (k % 2 == 0 ? 1.0 : -1.0) * std::pow(t - (k - 1), k) / factorial;
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a delayed feedback follows the method of steps by every method") {
+  for (const Method method : kMethods)
+    for (const double relative : {1e-5, 1e-8, 1e-10}) {
+      INFO(facts_of(method).name << ", " << relative);
+      const RunResult result = completed(model("-y", "1", R"x("y": {"delay": "c.q", "by": "T"})x",
+                                               R"x("x": "c.q", "y": "y")x", R"x("stop": 8, "samples": 65)x"),
+                                         method, relative);
+      double worst = 0.0;
+      for (std::size_t i = 0; i < result.trace.times.size(); ++i) {
+        const double t = result.trace.times[i];
+        worst = std::max({worst, std::abs(result.trace["x"][i] - steps_of_one(t)),
+                          std::abs(result.trace["y"][i] - (t <= 1 ? 1.0 : steps_of_one(t - 1)))});
+      }
+      // Multistep methods begin again at order 1 at t = 0, 1, 2, ...
+      CHECK(worst < (is_multistep(method) ? 300 : 20) * relative);
+    }
+}
+
+TEST_CASE("what was before the start is said by the model, with its jumps") {
+  // x' = y; u before the start is a ramp with a step at -0.25.
+  const RunResult result =
+      completed(model("y", "0", R"x("y": {"delay": "sin(t)", "by": "T", "initial": "t + if(t < -0.25, 1, 0)"})x",
+                      R"x("x": "c.q", "y": "y")x", R"x("times": [0, 0.5, 0.75, 0.9, 1, 3], "stop": 3)x"));
+  const auto before = [](double t) { return t * t / 2 - t; };  // of t - 1
+  const std::vector<double> x{0,
+                              before(0.5) + 0.5,
+                              before(0.75) + 0.75,
+                              before(0.9) + 0.75,
+                              before(1) + 0.75,
+                              before(1) + 0.75 + 1 - std::cos(2.0)};
+  const std::vector<double> y{0, 0.5, -0.25, -0.1, 0, std::sin(2.0)};
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    CHECK(result.trace["x"][i] == Approx(x[i]).margin(1e-8));
+    CHECK(result.trace["y"][i] == Approx(y[i]).margin(1e-9));
+  }
+}
+
+TEST_CASE("jumps come through on time, again and again") {
+  // A wave on a line that is reflected with -0.5 at one end: y = 1 - 0.5 y(t - 1) once the source is on, 0 before.
+  for (const double start : {0.0, 1e4}) {
+    const std::string on = "t >= " + std::to_string(start + 0.25);
+    const RunResult result = completed(model(
+        "y", "0", R"x("wave": "if()x" + on + R"x(, 1, 0) - 0.5*y", "y": {"delay": "wave", "by": "T"})x",
+        R"x("y": "y", "x": "c.q")x",
+        "\"start\": " + std::to_string(start) + ", \"stop\": " + std::to_string(start + 10.25) + ", \"samples\": 42"));
+    double expected = 0.0, area = 0.0;
+    for (std::size_t i = 0; i < 42; ++i) {
+      // At 1.25, 2.25, ...: 1, 0.5, 0.75, ...; an output at the time of a jump shows what comes after it.
+      if (i >= 5 && (i - 5) % 4 == 0) expected = 1 - 0.5 * expected;
+      INFO(start << ", row " << i);
+      CHECK(result.trace["y"][i] == Approx(expected).margin(1e-12));
+      CHECK(result.trace["x"][i] == Approx(area).margin(start > 0 ? 1e-7 : 1e-8));
+      area += 0.25 * expected;
+    }
+    CHECK(result.report.steps < 500);
+  }
+}
+
+TEST_CASE("without a history a delayed signal begins with what depends on itself") {
+  const RunResult result = completed(model("0", "0", R"x("wave": "1 - 0.5*y", "y": {"delay": "wave", "by": "T"})x",
+                                           R"x("y": "y")x", R"x("stop": 10, "samples": 11)x"));
+  for (const double y : result.trace["y"]) CHECK(y == Approx(2.0 / 3).epsilon(1e-13));
+  const RunResult none = Study::from_text(model("0", "0", R"x("wave": "1 - 2*y", "y": {"delay": "wave", "by": "T"})x",
+                                                R"x("y": "y")x", R"x("stop": 10, "samples": 11)x"))
+                             .scene()
+                             .simulate(untimed());
+  REQUIRE(none.failure);
+  CHECK(none.failure->code == "BG629");
+}
+
+TEST_CASE("several delays have their own times, and one may follow another") {
+  // z = y(t - 0.3) = sin(t - 0.8)
+  const RunResult result = completed(model(
+      "z", "0",
+      R"x("y": {"delay": "sin(t)", "by": 0.5, "initial": "sin(t)"}, "z": {"delay": "y", "by": 0.3, "initial": "sin(t - 0.5)"})x",
+      R"x("x": "c.q", "y": "y", "z": "z", "slope": "der(z)")x", R"x("stop": 20, "samples": 201)x"));
+  for (std::size_t i = 0; i < result.trace.times.size(); ++i) {
+    const double t = result.trace.times[i];
+    CHECK(result.trace["y"][i] == Approx(std::sin(t - 0.5)).margin(1e-9));
+    CHECK(result.trace["z"][i] == Approx(std::sin(t - 0.8)).margin(1e-9));
+    CHECK(result.trace["x"][i] == Approx(std::cos(0.8) - std::cos(t - 0.8)).margin(1e-7));
+    CHECK(result.trace["slope"][i] == Approx(std::cos(t - 0.8)).margin(1e-4));  // of cubics
+  }
+}
+
+TEST_CASE("conditions on delayed signals are located where they change") {
+  // A relay with a dead time: x' = 1 while x(t - 0.25) < 1, then -1 until it is below 0: a saw between -0.25 and 1.25.
+  for (const Method method : kMethods) {
+    INFO(facts_of(method).name);
+    const RunResult result = completed(
+        model("if(up, 1, -1)", "0.5",
+              R"x("y": {"delay": "c.q", "by": 0.25}, "up": {"set": "y < 0", "reset": "y > 1", "initial": true})x",
+              R"x("x": "c.q")x", R"x("stop": 30, "samples": 301)x"),
+        method);
+    for (std::size_t i = 0; i < 301; ++i) {
+      const double t = result.trace.times[i], phase = std::fmod(t + 0.75, 3.0);
+      CHECK(result.trace["x"][i] == Approx(phase < 1.5 ? -0.25 + phase : 2.75 - phase).margin(1e-6));
+    }
+  }
+}
+
+TEST_CASE("events that set stores come through a delay") {
+  const RunResult result = completed(model(
+      "0", "0", R"x("y": {"delay": "c.q", "by": 0.7})x", R"x("y": "y", "x": "c.q")x",
+      R"x("times": [1, 1.65, 1.75, 2.65, 2.75, 5], "stop": 5)x",
+      R"x("events": {"kick": {"when": "t > 1", "set": {"c.q": 2}}, "again": {"when": "y > 1", "set": {"c.q": 3}}}, )x"));
+  const std::vector<double> y{0, 0, 2, 2, 3, 3};  // again at 1.7, through at 2.4
+  CHECK(result.trace["y"][1] == 0.0);
+  CHECK(result.trace["y"][2] == 2.0);
+  CHECK(result.trace["y"][4] == 3.0);
+  CHECK(result.trace["x"].back() == 3.0);
+}
+
+TEST_CASE("a delay longer than the scene, and one far shorter") {
+  CHECK(completed(model("-y", "1", R"x("y": {"delay": "c.q", "by": 100})x", R"x("x": "c.q")x",
+                        R"x("stop": 5, "samples": 2)x"))
+            .trace["x"]
+            .back() == Approx(-4.0).epsilon(1e-12));
+  // x' = -x(t - 1e-3): near exp(-t), with the root of s = -exp(-s T).
+  const double T = 1e-3;
+  double s = -1.0;
+  for (int i = 0; i < 100; ++i) s = -std::exp(-s * T);
+  const RunResult result = completed(
+      model("-y", "1", R"x("y": {"delay": "c.q", "by": 1e-3, "initial": "exp()x" + number_text(s, 17) + R"x(*t)"})x",
+            R"x("x": "c.q")x", R"x("stop": 2, "samples": 3)x"));
+  CHECK(result.trace["x"].back() == Approx(std::exp(2 * s)).epsilon(1e-7));
+}
+
+TEST_CASE("a delay inside a submodel, and runs side by side") {
+  const std::string text =
+      model("-y", "1", R"x("y": {"delay": "c.q", "by": "T"})x", R"x("x": "c.q")x", R"x("stop": 3, "samples": 4)x");
+  const Study study = Study::from_text(text);
+  const Simulation scene = study.scene();
+  const RunResult first = scene.simulate(untimed()), second = scene.simulate(untimed());
+  CHECK(first.trace.columns == second.trace.columns);
+  SceneOverrides other;
+  other.set = {"T=0.5"};
+  CHECK(study.scene({}, other).simulate(untimed()).trace["x"].back() != first.trace["x"].back());
+}
