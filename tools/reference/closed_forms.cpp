@@ -310,6 +310,57 @@ void cradle(const std::string& folder) {
   });
 }
 
+/// x' = c - a x + b x(t - T): the n-th round of the water adds c b^n times the response of 1/(s (s + a)^(n + 1)).
+void heated_loop(const std::string& folder) {
+  const Number capacity = given(2e5), k = given(400), r = given(0.6), delay = given(120) / given(0.2),
+               power = given(1e4), around = given(290);
+  const Number a = k / capacity, b = r * k / capacity, c = power / capacity;
+  const auto excess = [&](const Number& t) {
+    Number sum = 0, factor = c / a;
+    for (int n = 0; n * delay <= t; ++n, factor *= b / a) {
+      const Number u = a * (t - n * delay);
+      Number term = 1, series = 0;
+      for (int i = 0; i <= n; ++i, term *= u / i) series += term;
+      sum += factor * (1 - exp(-u) * series);
+    }
+    return sum;
+  };
+  write(folder, "heated_loop.warm_up", {"t", "T", "T_back"}, 7200, 241, [&](const Number& t) {
+    const Number before = t - delay;
+    return std::vector<Number>{around + excess(t), around + (before > 0 ? Number(r * excess(before)) : Number(0))};
+  });
+}
+
+/// It sticks over 2 (Fs - Fd)/(k v0), and slips on a sine about Fd/k.
+void stick_slip(const std::string& folder) {
+  const Number v = given(0.1), most = given(1), least = given(0.5);
+  const Number sticks = 2 * (most - least) / v,
+               slips = 2 * (boost::math::constants::pi<Number>() - atan((most - least) / v));
+  write(folder, "stick_slip.squeal", {"t", "x", "v", "sticks"}, 40, 401, [&](Number t) {
+    while (t >= sticks + slips) t -= sticks + slips;
+    const Number begin = 2 * least - most, s = t - sticks;
+    if (s < 0) return std::vector<Number>{begin + v * t, v, 1};
+    return std::vector<Number>{least + (most - least) * cos(s) + v * sin(s), v * cos(s) - (most - least) * sin(s), 0};
+  });
+}
+
+/// A line up to the pressure at which the valve opens, an exponential down to that at which it shuts.
+void relief_valve(const std::string& folder) {
+  const Number flow = given(1e-4), capacity = given(1e-10), resistance = given(4e9), high = given(2e6),
+               low = given(1.2e6);
+  const Number rest = flow * resistance, lag = resistance * capacity;
+  const Number falls = lag * log((high - rest) / (low - rest)), first = high * capacity / flow,
+               period = falls + (high - low) * capacity / flow;
+  write(folder, "relief_valve.pumping", {"t", "p", "outflow"}, 10, 1001, [&](Number t) {
+    if (t < first) return std::vector<Number>{flow / capacity * t, 0};
+    t -= first;
+    while (t >= period) t -= period;
+    if (t >= falls) return std::vector<Number>{low + flow / capacity * (t - falls), 0};
+    const Number p = rest + (high - rest) * exp(-t / lag);
+    return std::vector<Number>{p, p / resistance};
+  });
+}
+
 /// Parabolas between impacts on a table that moves as a sine; the next impact by bisection in the first of many small
 /// pieces at whose end the ball is below the table.
 void shaken_ball(const std::string& folder) {
@@ -404,6 +455,9 @@ int main(int argc, char** argv) {
     shaken_ball(folder);
     ball_contact(folder);
     cradle(folder);
+    heated_loop(folder);
+    stick_slip(folder);
+    relief_valve(folder);
     thermostat(folder);
     sampled_servo(folder);
   } catch (const std::exception& error) {
