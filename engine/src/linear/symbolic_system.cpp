@@ -137,6 +137,7 @@ SignalFlow signal_flow(SymbolicSystem& symbolic) { return FlowBuilder(symbolic).
 
 std::unique_ptr<SymbolicSystem> symbolic_system(const std::shared_ptr<const Model>& model, const RunInputs& point,
                                                 const std::string& input) {
+  refuse_delays(*model);
   Model wanted = *model;
   wanted.events.clear();                                     // as linear_system() does
   for (Scene& scene : wanted.scenes) scene.outputs.clear();  // which may name others

@@ -3,8 +3,8 @@
 
 namespace bgsim {
 
-/// Times are multiplied by this in the conditions behind sampled signals, so that samples come some roundings early (see
-/// add_samples() of the reader). No model has the number by chance, so it tells these conditions from others.
+/// Times are multiplied by this in the conditions behind sampled signals, so that samples come some roundings early
+/// (see add_samples() of the reader). No model has the number by chance, so it tells these conditions from others.
 inline constexpr double kSamplesEarly = 1.0 + 0x1p-44;
 
 }  // namespace bgsim

@@ -144,7 +144,8 @@ class Sides {
   bool look_at_contacts() {
     // One that has come to its gap is there as far as the tolerance says; the rest is rounding.
     constexpr double kBeyond = 1e-9, kFar = 1e-6, kTouching = 1e3;
-    // What all ways are resolved to: balls of a cradle that only touch have no way of their own, and a room of roundings.
+    // What all ways are resolved to: balls of a cradle that only touch have no way of their own, and a room of
+    // roundings.
     double longest = 0.0;
     for (std::size_t i = 0; i < n_; ++i) {
       if (!network_.displacements[i].valid()) continue;
