@@ -86,6 +86,13 @@ void Reader::check_modes() {
   check_circles_of_modes();
 }
 
+/// What breaks a circle through a mode.
+static std::string latch_of(const std::string& mode) {
+  std::string help = R"(a latch breaks the circle: "touch": { "set": ")";
+  help.append(mode).append(R"(", "reset": "not )").append(mode).append(R"(" })");
+  return help;
+}
+
 /// Which side a diode is on follows from all laws, so no law may depend on it.
 void Reader::check_laws_of_modes() {
   for (std::size_t i = 0; i < model_.elements.size(); ++i) {
@@ -101,14 +108,13 @@ void Reader::check_laws_of_modes() {
     for (const ElementId id : read) {
       const Element& other = model_.elements[id.index()];
       const std::string mode = "mode('" + other.name.substr(prefix.size()) + "')";
+      const std::string depends = own + " depends on " + mode;
       if (is_diode(other.kind)) {
-        problem("BG132", "the law of " + own + " depends on " + mode + ", which follows from that law", place,
-                "a latch breaks the circle: \"touch\": { \"set\": \"" + mode + "\", \"reset\": \"not " + mode + "\" }",
+        problem("BG132", "the law of " + depends + ", which follows from that law", place, latch_of(mode),
                 "which side a diode or contact is on follows from the laws of all elements",
                 {{other.place, in_quotes(other.name) + " is declared here"}});
       } else if (is_store(element.kind)) {
-        problem("BG118", "the law of the store " + own + " depends on " + mode, place,
-                "connect two stores by the switch",
+        problem("BG118", "the law of the store " + depends, place, "connect two stores by the switch",
                 "a store whose law changes with a switch would gain or lose energy unseen");
       } else {
         continue;

@@ -38,7 +38,7 @@ class Run {
  public:
   /// @param delayed  tables of the delayed signals, which the run fills
   Run(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock,
-      std::vector<Table*> delayed = {})
+      const std::vector<Table*>& delayed = {})
       : program_(program),
         inputs_(inputs),
         options_(options),
@@ -53,7 +53,7 @@ class Run {
         schedule_(program, evaluator_, inputs),
         events_(program, inputs, evaluator_, tolerances_, !implicit_),
         jumps_(program, evaluator_, inputs),
-        delays_(program, evaluator_, inputs, std::move(delayed)),
+        delays_(program, evaluator_, inputs, delayed),
         defects_(program, inputs, evaluator_, tolerances_),
         loops_(program, evaluator_, inputs.start, inputs.stop),
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),

@@ -391,7 +391,7 @@ RunResult simulate(const Program& program, const RunInputs& inputs, const Simula
     own.emplace(program);
     for (const auto& table : own->tables) tables.push_back(table.get());
   }
-  Run run(own ? own->program : program, inputs, options, std::move(clock), std::move(tables));
+  Run run(own ? own->program : program, inputs, options, std::move(clock), tables);
   RunResult result = run.execute();
   if (!run.left_mode() || result.stop != StopReason::completed) return result;
   result.stop = StopReason::failed;

@@ -21,7 +21,7 @@ DelayTables::DelayTables(const Program& shared) : program(shared) {
 }
 
 DelayLines::DelayLines(const Program& program, Evaluator& evaluator, const RunInputs& inputs,
-                       std::vector<Table*> tables)
+                       const std::vector<Table*>& tables)
     : program_(program),
       evaluator_(evaluator),
       start_(inputs.start),
@@ -190,7 +190,7 @@ void DelayLines::frame(Line& line) const {
 }
 
 /// Cells that y has left.
-void DelayLines::forget(Line& line, double t) {
+void DelayLines::forget(Line& line, double t) const {
   constexpr std::size_t kWorthIt = 4096;
   Table& table = *line.table;
   std::size_t old = 0;
@@ -206,15 +206,15 @@ void DelayLines::forget(Line& line, double t) {
 }
 
 /// The cubic through values at both ends and at the thirds between them.
-void DelayLines::append(std::size_t line, double from, double to, const double (&u)[4]) {
+void DelayLines::append(std::size_t line, double from, double to, const double (&values)[4]) {
   Table& table = *lines_[line].table;
   const double h = to - from, third = h / 3.0;
   table.x.push_back(from - start_);
   table.x.push_back(to - start_);
-  table.y.push_back(u[0]);
-  table.y.push_back(u[3]);
-  table.slope2.push_back((2.0 * u[0] - 5.0 * u[1] + 4.0 * u[2] - u[3]) / (third * third));
-  table.slope2.push_back((-u[0] + 4.0 * u[1] - 5.0 * u[2] + 2.0 * u[3]) / (third * third));
+  table.y.push_back(values[0]);
+  table.y.push_back(values[3]);
+  table.slope2.push_back((2.0 * values[0] - 5.0 * values[1] + 4.0 * values[2] - values[3]) / (third * third));
+  table.slope2.push_back((-values[0] + 4.0 * values[1] - 5.0 * values[2] + 2.0 * values[3]) / (third * third));
 }
 
 bool DelayLines::add(double to, const Branch& branch, const Solution& solution) {

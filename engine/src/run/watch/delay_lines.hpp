@@ -30,7 +30,7 @@ class DelayLines {
   /// At a time within the last step: the states there, or the branch.
   using Solution = std::function<void(double t, double* y, Branch& branch)>;
 
-  DelayLines(const Program& program, Evaluator& evaluator, const RunInputs& inputs, std::vector<Table*> tables);
+  DelayLines(const Program& program, Evaluator& evaluator, const RunInputs& inputs, const std::vector<Table*>& tables);
 
   [[nodiscard]] bool any() const { return !lines_.empty(); }
   /// Before the start there is nothing: the tables are 0, so that the rest can be evaluated for the first time.
@@ -74,7 +74,7 @@ class DelayLines {
   bool sample(double from, double to, std::size_t which, int depth, const Solution& solution);
   void append(std::size_t line, double from, double to, const double (&values)[4]);
   void frame(Line& line) const;
-  void forget(Line& line, double t);
+  void forget(Line& line, double t) const;
   [[nodiscard]] std::size_t cells(const Line& line) const { return line.dropped + line.table->x.size() / 2; }
   [[nodiscard]] double resolved(double t) const;
 
