@@ -1,0 +1,161 @@
+// On which sides the diodes and contacts of a switched run are.
+#include "base/codes.hpp"
+#include "run/failures.hpp"
+#include "run/switched_run.hpp"
+#include "run/tried_sides.hpp"
+
+namespace bgsim {
+
+void SwitchedRun::take_diodes(const std::vector<double>& values) {
+  if (values.empty()) return;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < diodes_.size(); ++i) {
+    while (!is_diode_[next]) ++next;
+    DiodeState& diode = diodes_[i];
+    diode.conducts = mode_[next++];
+    const bool contact = network_of_(mode_).displacements[i].valid();
+    diode.source = values[4 * i] - (contact ? 0.0 : diode.resistance * values[4 * i + 1]);
+    diode.may_begin = values[4 * i + 3] != 0.0;
+  }
+}
+
+bool SwitchedRun::settle_diodes() {
+  if (diodes_.empty()) return true;
+  try {
+    const DiodeNetwork& network = network_of_(mode_);
+    // A part of the tolerance, and what follows from it is a part of it as well.
+    constexpr double kOfTolerance = 1e-3;
+    const auto resolution = [this](const StateInfo& state) {
+      const auto found = tolerance_.find(key(state));
+      return found == tolerance_.end() ? 0.0 : kOfTolerance * found->second;
+    };
+    DiodeSides sides =
+        diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, one_at_a_time());
+    if (!goes_on_alone(sides))
+      sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_);
+    if (sides.failure)
+      return (may_try(network, sides) && try_sides(resolution, may_be_tried(network))) ||
+             fail(std::move(*sides.failure));
+    diodes_ = std::move(sides.diodes);
+    kick_ = std::move(sides.kick);
+    closing_ = std::move(sides.closing);
+    flight_ = std::move(sides.flight);
+    close_rooms(network, sides.room);
+    flow_off_ = std::move(sides.flow_off);
+    effort_off_ = std::move(sides.effort_off);
+    flow_error_ = std::move(sides.flow_error);
+    effort_error_ = std::move(sides.effort_error);
+    put_diodes();
+    // A diode has left its side, and the series do not say whether by rounding or for good.
+    const bool again = !switched_ && mode_ == left_;
+    for (std::size_t i = 0; again && i < tripped_.size(); ++i) {
+      if (!tripped_[i] || !sides.undecided[i]) continue;
+      static_cast<void>(try_sides(resolution, sides.undecided));
+      break;
+    }
+  } catch (const ModelError& error) {
+    return fail(not_allowed(error));
+  }
+  return true;
+}
+
+bool SwitchedRun::one_at_a_time() const {
+  constexpr std::uint64_t kMostInARow = 10'000;
+  return inputs_.sequential_impacts &&
+         !(sequence_.t == stored_.t && (sequence_.count >= kMostInARow || sequence_.ended));
+}
+
+bool SwitchedRun::goes_on_alone(const DiodeSides& sides) {
+  constexpr double kOfFirst = 1e-9;
+  if (sides.kick.empty() || !one_at_a_time()) return true;
+  const double closing = *std::max_element(sides.closing.begin(), sides.closing.end());
+  if (sequence_.t != stored_.t) sequence_ = {stored_.t, closing, 0, false};
+  if (closing <= kOfFirst * sequence_.first) {
+    sequence_.ended = true;
+    return false;
+  }
+  if (++sequence_.count == 2 && !std::exchange(sequential_, true))
+    result_.report.notes.push_back("at t = " + number_text(stored_.t, 6) +
+                                   " several contacts take impulses at one instant: one after the other, that which "
+                                   "closes fastest first (\"impacts\": \"sequential\")");
+  return true;
+}
+
+bool SwitchedRun::may_try(const DiodeNetwork& network, const DiodeSides& sides) const {
+  if (sides.final) return false;
+  const std::vector<ElementId> elements = diode_elements(*network.program.model);
+  for (std::size_t i = 0; i < diodes_.size(); ++i) {
+    const Element& element = network.program.model->elements[elements[i].index()];
+    if (element.contact && diodes_[i].touches && diodes_[i].conducts &&
+        !network.program.model->pool.is_constant(element.contact->restitution, 0.0))
+      return false;
+  }
+  return true;
+}
+
+std::vector<bool> SwitchedRun::may_be_tried(const DiodeNetwork& network) const {
+  std::vector<bool> free;
+  for (std::size_t i = 0; i < diodes_.size(); ++i)
+    free.push_back(!network.displacements[i].valid() || diodes_[i].touches);
+  return free;
+}
+
+void SwitchedRun::put_diodes() {
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < mode_.size(); ++i)
+    if (is_diode_[i]) mode_[i] = diodes_[next++].conducts;
+}
+
+bool SwitchedRun::try_sides(const std::function<double(const StateInfo&)>& resolution, const std::vector<bool>& free) {
+  std::optional<TriedSides> sides =
+      tried_sides(program_of_, mode_, is_diode_, diodes_, free, inputs_, stored_, resolution);
+  if (!sides) return false;
+  for (std::size_t i = 0; i < diodes_.size(); ++i) {
+    diodes_[i].conducts = sides->conducts[i];
+    diodes_[i].pinned = false;
+    diodes_[i].source = 0.0;
+  }
+  flow_off_ = flow_error_ = std::move(sides->flow_error);
+  effort_off_ = effort_error_ = std::move(sides->effort_error);
+  put_diodes();
+  return true;
+}
+
+bool SwitchedRun::hold_bands(const Program& program) {
+  constexpr double kTwice = 2.0, kMore = 4.0;
+  // The mode that was left because of a diode turns out to be the right one.
+  const bool again = !switched_ && mode_ == left_;
+  bands_.resize(diodes_.size(), 0.0);
+  Evaluator evaluator(program, parameters_);
+  Branch branch = first_branch(program);
+  std::vector<double> values(4 * diodes_.size());
+  if (!evaluator.initialize_modes(stored_.t, x_.data(), branch) ||
+      !evaluator.diodes(stored_.t, x_.data(), branch, values.data()))
+    return fail(fault_failure(evaluator.fault()));
+  for (std::size_t i = 0; i < diodes_.size(); ++i) {
+    const Element& element = program.model->elements[program.diode_elements[i].index()];
+    const bool conducts = diodes_[i].conducts;
+    diodes_[i].may_begin = values[4 * i + 3] != 0.0;
+    const double beyond = conducts ? -values[4 * i + 1] : values[4 * i] - values[4 * i + 2];
+    double& band = bands_[i];
+    const bool room = element.contact && conducts;  // which is no flow
+    if (!again || room) {
+      band = std::max(0.0, kTwice * beyond);
+    } else if (tripped_[i]) {
+      band = std::max({kMore * band, kTwice * beyond, conducts ? flow_error_[i] : effort_error_[i]});
+    }
+    parameters_[element.diode->band.index()] = band;
+    if (room) continue;
+    const bool matters = conducts ? !diodes_[i].pinned : *diodes_[i].may_begin;
+    if (!matters || !(beyond > (conducts ? flow_off_[i] : effort_off_[i]))) continue;
+    return fail(diagnostic_of("BG622",
+                              "at t = " + number_text(stored_.t) + " the sides of the diodes could not be found: \"" +
+                                  element.name + "\" " + side_text(element, conducts) + " with the " +
+                                  (conducts ? "flow " : "effort ") + number_text(conducts ? -beyond : values[4 * i], 4),
+                              {}, "an ideal diode takes any flow the way that it passes, and any effort the other way",
+                              "a law that is not monotone is between the diodes, or one with a jump"));
+  }
+  return true;
+}
+
+}  // namespace bgsim

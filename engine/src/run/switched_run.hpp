@@ -1,0 +1,238 @@
+/// A switched run: what it knows from stretch to stretch. switched.cpp has its loop, switched_modes.cpp the jumps and
+/// the way from one mode to the next, switched_diodes.cpp and switched_contacts.cpp the sides and impulses of these,
+/// switched_sums.cpp the report.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "bgsim/text.hpp"
+#include "run/contacts.hpp"
+#include "run/event_log.hpp"
+#include "run/jump.hpp"
+#include "run/run.hpp"
+#include "run/switched.hpp"
+#include "run/watch/headway.hpp"
+
+namespace bgsim {
+
+class SwitchedRun {
+ public:
+  SwitchedRun(const SwitchedPrograms& programs, const SwitchedStart& start, const RunInputs& inputs,
+              const SimulateOptions& options, const Clock& clock)
+      : program_of_(programs.program_of),
+        network_of_(programs.network_of),
+        impact_of_(programs.impact_of),
+        inputs_(inputs),
+        options_(options),
+        clock_(clock),
+        mode_(start.mode),
+        is_diode_(start.diodes),
+        stored_(start.stored),
+        log_(options, inputs),
+        logged_(start.mode),
+        headway_(inputs.stop),
+        begin_(clock()),
+        diodes_(static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true))),
+        contacts_(diodes_.size()) {
+    stored_.t = inputs.start;
+  }
+
+  RunResult execute();
+
+ private:
+  static constexpr double kRounding = 1e-9;  ///< of the energies that a jump's loss is the difference of
+
+  // --- one stretch
+
+  /// From the present instant on in the present mode; false if the run ends with it.
+  bool stretch();
+
+  /// The program of the present instant's mode, with the stores as they are after the jump into it.
+  const Program* enter_mode();
+
+  /// Switches, or diodes and contacts, that are on another side than the log knows.
+  /// @param which  whether it is asked for, of a diode or contact (true) or another switch.
+  void log_sides(const Model& model, const std::function<bool(bool)>& which);
+
+  /// Stores that jump from what is stored to the states @p x.
+  void log_jump(Evaluator& evaluator, const std::vector<double>& x, std::optional<double> loss);
+
+  // --- contacts
+
+  [[nodiscard]] std::vector<ElementId> diode_elements(const Model& model) const;
+
+  /// Impulses of contacts that close, with the speeds of their rebound.
+  bool take_impact();
+
+  void log_impacts(const std::vector<ElementId>& elements, const Model& model, const std::vector<double>& impulses,
+                   std::optional<double> loss);
+
+  /// Whether a contact opens, or rebounds not much further than the tolerance of its displacement. Multistep methods
+  /// begin with order 1 and steps that suit the tolerance, and lose such a flight; one-step methods do not.
+  [[nodiscard]] bool flies_short(const Program& program) const;
+
+  /// Puts the displacements of contacts that touch to their gaps.
+  void close_rooms(const DiodeNetwork& network, const std::vector<double>& room);
+
+  /// Where contacts leave their sides. False where their impacts must not accumulate, and do.
+  bool look_at_contacts(const Program& program);
+
+  // --- diodes
+
+  /// What a run saw of the diodes where it left its mode.
+  void take_diodes(const std::vector<double>& values);
+
+  /// Puts the diodes on the sides that the circuit makes them.
+  bool settle_diodes();
+
+  /// Whether impacts of this instant still take place one after the other.
+  [[nodiscard]] bool one_at_a_time() const;
+
+  /// Looks at the next impact of a sequence. It ends where closing speeds have become nothing beside the first: what
+  /// is left is taken at once. False if the sides are to be found again for that.
+  bool goes_on_alone(const DiodeSides& sides);
+
+  /// Whether sides can be found by trying: that knows no restitution, and helps nobody whose model is at fault.
+  [[nodiscard]] bool may_try(const DiodeNetwork& network, const DiodeSides& sides) const;
+  /// Contacts that do not touch stay free.
+  [[nodiscard]] std::vector<bool> may_be_tried(const DiodeNetwork& network) const;
+
+  void put_diodes();
+
+  /// Where no linear problem says on which sides some diodes are. False where none are possible.
+  bool try_sides(const std::function<double(const StateInfo&)>& resolution, const std::vector<bool>& free);
+
+  /// What the stores hold after a jump.
+  bool store_jumped(const Program& program, const std::vector<double>& parameters, const std::vector<double>& x);
+
+  /// A flow or effort that is 0, or comes from 0, may be beyond its border by rounding: by so much the border is moved.
+  bool hold_bands(const Program& program);
+
+  // --- the program of a mode, and the jump into it
+
+  const Program* program_here();
+
+  [[nodiscard]] Diagnostic not_allowed(const ModelError& error) const;
+
+  [[nodiscard]] std::string mode_words() const { return names_ ? mode_text(*names_, mode_) : "the first one"; }
+
+  /// What the stores hold as the mode begins.
+  bool jump_into_mode(const Program& program, bool& moved);
+
+  /// A store whose content vanishes at once, with nothing that takes it up.
+  void note_lone_jumps(const Jump& jump);
+  [[nodiscard]] SimulateOptions options_here();
+
+  [[nodiscard]] RunInputs inputs_here(const Program& program);
+
+  // --- from mode to mode
+
+  /// Where some switches leave their sides. False if that leads nowhere.
+  bool change_mode(const std::vector<double>& leaving, const Program& program);
+
+  /// A mode that comes back within one instant, with the stores as they were when it was left.
+  bool runs_in_circles(const Program& program);
+
+  [[nodiscard]] bool same_values(const std::vector<RunInputs::Initial>& values) const;
+
+  /// A hundred changes in a row, on average less than 1e-9 of the scene apart: as with other events, an end is not in
+  /// sight.
+  bool chatters(const Program& program);
+
+  /// At the pace that the stretches keep the run takes longer than a run may.
+  bool takes_too_long();
+
+  [[nodiscard]] static std::optional<Place> place_of_switches(const Program& program);
+
+  bool fail(Diagnostic diagnostic);
+
+  // --- sums
+
+  using Key = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
+  static Key key(const StateInfo& state) { return {state.element.value, state.port, state.signal.value}; }
+  [[nodiscard]] std::vector<double> scales(const Program& program) const;
+
+  /// A stretch's result to the whole run's.
+  void add(const RunResult& part);
+
+  /// Where a loop has one solution, it is named once, and not again wherever a mode begins.
+  [[nodiscard]] bool solved_before(const std::string& note) const;
+
+  /// A contact that opens without a speed is near its gap for a while: nearer than what can be decided there.
+  [[nodiscard]] bool of_lift_off(const std::string& note) const;
+
+  void add_energy(const EnergyAudit& own);
+
+  void finish();
+
+  struct Departure {
+    Mode mode;
+    std::vector<RunInputs::Initial> stored;
+  };
+
+  const ProgramOfMode& program_of_;
+  const NetworkOfMode& network_of_;
+  const ImpactOfMode& impact_of_;
+  const RunInputs& inputs_;
+  const SimulateOptions& options_;
+  const Clock& clock_;
+  Mode mode_;
+  std::vector<bool> is_diode_;  ///< by switch
+  Stored stored_;               ///< where the last stretch ended
+  EventLog log_;
+  Mode logged_;  ///< the mode that the log knows
+  Headway headway_;
+  double begin_;
+  std::shared_ptr<const Model> names_;
+  RunResult result_;
+  EventMemory events_;  ///< empty before the first stretch
+  std::vector<DiodeState> diodes_;
+  std::vector<ContactHistory> contacts_;     ///< by diode
+  std::vector<std::optional<double>> kick_;  ///< by diode: see DiodeSides::kick
+  std::vector<double> closing_;              ///< by diode: see DiodeSides::closing
+  std::vector<double> flight_;               ///< by diode: see DiodeSides::flight
+  bool noted_flights_ = false;
+  bool lifts_off_ = false;     ///< a contact opens without a speed in this stretch
+  bool short_flight_ = false;  ///< in this stretch; see flies_short()
+  struct Sequence {
+    double t = -std::numeric_limits<double>::infinity();
+    double first = 0.0;  ///< closing speed of the first impact
+    std::uint64_t count = 0;
+    bool ended = false;
+  };
+  Sequence sequence_;                          ///< of impacts one after the other, in the latest instant that had any
+  bool sequential_ = false;                    ///< such a sequence had more than one impact
+  bool simultaneous_ = false;                  ///< several contacts have taken impulses at once
+  std::vector<double> flow_off_, effort_off_;  ///< by diode: what they may be off by
+  std::vector<double> flow_error_, effort_error_;  ///< the same, without an allowance
+  std::vector<double> bands_;                      ///< by diode, of the present program
+  std::vector<bool> tripped_;                      ///< by diode: it left its side in the last change of the mode
+  Mode left_;                                      ///< from where that was
+  std::vector<double> parameters_;                 ///< of the present program: with the bands of diodes
+  std::vector<double> x_;                          ///< by state of the present program: after the jump
+  std::map<Key, double> scale_;                    ///< largest magnitude of each state, in whatever mode
+  std::map<Key, double> tolerance_;                ///< absolute, where it was last a state
+  std::set<Mode> met_;
+  std::vector<Departure> departures_;  ///< from modes, within the present instant
+  double instant_ = -std::numeric_limits<double>::infinity();
+  std::deque<double> changes_;  ///< times of the latest that conditions on states made
+  bool locking_ = false;        ///< the last change was one of a switch that is written as locked
+  bool switched_ = true;        ///< the last change was not one of diodes alone, which cut no flow that is not 0
+  bool audited_ = true, remarked_ = false;
+  std::size_t lone_jumps_ = 0;
+  std::set<std::string> noted_;  ///< stores that have jumped alone
+};
+
+}  // namespace bgsim
