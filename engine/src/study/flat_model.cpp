@@ -28,7 +28,8 @@ FlatNames make_names(const Model& model) {
   for (std::size_t i = 1; i <= model.bonds.size(); ++i) taken.insert("b" + std::to_string(i));
   const auto flat = [&taken](std::string name) {
     std::erase(name, ']');  // "cell[3].store" is cell_3_store
-    std::replace_if(name.begin(), name.end(), [](char c) { return c == '.' || c == '['; }, '_');
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == '.' || c == '['; }, '_');
     while (!taken.insert(name).second) name += '_';
     return name;
   };
