@@ -57,6 +57,20 @@ TEST_CASE("a condition on t changes at the first number that fulfils it") {
   CHECK(e.all("step(t + 3)", -1e9, 1e9) == std::vector<double>{-3.0});
 }
 
+TEST_CASE("a search that ends at 0 or before, or far from 0, is as quick and as certain as any") {
+  Events e;
+  for (const double stop : {0.0, -0.5, -1e6, 1e-300, 1e6}) {
+    CAPTURE(stop);
+    const ExprId edge = e.relation("if(t >= " + std::to_string(stop - 0.25) + ", 1, 0)");
+    TimeSearch search;
+    CHECK(next_change(e.world.pool, edge, World::id(0), e.parameters, stop - 1.0, stop, &search) == stop - 0.25);
+    CHECK_FALSE(search.undecided);
+    const ExprId later = e.relation("if(t < " + std::to_string(stop + 2.0) + ", 1, 0)");
+    CHECK_FALSE(next_change(e.world.pool, later, World::id(0), e.parameters, stop - 1.0, stop, &search));
+    CHECK_FALSE(search.undecided);
+  }
+}
+
 TEST_CASE("every edge of a 1 kHz square wave is found, at the first number behind it") {
   Events e;
   const std::string wave = "if(t - 1e-3*floor(t/1e-3) < 0.4e-3, 1, 0)";

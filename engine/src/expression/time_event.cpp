@@ -50,7 +50,7 @@ class Scanner {
       if (const auto value = relation_.value_on(begin, end)) {
         at_ = end;
         undecided_ = 0;
-        if (!shrunk) width_ = std::min(8.0 * (end - begin), until_);
+        if (!shrunk) width_ = std::min(8.0 * (end - begin), until_ - begin_);
         return Stretch{begin, end, *value};
       }
       if (end == next_double(begin) || width_ <= least_) {
