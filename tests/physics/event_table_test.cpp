@@ -14,7 +14,7 @@ namespace {
 
 using Kind = RunEvent::Kind;
 
-struct Told {
+struct Logged {
   RunResult result;
   std::vector<RunEvent> events;
   [[nodiscard]] std::vector<RunEvent> of(Kind kind) const {
@@ -30,15 +30,15 @@ struct Told {
   }
 };
 
-Told told(const std::string& text, SimulateOptions options = untimed()) {
-  Told run;
+Logged logged(const std::string& text, SimulateOptions options = untimed()) {
+  Logged run;
   options.events = [&run](const RunEvent& event) { run.events.push_back(event); };
   run.result = Study::from_text(text).scene().simulate(options);
   return run;
 }
 
-Told completed(const std::string& text, const SimulateOptions& options = untimed()) {
-  Told run = told(text, options);
+Logged completed(const std::string& text, const SimulateOptions& options = untimed()) {
+  Logged run = logged(text, options);
   INFO((run.result.failure ? run.result.failure->situation : ""));
   REQUIRE(run.result.stop == StopReason::completed);
   CHECK(std::is_sorted(run.events.begin(), run.events.end(),
@@ -59,7 +59,7 @@ std::string scene_of(const std::string& head, const std::string& outputs, const 
 }  // namespace
 
 TEST_CASE("impacts are told with their speeds, impulses and losses, which add up to the balance") {
-  const Told run = completed(scene_of(kBall, R"x("h": "-ground.q")x", R"x("stop": 1, "samples": 3)x"));
+  const Logged run = completed(scene_of(kBall, R"x("h": "-ground.q")x", R"x("stop": 1, "samples": 3)x"));
   const std::vector<RunEvent> impacts = run.of(Kind::impact);
   const double v = std::sqrt(2 * 9.81), t1 = v / 9.81;
   REQUIRE(impacts.size() == 2);  // the next one is at 2 t1
@@ -79,7 +79,7 @@ TEST_CASE("impacts are told with their speeds, impulses and losses, which add up
 }
 
 TEST_CASE("a ball that comes to rest closes its contact, and every impact before is told") {
-  const Told run = completed(scene_of(kBall, R"x("h": "-ground.q")x", R"x("stop": 2, "samples": 3)x"));
+  const Logged run = completed(scene_of(kBall, R"x("h": "-ground.q")x", R"x("stop": 2, "samples": 3)x"));
   CHECK(run.of(Kind::impact).size() == run.result.report.impacts);
   const std::vector<RunEvent> contacts = run.of(Kind::contact);
   REQUIRE(contacts.size() == 1);
@@ -91,7 +91,7 @@ TEST_CASE("a ball that comes to rest closes its contact, and every impact before
 
 TEST_CASE("switches are told with the stores that they make jump") {
   // Capacitors of 1 and 2 at 3 and 0: 1 V afterwards, 3 J lost.
-  const Told run = completed(
+  const Logged run = completed(
       R"x({"bgsim": 1, "name": "told",
     "elements": {"a": {"kind": "C", "capacitance": 1, "initial": {"q": 3}}, "b": {"kind": "C", "capacitance": 2},
                  "left": {"kind": "0"}, "right": {"kind": "0"}, "tie": {"kind": "1"}, "s": {"kind": "Sw", "closed": "t >= 0.5"}},
@@ -119,7 +119,7 @@ TEST_CASE("switches are told with the stores that they make jump") {
 }
 
 TEST_CASE("events, samples and latches are told with what they set") {
-  const Told run = completed(
+  const Logged run = completed(
       R"x({"bgsim": 1, "name": "told",
     "signals": {"u": {"value": "c.q", "every": 1, "offset": 0.5}, "before": "previous(u)",
                 "high": {"set": "c.q > 2.25", "reset": "c.q < 1"}},
@@ -156,7 +156,7 @@ TEST_CASE("events, samples and latches are told with what they set") {
 
 TEST_CASE("diodes are told with their sides") {
   // sin(t) through a diode into a resistor.
-  const Told run = completed(
+  const Logged run = completed(
       R"x({"bgsim": 1, "name": "told",
     "elements": {"s": {"kind": "Se", "effort": "sin(t)"}, "n": {"kind": "1"}, "d": {"kind": "D"}, "r": {"kind": "R", "resistance": 1}},
     "bonds": [{"from": "s", "to": "n"}, {"from": "n", "to": "d"}, {"from": "n", "to": "r"}],
@@ -183,19 +183,19 @@ TEST_CASE("what is told is the same whatever the output times are") {
 
 TEST_CASE("a run with more events than the scene allows ends with those that it had most of") {
   for (const char* method : {"auto", "bdf", "erk5"}) {
-    const Told run = told(scene_of(kBall, R"x("h": "-ground.q")x",
-                                   R"x("stop": 2, "max_events": 3, "method": ")x" + std::string(method) + "\""));
+    const Logged run = logged(scene_of(kBall, R"x("h": "-ground.q")x",
+                                       R"x("stop": 2, "max_events": 3, "method": ")x" + std::string(method) + "\""));
     REQUIRE(run.result.failure);
     CHECK(run.result.failure->code == "BG628");
     CHECK(run.result.failure->situation.find("more than 3 events: impact \"ground\" 4 times") != std::string::npos);
     CHECK(run.result.report.reached > 1);
   }
-  CHECK(told(scene_of(kBall, R"x("h": "-ground.q")x", R"x("stop": 1, "max_events": 2)x")).result.stop ==
+  CHECK(logged(scene_of(kBall, R"x("h": "-ground.q")x", R"x("stop": 1, "max_events": 2)x")).result.stop ==
         StopReason::completed);
   const std::string plain =
       R"x("elements": {"s": {"kind": "Se", "effort": "if(sin(t) > 0, 1, 0)"}, "r": {"kind": "R", "resistance": 1}},
       "bonds": [{"from": "s", "to": "r"}])x";
-  const Told algebraic = told(scene_of(plain, R"x("f": "r.f")x", R"x("stop": 100, "max_events": 5)x"));
+  const Logged algebraic = logged(scene_of(plain, R"x("f": "r.f")x", R"x("stop": 100, "max_events": 5)x"));
   REQUIRE(algebraic.result.failure);  // a model without states
   CHECK(algebraic.result.failure->code == "BG628");
   CHECK(algebraic.of(Kind::time).size() == 6);
@@ -208,7 +208,7 @@ TEST_CASE("a run that is continued tells what comes after, and counts from the s
       R"x("q": "c.q")x", R"x("stop": 30, "samples": 31, "max_events": 8)x");
   std::string snapshot;
   std::size_t before = 0;
-  Told whole;
+  Logged whole;
   SimulateOptions first = untimed();
   first.events = [&](const RunEvent& event) { whole.events.push_back(event); };
   first.snapshot_steps = 20;  // after each the integrator begins with short steps
@@ -221,7 +221,7 @@ TEST_CASE("a run that is continued tells what comes after, and counts from the s
   REQUIRE(before >= 3);  // at pi, 2 pi and 3 pi
   SimulateOptions then = untimed();
   then.resume = snapshot;
-  const Told rest = told(text, then);
+  const Logged rest = logged(text, then);
   REQUIRE(rest.result.failure);
   REQUIRE(whole.result.failure);
   CHECK(rest.result.failure->situation == whole.result.failure->situation);
