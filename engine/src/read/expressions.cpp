@@ -53,11 +53,9 @@ ExprId Reader::parse(const Context& context, NodeId value, std::string_view text
 
 /// Whether a name's owner is at fault itself, which has been reported.
 bool Reader::is_broken(std::size_t scope, std::string_view name) const {
-  if (const auto bracket = name.find('[');
-      bracket != std::string_view::npos && is_broken(scope, name.substr(0, bracket)))
-    return true;
-  for (auto dot = name.find('.'); dot != std::string_view::npos; dot = name.find('.', dot + 1))
-    if (broken_.contains(scopes_[scope].prefix + std::string(name.substr(0, dot)))) return true;
+  // "left", "left.cell" and "left.cell[3]" of "left.cell[3].x"
+  for (auto end = name.find_first_of(".["); end != std::string_view::npos; end = name.find_first_of(".[", end + 1))
+    if (broken_.contains(scopes_[scope].prefix + std::string(name.substr(0, end)))) return true;
   return broken_.contains(scopes_[scope].prefix + std::string(name));
 }
 
