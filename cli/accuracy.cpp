@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <iostream>
 
+#include "bgsim/study.hpp"
 #include "bgsim/text.hpp"
 #include "bgsim/trade.hpp"
 #include "progress.hpp"
@@ -25,7 +26,7 @@ std::optional<RunInputs> with_accuracy(const Simulation& scene, double accuracy,
     how.tell = [&](const std::string& what) { watch.show(what); };
     how.goes_on = [] { return !was_interrupted(); };
     try {
-      pick = find_setting(scene.program(), scene.inputs(), accuracy, how);
+      pick = find_setting(scene, accuracy, how);
     } catch (const TradeFailure& failure) {
       if (!was_interrupted()) {
         watch.clear();

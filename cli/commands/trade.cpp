@@ -137,7 +137,7 @@ Exit trade_command(const Arguments& arguments) {
   options.how.tell = [&](const std::string& what) { watch.show(what); };
   options.how.goes_on = [] { return !was_interrupted(); };
   try {
-    const Trade trade = measure_trade(scene.program(), inputs, options.how);
+    const Trade trade = measure_trade(scene, options.how);
     watch.clear();
     if (!options.quiet) {
       print_rows(trade);

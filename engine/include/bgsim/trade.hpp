@@ -11,6 +11,8 @@
 
 namespace bgsim {
 
+class Simulation;
+
 /// How a scene is integrated: what the command line's flags say.
 struct TradeSetting {
   Method method = Method::automatic;
@@ -94,12 +96,18 @@ struct TradeFailure : std::runtime_error {
 
 /// Runs the scene with every method over its tolerances or steps.
 ///
+/// Where a run finds events (switches, diodes, contacts, latches, events of the model), their instants are an output
+/// more, "event times", whose range is the scene's length. An output time between the instants of one event in two runs
+/// says how far these are apart, not how wrong the outputs are: only the instants are judged there.
+///
 /// Errors are taken at the scene's output times and, apart from these, midway between them. The reference is the most
 /// exact of several methods at 1e-11 or, where these differ by more than 1e-9, at 1e-13; its own error is how far the
 /// one that comes nearest to it stays from it.
-/// @param program  compiled with the audit's energies and the scene's outputs.
 /// @throws TradeFailure BG611 no two methods come to the end of the scene within the budget, or the scene has no
 ///         states, outputs or extent in time.
+Trade measure_trade(const Simulation& scene, const TradeOptions& options);
+/// The same for the program of a model without switches.
+/// @param program  compiled with the audit's energies and the scene's outputs.
 Trade measure_trade(const Program& program, const RunInputs& inputs, const TradeOptions& options);
 
 /// The cheapest row with an error of at most @p accuracy, midway between the output times too; none if there is none,
@@ -124,6 +132,8 @@ struct TradePick {
 /// Cost: some 3 to 20 runs of what is found (docs/performance.md).
 /// @throws TradeFailure BG611 there is nothing to measure, or no method comes to the end; BG612 the accuracy is not
 ///         reached, or no second method comes near.
+TradePick find_setting(const Simulation& scene, double accuracy, const TradeOptions& options);
+/// The same for the program of a model without switches.
 TradePick find_setting(const Program& program, const RunInputs& inputs, double accuracy, const TradeOptions& options);
 
 /// The inputs with a setting applied.

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "bgsim/study.hpp"
 #include "run/failures.hpp"
 #include "run/integrate/separability.hpp"
 #include "study/trade_runs.hpp"
@@ -59,8 +60,10 @@ constexpr double kBorderFrom = 1.0, kBorderTo = 8.0;
 
 class TradeTable {
  public:
-  TradeTable(const Program& program, const RunInputs& inputs, const TradeOptions& options)
-      : runs_(program, inputs, options), options_(options), span_(inputs.stop - inputs.start) {
+  TradeTable(const TradeScene& scene, const TradeOptions& options)
+      : runs_(scene, options), options_(options), span_(scene.inputs.stop - scene.inputs.start) {
+    const Program& program = scene.program;
+    const RunInputs& inputs = scene.inputs;
     trade_.model = program.model->name;
     trade_.scene = inputs.scene;
     reference_ = find_reference(runs_, kReferenceTolerance, kReferenceWanted, options.budget);
@@ -150,7 +153,7 @@ class TradeTable {
       return row;
     }
     if (report.energy.done) row.energy_residual = report.energy.relative;
-    const Judgement judgement = judge(judged.result.trace, reference_);
+    const Judgement judgement = judge({judged.result.trace, judged.events}, reference_);
     row.errors = judgement.errors;
     row.max_error = judgement.max_error;
     row.rms_error = judgement.rms_error;
@@ -249,8 +252,12 @@ const char* verdict_text(TradeVerdict verdict) {
   return "";
 }
 
+Trade measure_trade(const Simulation& scene, const TradeOptions& options) {
+  return TradeTable(trade_scene(scene), options).fill(ladders(scene.program()));
+}
+
 Trade measure_trade(const Program& program, const RunInputs& inputs, const TradeOptions& options) {
-  return TradeTable(program, inputs, options).fill(ladders(program));
+  return TradeTable(trade_scene(program, inputs), options).fill(ladders(program));
 }
 
 std::optional<std::size_t> pick_row(const Trade& trade, double accuracy) {

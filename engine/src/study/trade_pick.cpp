@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/codes.hpp"
+#include "bgsim/study.hpp"
 #include "run/choose.hpp"
 #include "run/failures.hpp"
 #include "study/trade_runs.hpp"
@@ -39,25 +40,25 @@ std::vector<Method> first_methods(const Program& program, const RunInputs& input
 
 class Search {
  public:
-  Search(const Program& program, const RunInputs& inputs, double accuracy, const TradeOptions& options)
+  Search(const TradeScene& scene, double accuracy, const TradeOptions& options)
       : accuracy_(accuracy),
         budget_(options.budget),
         begin_(thread_seconds()),
-        absolute_(inputs.absolute || !inputs.absolute_by_state.empty()),
-        runs_(program, inputs, options) {
+        absolute_(scene.inputs.absolute || !scene.inputs.absolute_by_state.empty()),
+        runs_(scene, options) {
     require_measurable(runs_);
   }
 
   TradePick find() {
     for (const Method method : first_methods(runs_.program(), runs_.inputs())) {
-      const Course course = follow(method);
-      if (course == Course::failed) continue;
-      if (course == Course::missed) fail_for_reference();
+      const Found course = follow(method);
+      if (course == Found::failed) continue;
+      if (course == Found::missed) fail_for_reference();
       confirm();
       TradePick pick;
       pick.setting = found_.setting;
       pick.accuracy = accuracy_;
-      const Judgement judgement = bgsim::judge(found_.run.result.trace, reference_);
+      const Judgement judgement = bgsim::judge({found_.run.result.trace, found_.run.events}, reference_);
       pick.error = judgement.max_error;
       pick.check_error = judgement.check_error;
       pick.cpu_seconds = found_.run.cpu_seconds;
@@ -96,7 +97,8 @@ class Search {
   /// What @p point differs from the reference by, relative to the outputs' ranges; infinite where that is as much as an
   /// output varies by, and the reference is too loose to take it for zero.
   double distance(const Point& point) {
-    const double largest = compare(reference_.trace, point.run.result.trace, zeros_, reference_.outputs);
+    const double largest = compare({reference_.trace, reference_.events}, {point.run.result.trace, point.run.events},
+                                   zeros_, reference_.outputs);
     reference_.facts.unresolved.clear();
     for (TradeOutput& output : reference_.outputs) {
       output.unresolved = output.unresolved && reference_.facts.setting.relative > kTellsZero;
@@ -110,17 +112,18 @@ class Search {
     reference_.facts.setting = point.setting;
     reference_.facts.cpu_seconds = point.run.cpu_seconds;
     reference_.trace = std::move(point.run.result.trace);
+    reference_.events = std::move(point.run.events);
   }
 
   /// The loosest tolerance of the method that is known to have the accuracy: found_, judged by reference_.
-  enum class Course { found, missed, failed };
-  Course follow(Method method) {
+  enum class Found { yes, missed, failed };
+  Found follow(Method method) {
     double relative = std::clamp(accuracy_, kTighter * kTightest, kLoosest), missed = kLoosest * kTighter;
     Point point;
-    if (!run_scene(method, relative, point)) return Course::failed;
+    if (!run_scene(method, relative, point)) return Found::failed;
     while (true) {
       Point tight;
-      if (!run_into(method, std::max(relative / kTighter, kTightest), tight, budget_, true)) return Course::failed;
+      if (!run_into(method, std::max(relative / kTighter, kTightest), tight, budget_, true)) return Found::failed;
       Point next = absolute_ ? Point{} : tight;
       take_reference(std::move(tight));
       const double error = distance(point);
@@ -130,16 +133,16 @@ class Search {
       if (error <= kShare * accuracy_) {
         found_ = std::move(point);
         loosen(method, relative, missed, error);
-        return Course::found;
+        return Found::yes;
       }
       missed = relative;
       if (relative <= kTighter * kTightest) {
         // No tighter reference can be had; the looser of the two bounds the error of the tighter as well.
-        if (absolute_ || !(error <= accuracy_)) return Course::missed;
+        if (absolute_ || !(error <= accuracy_)) return Found::missed;
         found_ = std::move(next);
         take_reference(std::move(point));
         distance(found_);
-        return Course::found;
+        return Found::yes;
       }
       missed_error_ = error;
       const double leap = std::clamp(std::pow(error / (kAim * accuracy_), 1.0 / kPower), kTighter, kLongestLeap);
@@ -149,7 +152,7 @@ class Search {
       if (is_reference)
         point = std::move(next);
       else if (!run_scene(method, relative, point))
-        return Course::failed;
+        return Found::failed;
     }
   }
 
@@ -183,7 +186,7 @@ class Search {
       double relative = found_.setting.relative, first = 0.0, last = 0.0;
       Point point;
       while (run_into(method, relative, point, limit - (thread_seconds() - begin), true)) {
-        last = bgsim::judge(point.run.result.trace, with(outputs)).largest();
+        last = bgsim::judge({point.run.result.trace, point.run.events}, with(outputs)).largest();
         by_second_ = std::min(by_second_, last);
         if (first == 0.0) first = last;
         if (last <= accuracy_) {
@@ -279,8 +282,12 @@ class Search {
 
 }  // namespace
 
+TradePick find_setting(const Simulation& scene, double accuracy, const TradeOptions& options) {
+  return Search(trade_scene(scene), accuracy, options).find();
+}
+
 TradePick find_setting(const Program& program, const RunInputs& inputs, double accuracy, const TradeOptions& options) {
-  return Search(program, inputs, accuracy, options).find();
+  return Search(trade_scene(program, inputs), accuracy, options).find();
 }
 
 }  // namespace bgsim

@@ -51,13 +51,38 @@ void mark_zeros(const Trace& trace, Zeros& zeros) {
   for (std::size_t c = 0; c < ranges.size(); ++c) zeros[c] = zeros[c] || ranges[c].magnitude() == 0.0;
 }
 
-double compare(const Trace& trace, const Trace& second, const Zeros& zeros, std::vector<TradeOutput>& outputs) {
+namespace {
+
+/// The instants of events, as an output more.
+TradeOutput instants_of(double span, const EventDistance& distance) {
+  TradeOutput output;
+  output.name = "event times";
+  output.unit = "s";
+  output.range = span;
+  if (output.range <= kNoise * distance.largest) {
+    output.why_not = "two tight runs differ in the instants of " + distance.what;
+    output.unresolved = true;
+  } else {
+    output.reference = distance.largest / output.range;
+  }
+  return output;
+}
+
+}  // namespace
+
+double compare(const TradeCourse& first, const TradeCourse& other, const Zeros& zeros,
+               std::vector<TradeOutput>& outputs) {
+  const Trace& trace = first.trace;
+  const Trace& second = other.trace;
   const std::size_t columns = trace.names.size();
   const std::vector<Range> ranges = ranges_of(trace);
+  const double span = trace.times.empty() ? 0.0 : trace.times.back() - trace.times.front();
+  const EventDistance instants = event_distance(first.events, other.events, span);
   std::vector<double> difference(columns, 0.0);
   for (std::size_t c = 0; c < columns; ++c)
     for (std::size_t i = 0; i < trace.times.size(); ++i)
-      difference[c] = std::max(difference[c], std::abs(trace.columns[c][i] - second.columns[c][i]));
+      if (!instants.parted(trace.times[i]))
+        difference[c] = std::max(difference[c], std::abs(trace.columns[c][i] - second.columns[c][i]));
   outputs.assign(columns, {});
   double largest = 0.0;
   for (std::size_t c = 0; c < columns; ++c) {
@@ -77,7 +102,9 @@ double compare(const Trace& trace, const Trace& second, const Zeros& zeros, std:
       largest = std::max(largest, output.reference);
     }
   }
-  return largest;
+  if (first.events.all().empty() && other.events.all().empty()) return largest;
+  outputs.push_back(instants_of(span, instants));
+  return std::max(largest, outputs.back().reference);
 }
 
 namespace {
@@ -113,7 +140,8 @@ Best best_pair(const std::vector<Candidate>& candidates, const Zeros& zeros) {
     for (std::size_t b = a + 1; b < candidates.size(); ++b) {
       if (!candidates[a].finished || !candidates[b].finished) continue;
       Best pair{0.0, a, b, {}};
-      pair.error = compare(candidates[a].run.result.trace, candidates[b].run.result.trace, zeros, pair.outputs);
+      const TimedRun &one = candidates[a].run, &other = candidates[b].run;
+      pair.error = compare({one.result.trace, one.events}, {other.result.trace, other.events}, zeros, pair.outputs);
       if (pair.better_than(best)) best = std::move(pair);
     }
   return best;
@@ -209,11 +237,13 @@ ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, d
   const Best& best = attempt.best;
   Candidate& first = attempt.candidates[best.first];
   reference.trace = std::move(first.run.result.trace);
+  reference.events = std::move(first.run.events);
   reference.facts = {first.setting, attempt.candidates[best.second].setting, best.error, first.run.cpu_seconds, {}};
   reference.outputs = best.outputs;
   for (std::size_t c = 0; c < reference.outputs.size(); ++c) {
     TradeOutput& output = reference.outputs[c];
-    output.unresolved = output.unresolved && !zeros[c] && first.setting.relative > kTellsZero;
+    const bool zero = c < zeros.size() && zeros[c];
+    output.unresolved = output.unresolved && !zero && first.setting.relative > kTellsZero;
     if (output.unresolved && reference.facts.unresolved.empty()) reference.facts.unresolved = output.name;
   }
   if (std::none_of(reference.outputs.begin(), reference.outputs.end(), [](const auto& o) { return o.judged(); }))
@@ -224,7 +254,8 @@ ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, d
 double fastest_rate(const Program& program, const RunInputs& inputs) {
   constexpr std::size_t kMostStates = 200;
   const std::size_t states = program.state_names.size();
-  if (states == 0 || states > kMostStates || !program.plan.explicit_form) return 0.0;
+  if (states == 0 || states > kMostStates || !program.switch_elements.empty() || !program.plan.explicit_form)
+    return 0.0;
   Evaluator evaluator(program, inputs.parameters);
   const std::vector<double> x = initial_states(evaluator, inputs);
   Branch branch = first_branch(program);

@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "base/codes.hpp"
+#include "bgsim/study.hpp"
 #include "run/failures.hpp"
 
 namespace bgsim {
@@ -37,13 +38,23 @@ RunInputs with_setting(const RunInputs& inputs, const TradeSetting& setting) {
   return changed;
 }
 
-TradeRuns::TradeRuns(const Program& program, const RunInputs& inputs, const TradeOptions& options)
-    : program_(program), inputs_(inputs), options_(options) {
+TradeScene trade_scene(const Simulation& scene) {
+  return {scene.program(), scene.inputs(),
+          [&scene](const RunInputs& inputs, const SimulateOptions& how) { return scene.simulate(inputs, how); }};
+}
+
+TradeScene trade_scene(const Program& program, const RunInputs& inputs) {
   if (!program.switch_elements.empty())
-    throw TradeFailure(diagnostic_of("BG610", "methods cannot be compared on a model with switches", {},
-                                     "the errors of a setting are those of the runs of one program",
-                                     "run the scene with two tolerances, --relative, and compare the traces"));
-  const OutputTimes& times = inputs.output_times;
+    throw TradeFailure(diagnostic_of("BG610", "methods cannot be compared on one program of a model with switches", {},
+                                     "a program is that of one mode of the switches",
+                                     "give the scene, a Simulation, which has the programs of all modes"));
+  return {program, inputs,
+          [&program](const RunInputs& changed, const SimulateOptions& how) { return simulate(program, changed, how); }};
+}
+
+TradeRuns::TradeRuns(const TradeScene& scene, const TradeOptions& options)
+    : scene_(scene), inputs_(scene.inputs), events_(has_events(*scene.program.model)), options_(options) {
+  const OutputTimes& times = inputs_.output_times;
   for (std::size_t i = 0; i < times.size(); ++i) {
     judged_times_.push_back(times[i]);
     if (i + 1 < times.size()) judged_times_.push_back(times[i] + (times[i + 1] - times[i]) / 2.0);
@@ -54,7 +65,7 @@ void TradeRuns::tell(const std::string& what) {
   if (options_.tell) options_.tell(what);
 }
 
-TimedRun TradeRuns::simulate_within(const RunInputs& inputs, bool audit, double limit_seconds) {
+TimedRun TradeRuns::simulate_within(const RunInputs& inputs, bool audit, bool look, double limit_seconds) {
   ++count_;
   TimedRun run;
   const double begin = thread_seconds();
@@ -66,7 +77,8 @@ TimedRun TradeRuns::simulate_within(const RunInputs& inputs, bool audit, double 
     ended_ = ended_ || (options_.goes_on && !options_.goes_on());
     return !run.cut && !ended_;
   };
-  run.result = simulate(program_, inputs, how);
+  if (look && events_) how.events = [&run](const RunEvent& event) { run.events.take(event); };
+  run.result = scene_.run(inputs, how);
   run.cpu_seconds = thread_seconds() - begin;
   return run;
 }
@@ -74,13 +86,13 @@ TimedRun TradeRuns::simulate_within(const RunInputs& inputs, bool audit, double 
 TimedRun TradeRuns::run(const TradeSetting& setting, bool judged, double limit_seconds) {
   RunInputs inputs = with_setting(inputs_, setting);
   if (judged) inputs.output_times = judged_times_;
-  return simulate_within(inputs, judged, limit_seconds);
+  return simulate_within(inputs, judged, judged, limit_seconds);
 }
 
 TimedRun TradeRuns::between(const TradeSetting& setting, double limit_seconds) {
   RunInputs inputs = with_setting(inputs_, setting);
   inputs.output_times = judged_times_;
-  return simulate_within(inputs, false, limit_seconds);
+  return simulate_within(inputs, false, true, limit_seconds);
 }
 
 TimedRun TradeRuns::exact(const TradeSetting& setting, double limit_seconds) {
@@ -88,7 +100,7 @@ TimedRun TradeRuns::exact(const TradeSetting& setting, double limit_seconds) {
   inputs.output_times = judged_times_;
   inputs.absolute.reset();
   inputs.absolute_by_state.clear();
-  return simulate_within(inputs, false, limit_seconds);
+  return simulate_within(inputs, false, true, limit_seconds);
 }
 
 double TradeRuns::median_seconds(const TradeSetting& setting, double limit_seconds, int& repeats, RunResult& first) {
@@ -111,10 +123,22 @@ double TradeRuns::median_seconds(const TradeSetting& setting, double limit_secon
   return *middle;
 }
 
-Judgement judge(const Trace& trace, const ReferenceTrace& reference) {
-  const std::size_t columns = reference.outputs.size();
+Judgement judge(const TradeCourse& run, const ReferenceTrace& reference) {
+  const Trace& trace = run.trace;
+  const std::size_t columns = trace.columns.size();
   Judgement judgement;
-  judgement.errors.resize(columns);
+  judgement.errors.resize(reference.outputs.size());
+  EventDistance instants;
+  if (columns < reference.outputs.size()) {
+    const double range = reference.outputs.back().range;
+    instants = event_distance(reference.events, run.events, range);
+    if (reference.outputs.back().judged()) {
+      judgement.max_error = judgement.rms_error = instants.largest / range;
+      judgement.errors.back() = {judgement.max_error, judgement.rms_error};
+    }
+  } else if (!run.events.all().empty()) {
+    judgement.max_error = judgement.rms_error = 1.0;  // the reference has no events
+  }
   const std::size_t rows = std::min(trace.times.size(), reference.trace.times.size());
   const std::size_t outputs_rows = (rows + 1) / 2;
   for (std::size_t c = 0; c < columns; ++c) {
@@ -122,6 +146,7 @@ Judgement judge(const Trace& trace, const ReferenceTrace& reference) {
     ErrorOfOutput& error = judgement.errors[c];
     double root = 0.0;
     for (std::size_t row = 0; row < rows; ++row) {
+      if (instants.parted(trace.times[row])) continue;
       const double difference =
           std::abs(trace.columns[c][row] - reference.trace.columns[c][row]) / reference.outputs[c].range;
       if (row % 2 == 1) {

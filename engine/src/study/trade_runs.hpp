@@ -5,14 +5,26 @@
 #include <vector>
 
 #include "bgsim/trade.hpp"
+#include "study/event_times.hpp"
 
 namespace bgsim {
 
 /// Processor time of this thread in seconds.
 double thread_seconds();
 
+/// A scene, and how it is run.
+struct TradeScene {
+  const Program& program;  ///< of a model with switches: of the mode in which the scene begins
+  const RunInputs& inputs;
+  std::function<RunResult(const RunInputs&, const SimulateOptions&)> run;
+};
+TradeScene trade_scene(const Simulation& scene);
+/// @throws TradeFailure BG610 of a model with switches.
+TradeScene trade_scene(const Program& program, const RunInputs& inputs);
+
 struct TimedRun {
   RunResult result;
+  EventTimes events;
   double cpu_seconds = 0.0;
   bool cut = false;  ///< by the limit
   [[nodiscard]] bool completed() const { return result.stop == StopReason::completed; }
@@ -21,11 +33,11 @@ struct TimedRun {
 /// The scene, run with one setting or another, on the output times or on these and the times midway between them.
 class TradeRuns {
  public:
-  TradeRuns(const Program& program, const RunInputs& inputs, const TradeOptions& options);
+  TradeRuns(const TradeScene& scene, const TradeOptions& options);
 
   /// On output times and midway between them, with audit.
   TimedRun judge(const TradeSetting& setting, double limit_seconds) { return run(setting, true, limit_seconds); }
-  /// As a user would run it, without audit.
+  /// As a user would run it, without audit, and without a look at events.
   TimedRun plain(const TradeSetting& setting, double limit_seconds) { return run(setting, false, limit_seconds); }
   /// On output times and midway between them, without audit.
   TimedRun between(const TradeSetting& setting, double limit_seconds);
@@ -37,7 +49,9 @@ class TradeRuns {
 
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] const RunInputs& inputs() const { return inputs_; }
-  [[nodiscard]] const Program& program() const { return program_; }
+  [[nodiscard]] const Program& program() const { return scene_.program; }
+  /// Whether the model has what happens at instants that a run finds.
+  [[nodiscard]] bool events() const { return events_; }
   /// True if the user has ended the whole.
   [[nodiscard]] bool ended() const { return ended_; }
   /// Tells the user what comes next.
@@ -45,10 +59,11 @@ class TradeRuns {
 
  private:
   TimedRun run(const TradeSetting& setting, bool judged, double limit_seconds);
-  TimedRun simulate_within(const RunInputs& inputs, bool audit, double limit_seconds);
+  TimedRun simulate_within(const RunInputs& inputs, bool audit, bool look, double limit_seconds);
 
-  const Program& program_;
+  TradeScene scene_;
   RunInputs inputs_;
+  bool events_;
   std::vector<double> judged_times_;
   const TradeOptions& options_;
   std::size_t count_ = 0;
@@ -58,6 +73,7 @@ class TradeRuns {
 /// The reference's trace at output times (even rows) and midway between them (odd rows), and what is known of it.
 struct ReferenceTrace {
   Trace trace;
+  EventTimes events;
   TradeReference facts;
   std::vector<TradeOutput> outputs;
 };
@@ -74,8 +90,16 @@ inline constexpr double kTellsZero = 1.1e-11;
 using Zeros = std::vector<bool>;
 void mark_zeros(const Trace& trace, Zeros& zeros);
 
-/// What is known of the outputs from two tight runs; returns the largest relative difference.
-double compare(const Trace& trace, const Trace& second, const Zeros& zeros, std::vector<TradeOutput>& outputs);
+/// What two runs are compared by.
+struct TradeCourse {
+  const Trace& trace;
+  const EventTimes& events;
+};
+
+/// What is known of the outputs from two tight runs, and of the instants of events; returns the largest relative
+/// difference.
+double compare(const TradeCourse& first, const TradeCourse& second, const Zeros& zeros,
+               std::vector<TradeOutput>& outputs);
 
 /// @throws TradeFailure BG611 where there is nothing to run or to judge.
 void require_measurable(const TradeRuns& runs);
@@ -85,10 +109,11 @@ struct Judgement {
   double max_error = 0.0, rms_error = 0.0, check_error = 0.0;
   [[nodiscard]] double largest() const { return std::max(max_error, check_error); }
 };
-/// Errors of a judged run's trace relative to the outputs' ranges.
-Judgement judge(const Trace& trace, const ReferenceTrace& reference);
+/// Errors of a judged run relative to the outputs' ranges.
+Judgement judge(const TradeCourse& run, const ReferenceTrace& reference);
 
-/// Largest magnitude of the Jacobian's eigenvalues at the start; 0 where it is not known (or for more than 200 states).
+/// Largest magnitude of the Jacobian's eigenvalues at the start; 0 where it is not known (or for more than 200 states),
+/// or where a model has modes.
 double fastest_rate(const Program& program, const RunInputs& inputs);
 
 }  // namespace bgsim

@@ -1,0 +1,100 @@
+#include "study/event_times.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace bgsim {
+
+void EventTimes::take(const RunEvent& event) {
+  using Kind = RunEvent::Kind;
+  std::string what = event.name;
+  switch (event.kind) {
+    case Kind::time:
+    case Kind::condition:
+    case Kind::sample:
+    case Kind::jump:
+      return;
+    case Kind::event:
+      break;
+    case Kind::impact:
+      what += " (impact)";
+      break;
+    case Kind::latch:
+    case Kind::switching:
+    case Kind::diode:
+    case Kind::contact:
+      what += " (" + event.to + ")";
+      break;
+  }
+  times_[what].push_back(event.t);
+}
+
+bool has_events(const Model& model) {
+  return !model.events.empty() || std::any_of(model.elements.begin(), model.elements.end(),
+                                              [](const Element& element) { return is_switch(element.kind); });
+}
+
+bool EventDistance::parted(double t) const {
+  // An output time as near as that to an event shows what comes after it.
+  constexpr double kLocated = 200.0 * std::numeric_limits<double>::epsilon();
+  const double near = kLocated * std::abs(t);
+  const auto after = std::lower_bound(between.begin(), between.end(), t - near,
+                                      [](const auto& interval, double at) { return interval.second < at; });
+  return after != between.end() && after->first <= t + near;
+}
+
+namespace {
+
+/// From each of @p from to the nearest of @p to.
+void look(const std::vector<double>& from, const std::vector<double>& to, const std::string& what,
+          EventDistance& distance) {
+  for (const double t : from) {
+    const auto after = std::lower_bound(to.begin(), to.end(), t);
+    double nearest = after == to.end() ? to.back() : *after;
+    if (after != to.begin() && t - *(after - 1) < std::abs(nearest - t)) nearest = *(after - 1);
+    if (nearest == t) continue;
+    distance.between.emplace_back(std::min(t, nearest), std::max(t, nearest));
+    if (std::abs(nearest - t) > distance.largest) {
+      distance.largest = std::abs(nearest - t);
+      distance.what = what;
+    }
+  }
+}
+
+void merge(std::vector<std::pair<double, double>>& intervals) {
+  std::sort(intervals.begin(), intervals.end());
+  std::size_t kept = 0;
+  for (const auto& interval : intervals) {
+    if (kept > 0 && interval.first <= intervals[kept - 1].second)
+      intervals[kept - 1].second = std::max(intervals[kept - 1].second, interval.second);
+    else
+      intervals[kept++] = interval;
+  }
+  intervals.resize(kept);
+}
+
+}  // namespace
+
+EventDistance event_distance(const EventTimes& one, const EventTimes& other, double span) {
+  EventDistance distance;
+  const auto missing = [&](const std::string& what) {
+    if (distance.largest < span) distance.what = what;
+    distance.largest = std::max(distance.largest, span);
+  };
+  for (const auto& [what, times] : one.all()) {
+    const auto found = other.all().find(what);
+    if (found == other.all().end()) {
+      missing(what);
+      continue;
+    }
+    look(times, found->second, what, distance);
+    look(found->second, times, what, distance);
+  }
+  for (const auto& [what, times] : other.all())
+    if (!one.all().contains(what)) missing(what);
+  merge(distance.between);
+  return distance;
+}
+
+}  // namespace bgsim
