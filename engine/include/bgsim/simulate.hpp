@@ -61,6 +61,12 @@ struct OutputErrors {
   std::vector<double> estimate, range, magnitude;  ///< error; largest less least value; largest magnitude
   std::vector<double>
       beyond_rounding;  ///< of the errors above kLarge, the largest to a factor of 2 that is no rounding
+  /// Where no estimate can follow a run (switches, diodes, contacts, events, delays) the estimate is what a second run
+  /// differs by, and this says how that was made: "at a tenth of the tolerance". At the times between the two runs'
+  /// instants of one event the outputs are not compared.
+  std::string second_run;
+  std::optional<double> instants;  ///< by how much the instants of events differ; none if there are no events
+  std::string instants_of;         ///< the event that differs most
 };
 
 /// What an output is over the whole run, measured on the dense output of every step and not at the output times. All in

@@ -97,7 +97,8 @@ class Simulation {
   ///         std::logic_error if the scene was not asked for by its name: what else its inputs hold would be lost.
   /// @note Time linear in the model.
   [[nodiscard]] Simulation with(std::string_view name, double value) const;
-  /// Runs; see bgsim::simulate().
+  /// Runs; see bgsim::simulate(). Where no estimate of the outputs' errors can follow the run (switches, diodes,
+  /// contacts, events, delays), a run of up to ten seconds is made a second time for it, at a tenth of the tolerance.
   [[nodiscard]] RunResult simulate(const SimulateOptions& options = {}) const;
   /// Runs with other times, tolerances or method.
   /// @throws std::invalid_argument if @p inputs ask for other outputs than those compiled; ModelError BG405.
@@ -115,6 +116,7 @@ class Simulation {
   Simulation(Study study, RunInputs inputs, const SceneOptions& options);
   void check(const RunInputs& inputs) const;
   [[nodiscard]] RunResult run(const RunInputs& inputs, const SimulateOptions& options) const;
+  [[nodiscard]] RunResult run_once(const RunInputs& inputs, const SimulateOptions& options) const;
 
   Study study_;
   std::optional<SceneOverrides> overrides_;  ///< as the scene was asked for; none if it was worked out elsewhere

@@ -344,7 +344,10 @@ class Sides {
     for (std::size_t i = 0; i < n_; ++i) {
       result_.undecided[i] = !away_[i] && sides.value[i].zero && sides.value[i].known != PowerSeries::kExact;
       result_.diodes[i].conducts = next_conducts_[i];
-      result_.diodes[i].pinned = held[i] && !away_[i] && next_conducts_[i];
+      // A thyristor whose flow has ended is off, even where the basis has it conduct, without a flow, since another one
+      // in series with it blocks.
+      const bool ended = held[i] || (!*result_.diodes[i].may_begin && sides.value[i].zero);
+      result_.diodes[i].pinned = ended && !away_[i] && next_conducts_[i];
     }
     return true;
   }

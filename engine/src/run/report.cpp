@@ -79,7 +79,27 @@ std::string columns_text(const Trace& trace) {
   return text;
 }
 
-void errors_line(std::string& out, const OutputErrors& errors) {
+/// "up to 2.1e-07 of its range ("u"); instants of events 3e-10 ("free (conducts)"); by a second run at a tenth of ..."
+std::string second_run_text(const Trace& trace, const OutputErrors& errors) {
+  std::optional<std::size_t> worst;
+  const auto part = [&](std::size_t i) { return errors.estimate[i] / errors.range[i]; };
+  for (std::size_t i = 0; i < errors.estimate.size(); ++i)
+    if (errors.estimate[i] > 0.0 && (!worst || part(i) > part(*worst))) worst = i;
+  std::string text = "outputs " + std::string(worst ? "up to " + number_text(part(*worst), 2) + " of the range (\"" +
+                                                          short_name(trace.names[*worst]) + "\")"
+                                                    : "0");
+  if (errors.instants)
+    text += "; instants of events " + (errors.instants_of.empty() ? std::string("0")
+                                                                  : "up to " + number_text(*errors.instants, 2) + " (" +
+                                                                        short_name(errors.instants_of) + ")");
+  return text + "; from a second run " + errors.second_run;
+}
+
+void errors_line(std::string& out, const Trace& trace, const OutputErrors& errors) {
+  if (!errors.second_run.empty()) {
+    line(out, "errors", second_run_text(trace, errors));
+    return;
+  }
   if (errors.possible) return;
   line(out, "errors", "not estimated: " + errors.why_not + "; a run at a tenth of the tolerance shows them");
 }
@@ -157,7 +177,7 @@ std::string report_text(const RunResult& result) {
              (r.contacts ? ", " + count_text(r.impacts, "impact", "impacts") : ""));
   left_out_lines(out, r.left_out);
   energy_lines(out, r);
-  errors_line(out, r.errors);
+  errors_line(out, result.trace, r.errors);
   if (!result.trace.names.empty()) line(out, "outputs", columns_text(result.trace));
   if (!r.stage_seconds.empty()) {
     std::string stages;
@@ -225,6 +245,9 @@ std::string report_json(const RunResult& result) {
   if (!r.errors.done) json["errors"]["why_not"] = r.errors.why_not;
   for (std::size_t i = 0; i < r.errors.estimate.size(); ++i)
     json["errors"][result.trace.names[i]] = {{"estimate", r.errors.estimate[i]}, {"range", r.errors.range[i]}};
+  if (!r.errors.second_run.empty()) json["errors_from"]["second_run"] = r.errors.second_run;
+  if (r.errors.instants)
+    json["errors_from"]["instants"] = {{"estimate", *r.errors.instants}, {"of", r.errors.instants_of}};
   json["units"] = Json::object();
   for (std::size_t i = 0; i < result.trace.names.size(); ++i)
     if (!result.trace.units[i].empty()) json["units"][result.trace.names[i]] = result.trace.units[i];

@@ -139,14 +139,18 @@ bool SwitchedRun::hold_bands(const Program& program) {
     const double beyond = conducts ? -values[4 * i + 1] : values[4 * i] - values[4 * i + 2];
     double& band = bands_[i];
     const bool room = element.contact && conducts;  // which is no flow
-    if (!again || room) {
+    // A thyristor that is not fired may be anywhere beyond its border: that is no rounding, and fired it conducts
+    // there.
+    const bool matters = conducts ? !diodes_[i].pinned : *diodes_[i].may_begin;
+    if (!matters) {
+      band = 0.0;
+    } else if (!again || room) {
       band = std::max(0.0, kTwice * beyond);
     } else if (tripped_[i]) {
       band = std::max({kMore * band, kTwice * beyond, conducts ? flow_error_[i] : effort_error_[i]});
     }
     parameters_[element.diode->band.index()] = band;
     if (room) continue;
-    const bool matters = conducts ? !diodes_[i].pinned : *diodes_[i].may_begin;
     if (!matters || !(beyond > (conducts ? flow_off_[i] : effort_off_[i]))) continue;
     return fail(diagnostic_of("BG622",
                               "at t = " + number_text(stored_.t) + " the sides of the diodes could not be found: \"" +

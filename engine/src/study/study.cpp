@@ -9,7 +9,9 @@
 #include "base/text.hpp"
 #include "equations/solvable_causality.hpp"
 #include "graph/law_numbers.hpp"
+#include "run/clock.hpp"
 #include "study/mode_programs.hpp"
+#include "study/second_run.hpp"
 
 namespace bgsim {
 
@@ -178,6 +180,22 @@ RunResult Simulation::simulate(const RunInputs& inputs, const SimulateOptions& o
 }
 
 RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& options) const {
+  const bool followed = !compiled_->modes && program().events.empty() && program().delays.empty();
+  if (followed || !options.error_estimate) return run_once(inputs, options);
+  SecondRun second(inputs, options);
+  const double begin = wall_seconds();
+  RunResult result = run_once(inputs, second.options());
+  double took = 0.0;
+  {
+    const Stopwatch watch(took);
+    second.estimate(result, wall_seconds() - begin,
+                    [this](const RunInputs& changed, const SimulateOptions& how) { return run_once(changed, how); });
+  }
+  if (!result.report.errors.second_run.empty()) result.report.stage_seconds.emplace_back("second run", took);
+  return result;
+}
+
+RunResult Simulation::run_once(const RunInputs& inputs, const SimulateOptions& options) const {
   if (!compiled_->modes) return bgsim::simulate(program(), inputs, options);
   if (!options.resume.empty() || options.snapshot)
     throw ModelError(

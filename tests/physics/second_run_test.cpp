@@ -1,0 +1,108 @@
+// Errors of outputs over switches, diodes, contacts, events and delays: a second run against what is known exactly.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "bgsim/verify.hpp"
+#include "support/approx.hpp"
+#include "support/run.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+using Catch::Contains;
+
+namespace {
+
+struct Compared {
+  RunResult run;
+  std::vector<double> off;  ///< by output: largest distance from the reference at its times
+};
+
+/// A scene at a loose tolerance, with its estimate, held against its reference at the reference's times.
+Compared compared(const char* model, Method method, double relative) {
+  const Study study = study_of(model);
+  const Simulation scene = study.scene();
+  Reference reference = scene.inputs().reference.value();
+  reference.relative = reference.absolute = 0.0;
+  const CsvTable table = read_reference(study.model(), reference);
+  RunInputs inputs = at_reference_times(study.model(), scene.inputs(), table);
+  inputs.method = method;
+  inputs.relative = relative;
+  Compared result{scene.simulate(inputs, untimed()), {}};
+  REQUIRE(result.run.stop == StopReason::completed);
+  for (const ColumnCheck& column : hold_against(study.model(), result.run.trace, table, reference).columns)
+    result.off.push_back(column.error);
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("what a second run says outputs are wrong by is what they are wrong by") {
+  struct Case {
+    const char* model;
+    Method method;
+    double relative;
+  };
+  // Of each the first output, which does not jump: a record between two runs' instants of a jump is not compared.
+  for (const Case& one :
+       {Case{"models/half_wave.json", Method::bdf, 1e-4}, Case{"models/half_wave.json", Method::radau, 1e-3},
+        Case{"models/thermostat.json", Method::bdf, 1e-5}, Case{"models/heated_loop.json", Method::bdf, 1e-5},
+        Case{"models/ball_contact.json", Method::bdf, 1e-4}}) {
+    CAPTURE(one.model, method_name(one.method));
+    const Compared got = compared(one.model, one.method, one.relative);
+    const OutputErrors& errors = got.run.report.errors;
+    REQUIRE(errors.done);
+    CHECK(errors.second_run == "at a tenth of the tolerance");
+    REQUIRE(errors.estimate.size() == got.off.size());
+    CAPTURE(got.off[0], errors.estimate[0], errors.range[0]);
+    // The second run is wrong too, by a tenth of that at best, and by half of it where errors do not shrink with the
+    // tolerance for a while. 1e-9 of the range is what the references' numbers leave.
+    CHECK(errors.estimate[0] >= 0.5 * got.off[0] - 1e-9 * errors.range[0]);
+    CHECK(errors.estimate[0] <= 2.0 * got.off[0] + 1e-9 * errors.range[0]);
+  }
+}
+
+TEST_CASE("instants of events have an error of their own, and large ones are noted") {
+  constexpr double kExtinction = 3.940733135693;
+  const Study study = study_of("models/half_wave.json");
+  RunInputs inputs = study.scene().inputs();
+  inputs.method = Method::bdf;
+  inputs.relative = 1e-2;
+  double off = 0.0;
+  SimulateOptions how = untimed();
+  how.events = [&](const RunEvent& event) {
+    if (event.kind != RunEvent::Kind::diode) return;
+    const double first = event.to == "conducts" ? 0.0 : kExtinction;
+    off = std::max(off, std::abs(std::remainder(event.t - first, 2.0 * M_PI)));
+  };
+  std::size_t rows = 0;
+  how.rows = [&](double, std::span<const double>) { ++rows; };
+  const RunResult run = study.scene().simulate(inputs, how);
+  REQUIRE(run.report.errors.instants);
+  CHECK(*run.report.errors.instants == Approx(off).epsilon(0.2));  // the second run's own
+  CHECK(run.report.errors.instants_of.starts_with("diode ("));
+  CHECK(rows == inputs.output_times.size());  // of the first run alone
+  const std::string text = report_text(run);
+  CHECK_THAT(text, Contains("the instants of events are estimated to be wrong by up to"));
+  CHECK_THAT(text, Contains("outputs are estimated to be wrong by more than 0.01 % of their range"));
+  CHECK_THAT(text, Contains("from a second run at a tenth of the tolerance"));
+}
+
+TEST_CASE("a run that has an estimate of its own, or no end, or is asked for none, has no second run") {
+  const auto errors_of = [](const char* model, auto change) {
+    const Study study = study_of(model);
+    SimulateOptions how = untimed();
+    RunInputs inputs = study.scene().inputs();
+    change(inputs, how);
+    return study.scene().simulate(inputs, how).report.errors;
+  };
+  CHECK(errors_of("models/rlc.json", [](auto&, auto&) {}).second_run.empty());
+  CHECK(errors_of("models/buck.json", [](auto&, auto& how) { how.max_steps = 20; }).why_not ==
+        "the run did not complete");
+  CHECK(errors_of("models/buck.json", [](auto&, auto& how) { how.error_estimate = false; }).second_run.empty());
+  CHECK(errors_of("models/half_wave.json", [](RunInputs& inputs, auto&) {
+          inputs.method = Method::rk4;
+          inputs.step = 0.01;
+        }).second_run == "with half the step");
+  CHECK(errors_of("models/half_wave.json", [](RunInputs& inputs, auto&) { inputs.relative = 1e-12; }).second_run ==
+        "at ten times the tolerance");
+}

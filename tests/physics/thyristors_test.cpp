@@ -1,0 +1,72 @@
+// Thyristors (D with fire) that wait under a forward voltage, and that stay off once their current has ended.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/run.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+/// Two thyristors in series with a resistor and a coil, on sin(t). @param first, second  conditions.
+std::string two_in_series(const std::string& first, const std::string& second) {
+  return R"json({ "bgsim": 1, "name": "two",
+    "elements": { "s": { "kind": "Se", "effort": "sin(t)" }, "j": { "kind": "1" },
+      "t1": { "kind": "D", "fire": ")json" +
+         first + R"json(" }, "t2": { "kind": "D", "fire": ")json" + second + R"json(" },
+      "r": { "kind": "R", "resistance": 1 }, "l": { "kind": "I", "inertance": 1 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "t1" }, { "from": "j", "to": "t2" },
+      { "from": "j", "to": "r" }, { "from": "j", "to": "l" } ],
+    "outputs": { "i": "l.f" }, "scenes": { "main": { "stop": 12.5, "samples": 126, "relative": 1e-10 } } })json";
+}
+
+RunResult run_of(const std::string& text) { return run(Study::from_text(text)); }
+
+/// From 0 at @p begin on, in the first half wave, until it is 0 again.
+double current(double t, double begin) {
+  if (t < begin || t > 6.0) return 0.0;
+  const auto forced = [](double at) { return (std::sin(at) - std::cos(at)) / 2.0; };
+  const double i = forced(t) - forced(begin) * std::exp(begin - t);
+  return t > begin + 0.5 && i < 0.0 ? 0.0 : i;
+}
+
+}  // namespace
+
+TEST_CASE("a thyristor that waits under a forward voltage conducts when it is fired, whatever happened before") {
+  // A diode beside it goes out at pi/2, where the thyristor waits under the whole voltage: a stretch begins there.
+  const RunResult one = run_of(R"json({ "bgsim": 1, "name": "beside",
+    "elements": { "s": { "kind": "Se", "effort": "sin(t)" }, "j": { "kind": "1" },
+      "t1": { "kind": "D", "fire": "t > 2 and t < 2.1" },
+      "r": { "kind": "R", "resistance": 1 }, "l": { "kind": "I", "inertance": 1 },
+      "v": { "kind": "Se", "effort": "cos(t)" }, "k": { "kind": "1" }, "d": { "kind": "D" },
+      "r2": { "kind": "R", "resistance": 1 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "t1" }, { "from": "j", "to": "r" },
+      { "from": "j", "to": "l" }, { "from": "v", "to": "k" }, { "from": "k", "to": "d" }, { "from": "k", "to": "r2" } ],
+    "outputs": { "i": "l.f", "other": "r2.f" },
+    "scenes": { "main": { "stop": 12.5, "samples": 126, "relative": 1e-10 } } })json");
+  const std::vector<double> i = column(one, "i"), other = column(one, "other");
+  REQUIRE(i.size() == 126);
+  for (std::size_t k = 0; k < i.size(); ++k) {
+    CAPTURE(one.trace.times[k]);
+    CHECK(std::abs(i[k] - current(one.trace.times[k], 2.0)) < 1e-8);  // a hundred tolerances of a step
+    CHECK(std::abs(other[k] - std::max(0.0, std::cos(one.trace.times[k]))) < 1e-12);
+  }
+}
+
+TEST_CASE("a thyristor whose current has ended stays off until it is fired, also where another one keeps it without") {
+  // In the second period t2 alone is fired: t1 went out with the first half wave.
+  const RunResult one = run_of(two_in_series("t > 1 and t < 1.1", "(t > 1 and t < 1.1) or (t > 7.2 and t < 7.4)"));
+  const std::vector<double> i = column(one, "i");
+  REQUIRE(i.size() == 126);
+  for (std::size_t k = 0; k < i.size(); ++k) {
+    CAPTURE(one.trace.times[k]);
+    CHECK(std::abs(i[k] - current(one.trace.times[k], 1.0)) < 1e-8);
+  }
+  const RunResult other = run_of(two_in_series("(t > 1 and t < 1.1) or (t > 7.2 and t < 7.4)", "t > 1 and t < 1.1"));
+  CHECK(std::abs(at(other, "i", 8.0)) < 1e-8);
+  const RunResult both =
+      run_of(two_in_series("mod(t, 2*pi) > 1 and mod(t, 2*pi) < 1.1", "mod(t, 2*pi) > 1 and mod(t, 2*pi) < 1.1"));
+  CHECK(at(both, "i", 8.0) == Approx(current(8.0 - 2.0 * M_PI, 1.0)).margin(1e-8));
+}
