@@ -17,6 +17,10 @@ DenseLu::~DenseLu() = default;
 double DenseLu::rcond() const { return factors_->lu.rcond(); }
 Eigen::MatrixXd DenseLu::solve(const Eigen::MatrixXd& right) const { return factors_->lu.solve(right); }
 
+Eigen::VectorXd solve_with_full_pivots(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right) {
+  return matrix.fullPivLu().solve(right);
+}
+
 template <class Scalar>
 struct SparseLu<Scalar>::Factors {
   Eigen::SparseLU<Matrix> lu;

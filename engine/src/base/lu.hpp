@@ -26,7 +26,10 @@ class DenseLu {
   std::unique_ptr<Factors> factors_;
 };
 
-/// The same of a sparse square matrix, columns ordered by COLAMD. Of double and std::complex<double>.
+/// A x = right of a dense square matrix, with pivots by row and column: a solution of a singular system that has one.
+Eigen::VectorXd solve_with_full_pivots(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
+
+/// The same as DenseLu of a sparse square matrix, columns ordered by COLAMD. Of double and std::complex<double>.
 template <class Scalar>
 class SparseLu {
  public:

@@ -263,7 +263,7 @@ constexpr std::array kSigns{
     Sign{"\xCF\x80", "", "write pi"},
 };
 
-std::size_t character_length(std::string_view text) {
+std::size_t sign_length(std::string_view text) {
   std::size_t length = 1;
   while (length < text.size() && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U) ++length;
   return length;
@@ -321,10 +321,10 @@ std::optional<ForeignSign> foreign_sign(std::string_view text) {
   for (const Sign& sign : kSigns)
     if (text.starts_with(sign.text)) {
       const bool ascii = static_cast<unsigned char>(text[0]) < 0x80;
-      return ForeignSign{ascii ? sign.text.size() : character_length(text), sign.what, sign.help};
+      return ForeignSign{ascii ? sign.text.size() : sign_length(text), sign.what, sign.help};
     }
   if (static_cast<unsigned char>(text[0]) < 0x80) return std::nullopt;
-  const std::size_t length = character_length(text);
+  const std::size_t length = sign_length(text);
   const std::string name = greek(text.substr(0, length));
   return ForeignSign{length,
                      {},

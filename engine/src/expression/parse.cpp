@@ -506,7 +506,7 @@ class Parser {
   std::vector<Group> groups_;
 };
 
-std::string_view trimmed(std::string_view text, std::size_t& begin) {
+std::string_view side_of_law(std::string_view text, std::size_t& begin) {
   while (!text.empty() && is_space(text.front())) {
     text.remove_prefix(1);
     ++begin;
@@ -583,8 +583,8 @@ LawText split_law(std::string_view text) {
     throw ExpressionError("BG126", "a law has an equals sign, this has none", 0, text.size(),
                           "write the law as an equation, such as e = R*f");
   LawText law{{}, {}, 0, *equals + 1};
-  law.left = trimmed(text.substr(0, *equals), law.left_begin);
-  law.right = trimmed(text.substr(*equals + 1), law.right_begin);
+  law.left = side_of_law(text.substr(0, *equals), law.left_begin);
+  law.right = side_of_law(text.substr(*equals + 1), law.right_begin);
   return law;
 }
 

@@ -74,12 +74,12 @@ constexpr std::array kOps{
     OpInfo{Op::table_curvature, 1, "table_curvature"},
     OpInfo{Op::der, 1, "der"},
 };
-constexpr bool in_order() {
+constexpr bool operators_in_order() {
   for (std::size_t i = 0; i < kOps.size(); ++i)
     if (kOps[i].op != static_cast<Op>(i)) return false;
   return true;
 }
-static_assert(in_order());
+static_assert(operators_in_order());
 static_assert(kOps.size() == static_cast<std::size_t>(Op::der) + 1);
 
 std::size_t hash_of(const ExprNode& node) {

@@ -31,12 +31,12 @@ constexpr std::array<MethodFacts, 19> kMethods{{
     {Method::verlet, "verlet", "Störmer-Verlet", Family::symplectic_fixed_step, 2, 0},
 }};
 
-constexpr bool in_order() {
+constexpr bool methods_in_order() {
   for (std::size_t i = 0; i < kMethods.size(); ++i)
     if (kMethods[i].method != static_cast<Method>(i)) return false;
   return true;
 }
-static_assert(in_order());
+static_assert(methods_in_order());
 
 }  // namespace
 

@@ -1,12 +1,13 @@
 #include "run/jump.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
 #include "base/codes.hpp"
+#include "base/lu.hpp"
 #include "bgsim/text.hpp"
 #include "run/failures.hpp"
 
@@ -93,7 +94,7 @@ class Projection {
           jacobian.col(i) -= w.col(d) * ((dependent_[k] - dependent[k]) / moved);
         }
       }
-      const Eigen::VectorXd change = jacobian.fullPivLu().solve(residual);
+      const Eigen::VectorXd change = solve_with_full_pivots(jacobian, residual);
       double relative = 0.0;
       for (Eigen::Index i = 0; i < n; ++i) {
         x_[static_cast<std::size_t>(i)] -= change[i];

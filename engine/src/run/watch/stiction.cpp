@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/lu.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
@@ -83,7 +84,7 @@ bool Stiction::balance(double t, const double* x, Branch& branch) {
     slopes_.col(k) = other_ - base_;
     mode(k) = 0.0;
   }
-  modes_ = slopes_.fullPivLu().solve(-base_);
+  modes_ = solve_with_full_pivots(slopes_, -base_);
   for (Eigen::Index k = 0; k < count; ++k) {
     if (!std::isfinite(modes_[k])) return false;
     mode(k) = modes_[k];

@@ -1,7 +1,7 @@
 /// Set-valued signs: dry friction at rest takes whatever force keeps it at rest, up to its limit.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
