@@ -1,9 +1,11 @@
 #include "sweep_picture.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -58,18 +60,45 @@ std::string unquoted(std::string_view field) {
 
 /// A panel's points, those without a value left out.
 void add_block(std::ostringstream& text, const std::string& name,
-               const std::vector<const std::vector<double>*>& columns, bool blank_between_rows) {
+               const std::vector<const std::vector<double>*>& columns) {
   text << "$" << name << " << EOD\n";
   std::vector<std::size_t> order(columns.front()->size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return (*columns.front())[a] < (*columns.front())[b]; });
-  double row = kNone;
   for (const std::size_t i : order) {
     if (std::any_of(columns.begin(), columns.end(), [&](const auto* c) { return !std::isfinite((*c)[i]); })) continue;
-    if (blank_between_rows && !std::isnan(row) && (*columns.front())[i] != row) text << '\n';
-    row = (*columns.front())[i];
     for (const auto* column : columns) text << number_text((*column)[i], 9) << ' ';
+    text << '\n';
+  }
+  text << "EOD\n";
+}
+
+/// Where the cell of each value ends on both sides: halfway to the values beside it.
+std::map<double, std::pair<double, double>> cells_of(const std::vector<double>& values, bool logarithmic) {
+  const auto scaled = [&](double value) { return logarithmic ? std::log(value) : value; };
+  const auto unscaled = [&](double value) { return logarithmic ? std::exp(value) : value; };
+  const std::set<double> distinct(values.begin(), values.end());
+  std::map<double, std::pair<double, double>> cells;
+  for (auto it = distinct.begin(); it != distinct.end(); ++it) {
+    const double own = scaled(*it);
+    const double below = it == distinct.begin() ? 2.0 * own - scaled(*std::next(it)) : scaled(*std::prev(it));
+    const double above = std::next(it) == distinct.end() ? 2.0 * own - scaled(*std::prev(it)) : scaled(*std::next(it));
+    cells[*it] = {unscaled(0.5 * (below + own)), unscaled(0.5 * (own + above))};
+  }
+  return cells;
+}
+
+/// A map's cells, one for each run that has a value: x, y, borders of x and y, value.
+void add_cells(std::ostringstream& text, const std::string& name, const std::vector<double>& x,
+               const std::vector<double>& y, const std::vector<double>& values, std::array<bool, 2> logarithmic) {
+  const auto across = cells_of(x, logarithmic[0]), up = cells_of(y, logarithmic[1]);
+  text << "$" << name << " << EOD\n";
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i])) continue;
+    const auto [left, right] = across.at(x[i]);
+    const auto [bottom, top] = up.at(y[i]);
+    for (const double number : {x[i], y[i], left, right, bottom, top, values[i]}) text << number_text(number, 9) << ' ';
     text << '\n';
   }
   text << "EOD\n";
@@ -88,6 +117,18 @@ std::string marks(const std::vector<double>& values, int count) {
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
   const double digit = raw / power < 1.5 ? 1.0 : raw / power < 3.5 ? 2.0 : raw / power < 7.5 ? 5.0 : 10.0;
   return number_text(digit * power, 6);
+}
+
+/// Marks at the values themselves where they are few; else empty.
+std::string marks_at(const std::vector<double>& values) {
+  constexpr std::size_t kFew = 9;
+  constexpr int kDigits = 3;
+  const std::set<double> distinct(values.begin(), values.end());
+  if (distinct.size() > kFew) return {};
+  std::string text;
+  for (const double value : distinct)
+    text += (text.empty() ? "(" : ", ") + gnuplot_string(number_text(value, kDigits)) + " " + number_text(value, 17);
+  return text + ")";
 }
 
 bool is_logarithmic(const Json& identity, const std::string& name) {
@@ -146,10 +187,13 @@ std::string sweep_svg(const Json& identity, const SweepTable& table) {
   std::ostringstream text;
   for (std::size_t r = 0; r < results; ++r)
     for (std::size_t q = 0; q < (map ? 1 : inputs); ++q) {
-      std::vector<const std::vector<double>*> columns{&table.columns[q]};
-      if (map) columns.push_back(&table.columns[1]);
-      columns.push_back(&table.columns[quantities.size() + r]);
-      add_block(text, "p" + std::to_string(r) + "_" + std::to_string(q), columns, map);
+      const std::string name = "p" + std::to_string(r) + "_" + std::to_string(q);
+      const std::vector<double>& values = table.columns[quantities.size() + r];
+      if (map)
+        add_cells(text, name, table.columns[0], table.columns[1], values,
+                  {is_logarithmic(identity, quantities[0]), is_logarithmic(identity, quantities[1])});
+      else
+        add_block(text, name, {&table.columns[q], &values});
     }
   constexpr int kWide = 900, kMapWide = 480, kPanelWide = 300, kPanelHigh = 230;
   const int across = static_cast<int>(panels_across), down = static_cast<int>(panels_down);
@@ -179,12 +223,15 @@ std::string sweep_svg(const Json& identity, const SweepTable& table) {
         text << "set xtics " << marks(table.columns[q], panels_across == 1 ? 10 : 4) << "\n";
       text << "set xlabel " << gnuplot_string(quantities[q]) << "\n";
       if (map) {
+        if (const std::string few = marks_at(table.columns[0]); !few.empty()) text << "set xtics " << few << '\n';
+        const std::string few = marks_at(table.columns[1]);
+        text << "set ytics " << (few.empty() ? "autofreq" : few) << '\n';
         if (is_logarithmic(identity, quantities[1])) text << "set logscale y\n";
         text
             << "set ylabel " << gnuplot_string(quantities[1]) << "\nset title " << gnuplot_string(result)
             << "\nset palette defined (0 '#30123b', 1 '#4777ef', 2 '#1bd0d5', 3 '#62fc6b', 4 '#d2e935', 5 '#fe9b2d', 6 "
-               "'#7a0403')\nset view map\nset pm3d corners2color mean\nset autoscale yfix\nunset grid\n";
-        text << "splot " << block << " with pm3d\n";
+               "'#7a0403')\nset autoscale yfix\nunset grid\nset lmargin 13\nset style fill solid noborder\n";
+        text << "plot " << block << " using 1:2:3:4:5:6:7 with boxxyerror fc palette\n";
         continue;
       }
       text << "set ylabel " << gnuplot_string(result) << "\nplot " << block
