@@ -70,26 +70,37 @@ std::string script_json(const nlohmann::ordered_json& json) {
   return result;
 }
 
-std::string base64(std::span<const double> values) {
+std::string base64(std::string_view bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
-  text.reserve((8 * values.size() + 2) / 3 * 4);
+  text.reserve((bytes.size() + 2) / 3 * 4);
   std::uint32_t pending = 0;
-  int bytes = 0;
+  int count = 0;
   const auto write = [&](int digits) {
     for (int i = 0; i < 4; ++i) text += i < digits ? kDigits[(pending >> (18 - 6 * i)) & 63U] : '=';
     pending = 0;
-    bytes = 0;
+    count = 0;
   };
+  for (const char byte : bytes) {
+    pending |= static_cast<std::uint32_t>(static_cast<unsigned char>(byte)) << (16 - 8 * count);
+    if (++count == 3) write(4);
+  }
+  if (count > 0) write(count + 1);
+  return text;
+}
+
+std::string base64(std::span<const double> values) {
+  std::string bytes;
+  bytes.reserve(8 * values.size());
   for (const double value : values) {
     const auto bits = std::bit_cast<std::uint64_t>(value);
-    for (int byte = 0; byte < 8; ++byte) {
-      pending |= static_cast<std::uint32_t>((bits >> (8 * byte)) & 255U) << (16 - 8 * bytes);
-      if (++bytes == 3) write(4);
-    }
+    for (int byte = 0; byte < 8; ++byte) bytes += static_cast<char>((bits >> (8 * byte)) & 255U);
   }
-  if (bytes > 0) write(bytes + 1);
-  return text;
+  return base64(bytes);
+}
+
+std::string svg_image(std::string_view svg, std::string_view about) {
+  return xml_empty("img", {{"src", "data:image/svg+xml;base64," + base64(svg)}, {"alt", std::string(about)}}) + "\n";
 }
 
 std::string_view raw_text(std::string_view text, std::string_view element) {

@@ -37,8 +37,13 @@ std::string scrolling(std::string_view inside);
 /// JSON as the content of a <script> element, which it cannot end.
 std::string script_json(const nlohmann::ordered_json& json);
 
-/// Little-endian doubles in base 64 (RFC 4648).
+/// Bytes, and little-endian doubles, in base 64 (RFC 4648).
+std::string base64(std::string_view bytes);
 std::string base64(std::span<const double> values);
+
+/// A picture that is part of the page, and shares no names with it.
+/// @param about  what it shows, for those who do not see it.
+std::string svg_image(std::string_view svg, std::string_view about);
 
 /// A style sheet or script as the content of its element.
 /// @throws std::logic_error if it would end the element.

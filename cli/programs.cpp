@@ -18,6 +18,7 @@
 #include "bgsim/text.hpp"
 #include "command.hpp"
 #include "interruption.hpp"
+#include "scratch.hpp"
 
 extern char** environ;
 
@@ -27,33 +28,6 @@ namespace {
 
 /// No layout of a graph that can be looked at takes nearly as long.
 constexpr std::chrono::seconds kLongestProgram{900};
-
-/// A folder of our own, removed again with what is in it.
-class Scratch {
- public:
-  Scratch() {
-    const char* base = std::getenv("TMPDIR");
-    path_ = std::string(base != nullptr && *base != '\0' ? base : "/tmp") + "/bgsim-XXXXXX";
-    if (::mkdtemp(path_.data()) == nullptr) throw UsageError("cannot make a temporary folder " + short_path(path_));
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
-
-std::string read_whole(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 std::string missing(const ExternalProgram& program) {
   return std::string(program.name) + ", which " + program.purpose + ", is not installed (Debian: apt-get install " +

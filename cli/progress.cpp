@@ -36,7 +36,7 @@ RunWatch::RunWatch(double start, double stop, bool quiet, const char* what)
     : what_(what),
       start_(start),
       stop_(stop),
-      visible_(!quiet && isatty(STDERR_FILENO) != 0),
+      visible_(!quiet && StandardOutput::error_is_terminal()),
       begin_(Clock::now()),
       last_(begin_) {}
 
@@ -69,7 +69,7 @@ void RunWatch::show(double time) {
   std::cerr << std::flush;
 }
 
-SettingWatch::SettingWatch(bool quiet) : visible_(!quiet && isatty(STDERR_FILENO) != 0) {}
+SettingWatch::SettingWatch(bool quiet) : visible_(!quiet && StandardOutput::error_is_terminal()) {}
 
 SettingWatch::~SettingWatch() { clear(); }
 

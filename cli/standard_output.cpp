@@ -43,6 +43,19 @@ void StandardOutput::control(std::string_view sequence) {
   to->pubsync();
 }
 
+bool StandardOutput::error_is_terminal() {
+  const auto* text = dynamic_cast<const TextBuffer*>(std::cerr.rdbuf());
+  const bool kept = text != nullptr && dynamic_cast<const std::stringbuf*>(text->to()) != nullptr;
+  return !kept && ::isatty(STDERR_FILENO) != 0;
+}
+
+KeptText::KeptText() : visible_(&kept_), out_(std::cout.rdbuf(&visible_)), error_(std::cerr.rdbuf(&visible_)) {}
+
+KeptText::~KeptText() {
+  std::cout.rdbuf(out_);
+  std::cerr.rdbuf(error_);
+}
+
 void StandardOutput::flush() {
   std::cout.flush();
   const auto* text = dynamic_cast<const TextBuffer*>(std::cout.rdbuf());

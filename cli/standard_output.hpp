@@ -2,7 +2,9 @@
 /// reason.
 #pragma once
 
+#include <sstream>
 #include <streambuf>
+#include <string>
 #include <string_view>
 
 #include "descriptor_buffer.hpp"
@@ -27,11 +29,28 @@ class StandardOutput {
   [[nodiscard]] static std::streambuf* data();
   /// What a terminal is to obey, on standard error: for the lines that show how far a run is, and for nothing else.
   static void control(std::string_view sequence);
+  /// Whether somebody sees such lines: no, while what is written is kept (KeptText).
+  [[nodiscard]] static bool error_is_terminal();
 
  private:
   DescriptorBuffer buffer_;
   TextBuffer out_, error_;
   std::streambuf* before_;
+};
+
+/// While it lives, what is written to std::cout and std::cerr is kept, in its order, with everything made visible.
+class KeptText {
+ public:
+  KeptText();
+  ~KeptText();
+  KeptText(const KeptText&) = delete;
+  KeptText& operator=(const KeptText&) = delete;
+  [[nodiscard]] std::string text() const { return kept_.str(); }
+
+ private:
+  std::stringbuf kept_;
+  TextBuffer visible_;
+  std::streambuf *out_, *error_;
 };
 
 }  // namespace bgsim::cli

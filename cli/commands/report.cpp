@@ -14,6 +14,7 @@
 #include "report/assets.hpp"
 #include "report/content.hpp"
 #include "scenes.hpp"
+#include "shell_word.hpp"
 
 namespace bgsim::cli {
 
@@ -21,7 +22,7 @@ namespace {
 
 struct ReportArguments {
   std::string file, output;
-  std::vector<std::string> scenes;
+  std::vector<std::string> scenes, studies;
   ReadOptions reading;
   SceneOverrides overrides;
   std::size_t points = 20000;
@@ -39,7 +40,8 @@ ReportArguments parse_report(const Arguments& arguments) {
       "Examples:\n"
       "  bgsim report models/bellow.json                    first scene, page in bellow.tracking.report.html\n"
       "  bgsim report models/bellow.json --all -o b.html    every scene, over each other in the plots\n"
-      "  bgsim report models/rlc.json --scene under --scene over\n\n"
+      "  bgsim report models/rlc.json --scene under --scene over\n"
+      "  bgsim report models/rlc.json --study poles --study 'bode --impedance battery'\n\n"
       "A scene whose run fails is on the page up to there; the exit code is then 3.");
   app.add_option("model.json", options.file, "the model")->required();
   add_read_options(app, options.reading);
@@ -47,6 +49,12 @@ ReportArguments parse_report(const Arguments& arguments) {
       ->type_name("NAME")
       ->allow_extra_args(false);
   app.add_flag("--all", options.all, "every scene");
+  app.add_option("--study", options.studies,
+                 "another command and its options, as one word: what it prints and draws is on the page; may be given "
+                 "again (bode, check, control, linearize, poles, sensitivity, steady, step, sweep, trade, transfer, "
+                 "zeros)")
+      ->type_name("WORDS")
+      ->allow_extra_args(false);
   add_set_option(app, options.overrides);
   add_parameters_option(app, options.reading);
   add_time_options(app, options.reading);
@@ -61,6 +69,7 @@ ReportArguments parse_report(const Arguments& arguments) {
   parse_arguments(app, arguments);
   take_columns(record, options.reading);
   options.output = record.file;
+  for (const std::string& words : options.studies) check_study(words);
   if (options.all && !options.scenes.empty()) throw UsageError("--all and --scene do not go together");
   return options;
 }
@@ -85,6 +94,17 @@ std::string now() {
   std::array<char, 40> text{};
   std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &time);
   return text.data();
+}
+
+/// Of these options, those that every study takes, too: where files are, and values.
+std::vector<std::string> settings_of_studies(const SceneOverrides& overrides, const ReadOptions& reading) {
+  ReadOptions files;
+  files.allow_outside = reading.allow_outside;
+  files.path = reading.path;
+  files.parameter_files = reading.parameter_files;
+  std::vector<std::string> words = words_of(files);
+  for (const std::string& set : overrides.set) words.insert(words.end(), {"--set", set});
+  return words;
 }
 
 /// The scenes asked for, each once; "" for the model's first, which it may not have.
@@ -144,6 +164,15 @@ Exit report_command(const Arguments& arguments) {
       outcome = Exit::numerics_failed;
     }
     if (was_interrupted()) break;
+  }
+  for (const std::string& words : options.studies) {
+    if (was_interrupted()) break;
+    content.studies.push_back(run_study(content.study, options.file, words,
+                                        settings_of_studies(options.overrides, options.reading),
+                                        options.scenes.empty() ? "" : options.scenes.front()));
+    const ReportedStudy& study = content.studies.back();
+    if (study.outcome != Exit::done) std::cerr << "--study " << shell_word(words) << ":\n" << study.text;
+    outcome = worse(outcome, study.outcome);
   }
   page.stream() << report_page(content);
   page.commit();

@@ -155,7 +155,7 @@ std::string tornado_svg(const SensitivityTable& table, const std::string& model,
   return bars_svg(model + ", scene " + table.scene, panels);
 }
 
-std::string number_or_none(double value) { return std::isnan(value) ? "" : number_text(value, 6); }
+std::string number_or_none(double value) { return std::isnan(value) ? "" : number_text(value + 0.0, 6); }  // -0 is 0
 
 void print(const SensitivityTable& table, const std::string& norm) {
   std::cout << "scene " << short_name(table.scene) << '\n';
@@ -172,7 +172,7 @@ void print(const SensitivityTable& table, const std::string& norm) {
     TextTable text({"p", "value", "d/dp", "within", "unit", "% by %"});
     for (const std::size_t p : order) {
       const OutputSensitivity& each = table.of[i][p];
-      text.add({table.parameters[p], number_or_none(table.parameter_values[p]), number_text(each.derivative, 9),
+      text.add({table.parameters[p], number_or_none(table.parameter_values[p]), number_text(each.derivative + 0.0, 9),
                 std::isnan(each.error) ? "" : number_text(each.error, 2),
                 derivative_unit(table.output_units[i], table.parameter_units[p]), number_or_none(each.relative)});
     }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bgsim/bgsim.hpp"
+#include "command.hpp"
 #include "options.hpp"
 #include "stages.hpp"
 
@@ -23,6 +24,14 @@ struct ReportedScene {
   std::optional<ReferenceCheck> check;  ///< none without a reference, or if the run ended early
 };
 
+/// Another command, called for the report's model.
+struct ReportedStudy {
+  Arguments command;                                          ///< "bgsim", "poles", ...: as a call of its own
+  std::string text;                                           ///< what it printed, and the message if it failed
+  std::vector<std::pair<std::string, std::string>> pictures;  ///< SVG: what it shows, the file
+  Exit outcome = Exit::done;
+};
+
 struct ReportContent {
   explicit ReportContent(Study own) : study(std::move(own)) {}
 
@@ -35,12 +44,26 @@ struct ReportContent {
   std::optional<std::string> svg;  ///< the drawing
   std::string why_no_drawing;
   std::vector<ReportedScene> scenes;
+  std::vector<ReportedStudy> studies;
 };
 
 /// Runs a scene for a report.
 /// @throws ModelError as prepare_scene, and for its reference as read_reference and at_reference_times; UsageError.
 ReportedScene run_for_report(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                              const RunLimits& limits, bool quiet);
+
+/// What is asked for by "--study 'bode --in pump.e --out x'".
+/// @param words   of the study: the command and its options
+/// @param common  options that the report was given and each study takes, too
+/// @param scene   for a study that does not name one; empty for the first
+/// @return what it said, its messages too if it failed: nothing else of the report is lost for that
+/// @throws UsageError if there is no such command; Interrupted.
+ReportedStudy run_study(const Study& study, const std::string& file, const std::string& words, const Arguments& common,
+                        const std::string& scene);
+
+/// The command of a study, and that it is one.
+/// @throws UsageError
+void check_study(const std::string& words);
 
 /// The page: one HTML file that needs nothing else.
 std::string report_page(const ReportContent& content);
@@ -50,6 +73,7 @@ std::string causality_section(const ReportContent& content);
 std::string parameters_section(const ReportContent& content);
 std::string equations_section(const ReportContent& content);
 std::string activity_section(const ReportContent& content);
+std::string studies_section(const ReportContent& content);
 std::string statistics_section(const ReportContent& content);
 std::string reproduction_section(const ReportContent& content);
 

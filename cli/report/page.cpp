@@ -20,10 +20,10 @@ struct Section {
   const char* id;
   const char* title;
 };
-constexpr Section kSections[] = {{"summary", "Summary"},     {"drawing", "Bond graph"},  {"outputs", "Outputs"},
-                                 {"energy", "Energy"},       {"causality", "Causality"}, {"parameters", "Parameters"},
-                                 {"equations", "Equations"}, {"activity", "Activity"},   {"statistics", "Statistics"},
-                                 {"reproduce", "Reproduce"}};
+constexpr Section kSections[] = {{"summary", "Summary"},       {"drawing", "Bond graph"},  {"outputs", "Outputs"},
+                                 {"energy", "Energy"},         {"causality", "Causality"}, {"parameters", "Parameters"},
+                                 {"equations", "Equations"},   {"activity", "Activity"},   {"studies", "Studies"},
+                                 {"statistics", "Statistics"}, {"reproduce", "Reproduce"}};
 
 /// The arrays of the page, each once.
 class Arrays {
@@ -305,11 +305,14 @@ std::string header(const Model& model) {
   return xml_element("header", text) + "\n";
 }
 
-std::string navigation(const Model& model) {
+std::string navigation(const ReportContent& content) {
+  const auto is_empty = [&](std::string_view id) {
+    return (id == "parameters" && content.study.model().parameters.empty()) ||
+           (id == "studies" && content.studies.empty());
+  };
   std::string links;
   for (const Section& section : kSections)
-    if (!model.parameters.empty() || section.id != std::string_view("parameters"))
-      links += xml_element("a", {{"href", std::string("#") + section.id}}, section.title);
+    if (!is_empty(section.id)) links += xml_element("a", {{"href", std::string("#") + section.id}}, section.title);
   const std::string theme = xml_element("button", {{"type", "button"}, {"id", "theme"}, {"hidden", ""}}, "Theme");
   return xml_element("nav", {{"aria-label", "Sections"}}, xml_element("div", links) + theme) + "\n";
 }
@@ -327,11 +330,11 @@ std::string report_page(const ReportContent& content) {
   const Model& model = content.study.model();
   const std::string sections = summary_section(content) + drawing_section(content) + outputs_section(content) +
                                energy_section(content) + causality_section(content) + parameters_section(content) +
-                               equations_section(content) + activity_section(content) + statistics_section(content) +
-                               reproduction_section(content);
+                               equations_section(content) + activity_section(content) + studies_section(content) +
+                               statistics_section(content) + reproduction_section(content);
   const std::string body =
       xml_element("a", {{"class", "skip"}, {"href", "#main"}}, "To the content") + "\n" + header(model) +
-      navigation(model) + xml_element("main", {{"id", "main"}}, "\n" + sections) + "\n" +
+      navigation(content) + xml_element("main", {{"id", "main"}}, "\n" + sections) + "\n" +
       xml_element("footer",
                   "Made by bgsim " + xml_text(content.version) + ", " + xml_text(content.date) + ". Plots by uPlot.") +
       "\n" + scripts(content);

@@ -99,6 +99,35 @@ TEST_CASE("a scene that fails is on the page up to there, and the exit code says
   CHECK_THAT(page, Contains("\"scene\":1,\"t\":7,\"v\":8,\"of\":6}"));  // t = 0 to 0.91
 }
 
+TEST_CASE("studies are on a report's page with what they print and draw, and stay what they are when called alone") {
+  const Workplace here;
+  const Outcome run = here.bgsim(
+      "report decay.json --scene longer -o page.html --set C=0.25 --study poles --study 'step --in R --out q --stop 1' "
+      "--study \"sweep --vary R=1:2:3 --result 'end=final(q)'\"");
+  CHECK(run.code == 0);
+  const std::string texts = main_of(here.read("page.html"));
+  CHECK_THAT(texts,
+             Contains("<section id=\"studies\">") && Contains("bgsim poles decay.json --scene longer --set C=0.25"));
+  // What the page says is what the command says.
+  const Outcome alone = here.bgsim("poles decay.json --scene longer --set C=0.25");
+  CHECK_THAT(texts, Contains(alone.out.substr(alone.out.rfind('\n', alone.out.size() - 2) + 1)));
+  CHECK(count(texts, "<img src=\"data:image/svg+xml;base64,") == 2);
+  CHECK(here.has("decay.longer.sweep/results.csv"));
+  CHECK(count(here.read("decay.longer.sweep/results.csv"), "completed") == 3);
+
+  // One that fails is on the page with its message, and the rest is there.
+  const Outcome faulty =
+      here.bgsim("report decay.json -o faulty.html --study 'bode --in nobody --out q' --study poles");
+  CHECK(faulty.code == 1);
+  CHECK_THAT(faulty.err, Contains("--study 'bode --in nobody --out q':") && Contains("nobody"));
+  CHECK_THAT(main_of(here.read("faulty.html")),
+             Contains("exit code 1") && Contains("nobody") && Contains("time constant"));
+  const Outcome unknown = here.bgsim("report decay.json -o none.html --study pole");
+  CHECK(unknown.code == 2);
+  CHECK_THAT(unknown.err, Contains("--study pole: the first word is to be one of bode, check,"));
+  CHECK(!here.has("none.html"));
+}
+
 TEST_CASE("a report keeps no more samples than asked for, and says so") {
   const Workplace here;
   std::string model = here.read("decay.json");
