@@ -1,10 +1,12 @@
 // bgsim sweep: files, going on after a kill, parts and their union, refusals.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 
 #include "command.hpp"
+#include "support/rounds.hpp"
 
 using Catch::Contains;
 
@@ -61,7 +63,9 @@ TEST_CASE("settings of the scene are varied like parameters") {
 TEST_CASE("a sweep that is killed goes on where it was, and comes to the same table") {
   Workplace here;
   with_model(here);
-  const std::string arguments = "sweep rc.json --vary R=0.5:5 --sample random:20000 --result m='mean(u)' --quiet -j 2";
+  const std::uint64_t runs = bgsim::test::share_of(20000);
+  const std::string arguments =
+      "sweep rc.json --vary R=0.5:5 --sample random:" + std::to_string(runs) + " --result m='mean(u)' --quiet -j 2";
   const Outcome killed =
       here.bgsim(arguments + " -o cut",
                  "& pid=$!; n=0; until [ $(wc -l < cut/runs.csv 2>/dev/null || echo 0) -gt 50 ] || [ $n -gt "
@@ -69,15 +73,15 @@ TEST_CASE("a sweep that is killed goes on where it was, and comes to the same ta
   CHECK(killed.code != 0);
   const std::size_t before = lines(here.read("cut/runs.csv"));
   REQUIRE(before > 50);
-  REQUIRE(before < 20001);
+  REQUIRE(before < runs + 1);
   // What the kill may leave of a record.
-  here.write("cut/runs.csv", here.read("cut/runs.csv") + "19999,0.123");
+  here.write("cut/runs.csv", here.read("cut/runs.csv") + std::to_string(runs - 1) + ",0.123");
   const Outcome rest = here.bgsim(arguments + " -o cut");
   CAPTURE(rest.err);
   CHECK(rest.code == 0);
   REQUIRE(here.bgsim(arguments + " -o whole").code == 0);
   CHECK(here.read("cut/results.csv") == here.read("whole/results.csv"));
-  CHECK(lines(here.read("cut/runs.csv")) == 20001);
+  CHECK(lines(here.read("cut/runs.csv")) == runs + 1);
 }
 
 TEST_CASE("an interrupted sweep says how to go on, and ends with exit code 3") {
@@ -272,7 +276,9 @@ TEST_CASE("traces of a sweep give bands: quantiles of each output at each time")
 TEST_CASE("processes share a sweep, and what a killed one was making is made by another") {
   Workplace here;
   with_model(here);
-  const std::string arguments = "sweep rc.json --vary R=0.5:5 --sample random:12000 --result m='mean(u)' --quiet -j 1 ";
+  const std::uint64_t runs = bgsim::test::share_of(30000) / 2;  // long enough that the kill comes while they are made
+  const std::string arguments =
+      "sweep rc.json --vary R=0.5:5 --sample random:" + std::to_string(runs) + " --result m='mean(u)' --quiet -j 1 ";
   REQUIRE(here.bgsim(arguments + "-o whole").code == 0);
   const std::string share = "'" + bgsim_path() + "' " + arguments + "--share -o it & ";
   // The first is killed while it works, beside two that began later.

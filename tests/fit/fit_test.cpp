@@ -329,7 +329,7 @@ TEST_CASE("each row has its own weight: weighted linear regression") {
   CHECK_THAT(refused(1.0, "sd"), Contains("BG418") && Contains("no column \"sd\""));
 }
 
-TEST_CASE("further starts find the least of several minima, and say how many came to it") {
+TEST_CASE("further starts find the least of several minima, and say how many came to it", "[long]") {
   const Study study =
       Study::from_text(model_text(R"x("parameters": { "w": 1 }, "elements": { "cap": { "kind": "C", "capacitance": 1 },
       "res": { "kind": "R", "resistance": 1 } }, "bonds": [ { "from": "cap", "to": "res" } ],

@@ -121,7 +121,7 @@ std::vector<std::vector<double>> exact_places(Box box, const std::vector<double>
 
 }  // namespace
 
-TEST_CASE("balls in a box collide as computed from impact to impact, by every method") {
+TEST_CASE("balls in a box collide as computed from impact to impact, by every method", "[long]") {
   for (unsigned seed = 1; seed <= 12; ++seed)
     for (const Method method :
          {Method::automatic, Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4}) {

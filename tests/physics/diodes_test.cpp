@@ -217,7 +217,7 @@ TEST_CASE("six diodes commutate behind coils: each phase does what the one befor
   }
 }
 
-TEST_CASE("a buck converter with a freewheeling diode is exact in both conduction modes") {
+TEST_CASE("a buck converter with a freewheeling diode is exact in both conduction modes", "[long]") {
   const auto run = [](const std::string& load, const std::string& scene) {
     return run_diodes(
         R"("v": {"kind": "Se", "effort": 24}, "chop": {"kind": "Sw", "closed": "t/2e-5 - floor(t/2e-5) < 0.5"},

@@ -76,7 +76,7 @@ std::vector<double> one_after_the_other(const std::vector<double>& masses, std::
 
 }  // namespace
 
-TEST_CASE("as many balls leave a cradle as come in, where impacts are sequential") {
+TEST_CASE("as many balls leave a cradle as come in, where impacts are sequential", "[long]") {
   for (std::size_t n = 2; n <= 8; ++n)
     for (std::size_t in = 1; in < n; ++in) {
       INFO(in << " of " << n);

@@ -51,7 +51,7 @@ TEST_CASE("Conditions of time that compare it with itself change where their sid
   CHECK(values("if(abs(t - 1) > t - 1, 1, 2)") == std::vector<double>{1, 1, 2, 2, 2});
 }
 
-TEST_CASE("A condition that rounding decides is reported, and the run ends") {
+TEST_CASE("A condition that rounding decides is reported, and the run ends", "[long]") {
   const RunResult run = run_text(R"x({"bgsim": 1, "name": "noise", "elements": {"s": {"kind": "Se",
     "effort": "floor(sin(t)^2 + cos(t)^2)"}, "r": {"kind": "R", "resistance": 1}},
     "bonds": [{"from": "s", "to": "r"}], "outputs": {"e": "s.e"}, "scenes": {"run": {"stop": 2, "samples": 5}}})x");

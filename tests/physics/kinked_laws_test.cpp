@@ -76,7 +76,7 @@ TEST_CASE("a bridge of two-slope diodes with a resistive load is a lattice, howe
   }
 }
 
-TEST_CASE("a bridge of two-slope diodes with a smoothing capacitor agrees with bisection, by all methods") {
+TEST_CASE("a bridge of two-slope diodes with a smoothing capacitor agrees with bisection, by all methods", "[long]") {
   std::vector<Part> parts = bridge(law(kDiodes[0]));
   parts.push_back({"s", "Se", "x", "b", R"x("effort": "17*sin(314*t)")x"});
   parts.push_back({"rs", "R", "x", "a", resistor("0.5")});

@@ -194,7 +194,7 @@ TEST_CASE("implicit Euler is stable with steps far beyond the fastest mode and e
   CHECK((explicit_one.stop == StopReason::failed || std::abs(last(explicit_one, "q")) > 1e100));
 }
 
-TEST_CASE("Störmer-Verlet keeps the energy of a lossless nonlinear oscillator over a thousand periods") {
+TEST_CASE("Störmer-Verlet keeps the energy of a lossless nonlinear oscillator over a thousand periods", "[long]") {
   CompiledModel model =
       compile_text(oscillator("e = q + q^3", "", R"({ "stop": 5000, "samples": 5001 })"), fixed(Method::verlet, 0.02));
   const RunResult result = model.run();

@@ -77,7 +77,8 @@ void SecondRun::estimate(RunResult& result, double seconds, const Runner& run) {
   };
   if (result.stop != StopReason::completed) return give_up("the run did not complete");
   if (!options_.resume.empty()) return give_up("the run goes on from a snapshot");
-  if (seconds > kLongestRepeated) return give_up("it takes a second run, and this one took " + number_text(seconds, 2) + " s");
+  if (seconds > kLongestRepeated)
+    return give_up("it takes a second run, and this one took " + number_text(seconds, 2) + " s");
   if (!options_.rows) {
     std::vector<double> row(result.trace.columns.size());
     for (std::size_t i = 0; i < result.trace.times.size(); ++i) {
