@@ -22,9 +22,29 @@ struct Instruction {
 };
 constexpr std::uint32_t kNoSlot = 0xffffffffU;
 
+/// Instructions that can run as one loop: of one operator, and none needs another's result.
+struct Strip {
+  /// mixed: instructions of any operators, one after the other; of_one: of one operator, on any slots; in_rows: their
+  /// results are in slots that follow each other, and the slots of each argument are equally far apart.
+  enum class Kind : std::uint8_t { mixed, of_one, in_rows };
+  Kind kind = Kind::mixed;
+  std::int32_t a_step = 0, b_step = 0;  ///< in_rows: from one argument's slot to the next
+  std::uint32_t first = 0, count = 0;   ///< of the code's instructions
+};
+
+/// Instructions in an order in which they can run, and the same as strips.
+struct CodeList {
+  std::vector<Instruction> instructions;
+  std::vector<Strip> strips;
+
+  [[nodiscard]] auto begin() const { return instructions.begin(); }
+  [[nodiscard]] auto end() const { return instructions.end(); }
+  [[nodiscard]] std::size_t size() const { return instructions.size(); }
+};
+
 /// Instructions and solves of loops in turn: code[i] runs, then block solves[i]; the last code has no solve after it.
 struct Routine {
-  std::vector<std::vector<Instruction>> code;
+  std::vector<CodeList> code;
   std::vector<std::uint32_t> solves;   ///< indices into Program::blocks
   std::vector<std::uint32_t> results;  ///< slots, in the order asked for
 };

@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <tuple>
 #include <unordered_map>
+#include <utility>
 
 #include "bgsim/program.hpp"
 #include "program/freeze.hpp"
+#include "program/strips.hpp"
 
 namespace bgsim {
 namespace {
@@ -305,7 +308,7 @@ class Compiler {
 
   /// Appends the instructions that @p roots need of levels in [lowest, highest] and that this routine does not have
   /// yet. What lies below is taken as done; constants and the parameters' part go to `once`.
-  void emit(const Roots& roots, std::int32_t lowest, std::int32_t highest, std::vector<Instruction>& code) {
+  void emit(const Roots& roots, std::int32_t lowest, std::int32_t highest, CodeList& code) {
     ++stamp_;
     Roots stack, found, fixed;
     const auto visit = [&](ExprId e) {
@@ -331,10 +334,32 @@ class Compiler {
     }
     emit_once(std::move(fixed));
     std::sort(found.begin(), found.end());
-    for (const ExprId e : found) {
-      done_[e.index()] = routine_;
-      code.push_back(instruction(e));
+    for (const ExprId e : found) done_[e.index()] = routine_;
+    write(std::move(found), code);
+  }
+
+  /// What does not depend on each other side by side, by operator, where there is enough of it for loops.
+  void write(Roots found, CodeList& code) {
+    constexpr std::size_t kWorthLoops = 64;
+    const bool by_depth = found.size() >= kWorthLoops;
+    if (by_depth) {
+      depth_.resize(program_.pool.size(), 0);
+      for (const ExprId e : found) {
+        const ExprNode& node = program_.pool[e];
+        const std::uint32_t children[] = {node.a, node.b, node.c};
+        std::uint32_t below = 0;
+        for (int k = 0; k < arity(node.op); ++k) below = std::max(below, depth_[children[k]]);
+        depth_[e.index()] = below + 1;
+      }
+      const auto place = [this](ExprId e) { return std::tuple(depth_[e.index()], program_.pool[e].op, e); };
+      std::sort(found.begin(), found.end(), [&](ExprId a, ExprId b) { return place(a) < place(b); });
     }
+    std::vector<std::uint32_t> depths;
+    for (const ExprId e : found) {
+      code.instructions.push_back(instruction(e));
+      if (by_depth) depths.push_back(std::exchange(depth_[e.index()], 0));
+    }
+    code.strips = strips_of(code.instructions, depths);
   }
 
   void emit_once(Roots stack) {
@@ -350,7 +375,7 @@ class Compiler {
       for (int k = 0; k < arity(node.op); ++k) stack.emplace_back(children[k]);
     }
     std::sort(found.begin(), found.end());
-    for (const ExprId e : found) program_.once.code[0].push_back(instruction(e));
+    for (const ExprId e : found) program_.once.code[0].instructions.push_back(instruction(e));
   }
 
   [[nodiscard]] static bool is_leaf(const ExprPool& pool, ExprId e) {
@@ -531,6 +556,7 @@ class Compiler {
   }
 
   void finish_slots() {
+    program_.once.code[0].strips = strips_of(program_.once.code[0].instructions, {});
     program_.slots = program_.slot_expression.size();
     program_.initial_slots.assign(program_.slots, 0.0);
     for (std::size_t i = 0; i < program_.slots; ++i) {
@@ -594,6 +620,7 @@ class Compiler {
   std::vector<std::int32_t> level_;       ///< by ExprId
   std::vector<std::uint32_t> slot_of_;    ///< by ExprId
   std::vector<std::uint32_t> seen_, once_done_, done_;
+  std::vector<std::uint32_t> depth_;       ///< by ExprId: of what is being written
   std::uint32_t stamp_ = 0, routine_ = 0;  ///< marks in seen_ and done_
 };
 

@@ -6,7 +6,6 @@
 #include <numeric>
 #include <unordered_map>
 
-#include "expression/table_cell.hpp"
 #include "program/evaluator_impl.hpp"
 
 namespace bgsim {
@@ -28,41 +27,6 @@ Evaluator::Impl::Impl(const Program& p, std::span<const double> parameters)
   guard_values.assign(program.guarded.size(), 0.0);
   for (const auto& code : program.once.code) run(code);
   prepare_positions();
-}
-
-void Evaluator::Impl::run(std::span<const Instruction> code) {
-  double* const s = slots.data();
-  for (const Instruction& i : code) {
-    switch (i.op) {
-      case Op::add:
-        s[i.out] = s[i.a] + s[i.b];
-        break;
-      case Op::sub:
-        s[i.out] = s[i.a] - s[i.b];
-        break;
-      case Op::mul:
-        s[i.out] = s[i.a] * s[i.b];
-        break;
-      case Op::div:
-        s[i.out] = s[i.a] / s[i.b];
-        break;
-      case Op::neg:
-        s[i.out] = -s[i.a];
-        break;
-      case Op::table:
-      case Op::table_slope: {
-        const Table& table = program.pool.table(TableId(i.b));
-        const double cell = i.c == kNoSlot ? -1.0 : s[i.c];
-        s[i.out] = i.op == Op::table ? value_in_cell(table, s[i.a], cell) : slope_in_cell(table, s[i.a], cell);
-        break;
-      }
-      case Op::table_curvature:
-        s[i.out] = table_curvature(program.pool.table(TableId(i.b)), s[i.a]);
-        break;
-      default:
-        s[i.out] = apply(i.op, s[i.a], s[i.b], s[i.c]);  // of arguments that an operator has not, slot 0
-    }
-  }
 }
 
 void Evaluator::Impl::set_point(double t, const double* x, const Branch& branch) {
@@ -109,8 +73,14 @@ bool Evaluator::Impl::run(const Routine& routine, double t, const double* x, Bra
 
 bool Evaluator::Impl::take(const Routine& routine, double* values, const char* what,
                            const std::vector<std::string>& names) {
-  for (std::size_t i = 0; i < routine.results.size(); ++i) {
+  const std::size_t count = routine.results.size();
+  bool finite = true;
+  for (std::size_t i = 0; i < count; ++i) {
     values[i] = slots[routine.results[i]];
+    finite &= std::isfinite(values[i]);
+  }
+  if (finite) return true;
+  for (std::size_t i = 0; i < count; ++i) {
     if (std::isfinite(values[i])) continue;
     fail_at(routine.results[i], i < names.size() ? std::string(what) + " \"" + names[i] + "\"" : std::string(what));
     return false;

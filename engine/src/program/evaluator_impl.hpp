@@ -65,7 +65,10 @@ struct Evaluator::Impl {
 
   void look_for_change(std::size_t relation, double after, double until);
 
+  /// One after the other.
   void run(std::span<const Instruction> code);
+  /// In strips, with the same values. (strips.cpp)
+  void run(const CodeList& code);
   /// Runs a routine at (t, x) on the branch, with its loops' tears as they are.
   bool run_given(const Routine& routine, double t, const double* x, const Branch& branch);
   /// The same with loops solved, and the solution left in the branch; false at a fault in a loop.
@@ -120,7 +123,7 @@ struct Evaluator::Impl {
   /// tears of a block that has just been solved. What states, time and parameters are is exact. (rounding.cpp)
   std::vector<double> errors;
   void begin_errors(std::span<const double> of_parameters = {});
-  void carry_errors(const std::vector<Instruction>& code);
+  void carry_errors(const CodeList& code);
   void carry_errors_through(std::size_t block);
   /// |inverse| of a loop's matrix, which is factorized, times bounds of its residuals.
   [[nodiscard]] Eigen::VectorXd pass_through(std::size_t block, const Eigen::VectorXd& of_residuals) const;

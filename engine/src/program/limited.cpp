@@ -48,7 +48,7 @@ double follow(double at, double wanted) {
 }  // namespace
 
 bool Evaluator::Impl::has_exponentials(std::size_t block) const {
-  const auto any_in = [](const std::vector<Instruction>& code) {
+  const auto any_in = [](const CodeList& code) {
     return std::any_of(code.begin(), code.end(), [](const Instruction& i) { return is_exponential(i.op); });
   };
   const ProgramBlock& b = program.blocks[block];

@@ -41,7 +41,7 @@ void Evaluator::Impl::begin_errors(std::span<const double> of_parameters) {
   for (const auto& code : program.once.code) carry_errors(code);
 }
 
-void Evaluator::Impl::carry_errors(const std::vector<Instruction>& code) {
+void Evaluator::Impl::carry_errors(const CodeList& code) {
   const double* const s = slots.data();
   for (const Instruction& i : code) {
     const double value = s[i.out], a = s[i.a], of_a = errors[i.a];

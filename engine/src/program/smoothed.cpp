@@ -36,7 +36,7 @@ void Evaluator::Impl::run_smoothed(const Routine& routine) {
 
 LoopOutcome Evaluator::Impl::solve_smoothed(std::size_t block) {
   const ProgramBlock& b = program.blocks[block];
-  const auto has_abs = [](const std::vector<Instruction>& code) {
+  const auto has_abs = [](const CodeList& code) {
     return std::any_of(code.begin(), code.end(), [](const Instruction& i) { return i.op == Op::abs; });
   };
   if (std::none_of(b.residual.code.begin(), b.residual.code.end(), has_abs)) return LoopOutcome::no_convergence;
@@ -77,7 +77,7 @@ LoopOutcome Evaluator::Impl::solve_smoothed(std::size_t block) {
 LoopOutcome Evaluator::Impl::factorize_smoothed(std::size_t block) {
   double of = 0.0;
   bool any = false;
-  for (const std::vector<Instruction>& code : program.blocks[block].residual.code)
+  for (const CodeList& code : program.blocks[block].residual.code)
     for (const Instruction& i : code)
       if (i.op == Op::abs) {
         any = true;

@@ -118,16 +118,19 @@ Tolerances::Tolerances(const Program& program, const RunInputs& inputs, bool imp
 void Tolerances::know_proportional(Proportional states) {
   proportional_ = std::move(states);
   size_of_group_.assign(proportional_.groups, 0.0);
+  capped_.clear();
+  for (std::uint32_t i = 0; i < proportional_.group.size(); ++i)
+    if (proportional_.alone[i] || proportional_.group[i] != kNoGroup) capped_.push_back(i);
 }
 
 /// What is small now decides what is large later where a state is its own factor, or a group of states is: their scale
 /// is what they are now.
 void Tolerances::cap_proportional(const double* y) {
   std::fill(size_of_group_.begin(), size_of_group_.end(), 0.0);
-  for (std::size_t i = 0; i < proportional_.group.size(); ++i)
+  for (const std::uint32_t i : capped_)
     if (const std::uint32_t group = proportional_.group[i]; group != kNoGroup && largest_[i] > 0.0)
       size_of_group_[group] = std::max(size_of_group_[group], std::abs(y[i]) / largest_[i]);
-  for (std::size_t i = 0; i < proportional_.group.size(); ++i) {
+  for (const std::uint32_t i : capped_) {
     if (proportional_.alone[i])
       cap_[i] = std::abs(y[i]);
     else if (const std::uint32_t group = proportional_.group[i]; group != kNoGroup)
@@ -315,16 +318,37 @@ void Tolerances::accept(double t, std::span<const double> y) {
   cap_proportional(y.data());
 }
 
+/// As absolute() says for each unknown, without branches: this is called in every step.
 void Tolerances::weights(double t, double step, const double* y, double* weight) {
   constexpr double kLargest = 1e300;
   step_ = std::abs(step);
   reach(t - start_);
+  const double *const given = given_.data(), *const recent = recent_.data(), *const earlier = earlier_.data(),
+                      *const largest = largest_.data(), *const floor = floor_.data(), *const cap = cap_.data(),
+                      *const noise = noise_.data(), *const doubt = doubt_.data(), *const damping = damping_.data(),
+                      *const time_noise = time_noise_.data(), *const shift = shift_.data();
+  const double relative = relative_, length = step_;
+  const auto larger = [](double a, double b) { return a < b ? b : a; };
+  const auto smaller = [](double a, double b) { return b < a ? b : a; };
+  double unwatched = 0.0;
+  for (std::size_t i = 0; i < size_; ++i) {
+    const double size = std::fabs(y[i]);
+    const double scale =
+        larger(larger(larger(larger(size, recent[i]), earlier[i]), kRemembered * largest[i]), floor[i]);
+    const double known = relative * smaller(scale, cap[i]);
+    const double late = smaller(length * time_noise[i], shift[i]);
+    const double unknowable = (length * (noise[i] + doubt[i]) + late) / (1.0 + length * damping[i]);
+    const double own = given[i] >= 0.0 ? given[i] : larger(known, unknowable);
+    const double tolerance = relative * size + own, inverse = 1.0 / tolerance;
+    // A state that is 0 and that nothing is known to move is not watched until it moves (take_first_scales).
+    weight[i] = tolerance > 0.0 ? smaller(inverse, kLargest) : 0.0;
+    unwatched = larger(unwatched, tolerance > 0.0 ? 0.0 : 1.0);
+  }
+  watches_all_ = unwatched == 0.0;
+  if (watches_all_) return;
   for (std::size_t i = 0; i < size_; ++i) {
     const double size = std::abs(y[i]);
-    const double tolerance = relative_ * size + absolute(i, size);
-    // A state that is 0 and that nothing is known to move is not watched until it moves (take_first_scales).
-    watched_[i] = tolerance > 0.0;
-    weight[i] = watched_[i] ? std::min(1.0 / tolerance, kLargest) : 0.0;
+    watched_[i] = relative_ * size + absolute(i, size) > 0.0;
   }
 }
 

@@ -85,7 +85,8 @@ class Tolerances {
   /// The same without what rounding leaves open, where that was last seen: a step may have seen it beyond an event.
   [[nodiscard]] double resolved(std::size_t unknown) const;
   /// Whether the error test of the last step took notice of an unknown: not of one that is 0 and has no scale.
-  [[nodiscard]] bool watched(std::size_t unknown) const { return watched_[unknown]; }
+  [[nodiscard]] bool watched(std::size_t unknown) const { return watches_all_ || watched_[unknown]; }
+  [[nodiscard]] bool watches_all() const { return watches_all_; }
   [[nodiscard]] double largest(std::size_t unknown) const { return largest_[unknown]; }
   [[nodiscard]] bool given(std::size_t state) const { return given_[state] >= 0.0; }
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -116,6 +117,7 @@ class Tolerances {
   std::vector<double> recent_, earlier_;  ///< magnitudes since window_start_, and in the window before it
   double window_start_ = 0.0;             ///< elapsed time
   Proportional proportional_;
+  std::vector<std::uint32_t> capped_;                  ///< the states that are among them
   std::vector<double> floor_;                          ///< scale for unknowns that were smaller so far
   std::vector<double> shaken_, rates_, shaken_rates_;  ///< scratch
   std::vector<double> noise_;                          ///< rounding errors of the rates per unit of time
@@ -126,7 +128,8 @@ class Tolerances {
   std::vector<std::vector<double>> stages_;            ///< promised magnitudes by length of the Euler step
   std::vector<double> cap_;                            ///< by unknown: its scale is not above this
   std::vector<double> size_of_group_;
-  std::vector<bool> watched_;  ///< by unknown, at the beginning of the last step
+  bool watches_all_ = true;
+  std::vector<bool> watched_;  ///< by unknown, at the beginning of the last step, if not all are
 };
 
 }  // namespace bgsim
