@@ -135,9 +135,15 @@ class Lemke {
     table_.pivot(leaving, table_.cover());
     for (std::size_t count = 0; count < 50 * (n_ + 10); ++count) {
       column_ = entering;
-      std::optional<std::size_t> best;
-      for (const std::size_t row : rows)
-        if (table_.at(row, entering).sign() > 0 && (!best || compare(row, *best, false) < 0)) best = row;
+      std::optional<std::size_t> best, covering;
+      for (const std::size_t row : rows) {
+        if (table_.at(row, entering).sign() <= 0) continue;
+        if (table_.basic(row) == table_.cover()) covering = row;
+        if (!best || compare(row, *best, false) < 0) best = row;
+      }
+      // Where the covering variable comes to 0 together with others, as far as the series are known, this is a
+      // solution.
+      if (covering && best != covering && compare_right(*covering, *best, false) == 0) best = covering;
       if (!best) {
         for (const std::size_t row : rows)
           if (table_.basic(row) != table_.cover() && table_.at(row, entering).sign() != 0)
@@ -158,13 +164,16 @@ class Lemke {
   /// Sign of the difference of two rows' ratios: right side and, where these are equal, the columns that were the first
   /// basis, each divided by the entry of the entering column.
   int compare(std::size_t a, std::size_t b, bool cover) {
+    if (const int sign = compare_right(a, b, cover); sign != 0) return sign;
+    for (const std::size_t column : start_)
+      if (const int sign = compare_in(column, a, b, cover); sign != 0) return sign;
+    return 0;
+  }
+  int compare_right(std::size_t a, std::size_t b, bool cover) { return compare_in(table_.right(), a, b, cover); }
+  int compare_in(std::size_t column, std::size_t a, std::size_t b, bool cover) {
     const PowerSeries one = PowerSeries::number(1.0);
     const PowerSeries da = cover ? one : table_.at(a, column_), db = cover ? one : table_.at(b, column_);
-    if (const int sign = (table_.at(a, table_.right()) * db - table_.at(b, table_.right()) * da).sign(); sign != 0)
-      return sign;
-    for (const std::size_t column : start_)
-      if (const int sign = (table_.at(a, column) * db - table_.at(b, column) * da).sign(); sign != 0) return sign;
-    return 0;
+    return (table_.at(a, column) * db - table_.at(b, column) * da).sign();
   }
 
   std::size_t n_;
