@@ -170,6 +170,9 @@ using RowSink = std::function<void(double time, std::span<const double> values)>
 struct SimulateOptions {
   bool energy_audit = true;
   bool error_estimate = true;
+  /// Whether a Simulation makes a second run for it, where there are switches, events or delays. Without, errors are
+  /// carried along to first order, but not over contacts and delays.
+  bool second_run = true;
   bool measures = false;          ///< of the outputs over time; not of a run that is continued
   std::size_t energy_course = 0;  ///< also the audit's terms at about that many of the output times; 0: at none
   std::uint64_t max_steps = 0;    ///< 0: no limit

@@ -8,18 +8,32 @@
 namespace bgsim {
 
 Stored Run::stored() {
-  Stored stored{t_, {}};
-  if (between_ || x_.size() != program_.states.size()) return stored;
+  if (between_ || x_.size() != program_.states.size()) return {t_, {}};
+  return stored_at(t_, x_);
+}
+
+Stored Run::stored_at(double t, const std::vector<double>& x) {
+  Stored stored{t, {}};
   const auto add = [&stored](const StateInfo& state, double value) {
     stored.values.push_back({state.element, state.port, value, state.place, state.signal});
   };
-  for (std::size_t i = 0; i < x_.size(); ++i) add(program_.states[i], x_[i]);
+  for (std::size_t i = 0; i < x.size(); ++i) add(program_.states[i], x[i]);
   std::vector<double> dependent(program_.dependent.size());
   Branch branch = branch_;
-  if (!dependent.empty() && evaluator_.dependents(t_, x_.data(), branch, dependent.data()))
+  if (!dependent.empty() && evaluator_.dependents(t, x.data(), branch, dependent.data()))
     for (std::size_t i = 0; i < dependent.size(); ++i) add(program_.dependent[i], dependent[i]);
   sort_stored(stored.values);
   return stored;
+}
+
+void Run::know_errors(ErrorMemory memory, std::vector<double> error) {
+  errors_.go_on(std::move(memory.sums), std::move(error));
+}
+
+std::optional<ErrorMemory> Run::errors() {
+  if (!errors_.measuring()) return std::nullopt;
+  const GlobalError::Instant& instant = errors_.leave(t_, x_);
+  return ErrorMemory{errors_.sums(), instant.late, stored_at(t_ + instant.late, instant.exact)};
 }
 
 RunInputs continued(const RunInputs& inputs, const Stored& stored, std::size_t recorded, const Program& to) {

@@ -63,6 +63,10 @@ std::optional<std::string> open_balance_note(const EnergyAudit& energy, double r
          "tolerance shows which";
 }
 
+std::string lost_errors_note(const std::string& why) {
+  return "what the outputs are wrong by could not be estimated: " + why;
+}
+
 std::optional<std::string> output_errors_note(const OutputErrors& errors, const std::vector<std::string>& names,
                                               double relative) {
   constexpr std::size_t kMost = 5;

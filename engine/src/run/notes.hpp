@@ -21,6 +21,8 @@ std::optional<std::string> fast_sources_note(double frequency, double span, std:
 /// The energy balance is off by more than the tolerance explains.
 std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative);
 
+std::string lost_errors_note(const std::string& why);
+
 /// Outputs whose estimated error is not small compared with their range.
 std::optional<std::string> output_errors_note(const OutputErrors& errors, const std::vector<std::string>& names,
                                               double relative);

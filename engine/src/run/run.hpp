@@ -32,6 +32,13 @@
 
 namespace bgsim {
 
+/// What the estimate of errors hands on from one mode to the next.
+struct ErrorMemory {
+  GlobalError::Sums sums;
+  double late = 0.0;  ///< see GlobalError::Instant
+  Stored exact;       ///< what the stores hold in the exact solution, at its own time
+};
+
 /// One run: a loop over stretches between known times, with watches that end or shorten them and sinks that take each
 /// accepted step. All that goes on from a point is in the members that carry() names.
 class Run {
@@ -59,8 +66,7 @@ class Run {
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),
         mode_order_(program, evaluator_, inputs, implicit_),
         pace_(program, evaluator_, inputs, options),
-        errors_(program, evaluator_, tolerances_, inputs,
-                options.error_estimate && program.events.empty() && program.delays.empty()),
+        errors_(program, evaluator_, tolerances_, inputs, options.error_estimate && program.delays.empty()),
         recorder_(program, evaluator_, events_, errors_, clock_, inputs, options, result_),
         audit_(program, evaluator_, options.energy_audit),
         measures_(program, evaluator_, options.measures),
@@ -81,6 +87,9 @@ class Run {
   [[nodiscard]] const EventMemory& events() const { return jumps_.memory(); }
   /// Where this run is one of many stretches, the log of all of them; it must outlive the run.
   void share_log(EventLog& log) { log_ = &log; }
+  /// Of the mode before, with the errors of this one's states; and of this one, if there is an estimate.
+  void know_errors(ErrorMemory memory, std::vector<double> error);
+  [[nodiscard]] std::optional<ErrorMemory> errors();
   /// How large the states have been in programs of other modes; by state.
   void know_scales(std::vector<double> scales) { known_scales_ = std::move(scales); }
   [[nodiscard]] double largest(std::size_t state) const { return tolerances_.largest(state); }
@@ -128,6 +137,7 @@ class Run {
   bool end_here();
   void report();
   [[nodiscard]] Stored stored();
+  [[nodiscard]] Stored stored_at(double t, const std::vector<double>& x);
   void note(const std::optional<std::string>& text);
 
   const Program& program_;

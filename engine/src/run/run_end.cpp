@@ -111,17 +111,14 @@ void Run::report() {
   for (std::size_t i = 0; i < program_.events.size(); ++i)
     report.set_events.push_back({program_.events[i].name, jumps_.memory().counts[i], jumps_.memory().energies[i]});
   report.errors = errors_.finish(result_.stop == StopReason::completed);
-  if (!program_.events.empty()) {
-    report.errors.possible = false;
-    report.errors.why_not = "the model has events that set stores";
-  }
   if (!program_.delays.empty()) {
     report.errors.possible = false;
     report.errors.why_not = "the model has delayed signals";
   }
-  if (errors_.lost() && result_.stop == StopReason::completed)
-    note("what the outputs are wrong by could not be estimated: " + *errors_.lost());
-  note(output_errors_note(report.errors, program_.output_names, inputs_.relative));
+  if (program_.switch_elements.empty()) {  // else of all modes together
+    if (errors_.lost() && result_.stop == StopReason::completed) note(lost_errors_note(*errors_.lost()));
+    note(output_errors_note(report.errors, program_.output_names, inputs_.relative));
+  }
   report.stage_seconds = {
       {"integration", integration_seconds_}, {"outputs", recorder_.seconds()}, {"audit", audit_.seconds()}};
 }

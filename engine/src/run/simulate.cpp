@@ -74,6 +74,7 @@ bool Run::take_events() {
   if (events_.unresolved()) return fail(jumps_.accumulation(jumps_.due().front(), t_));
   jumped_at_ = t_;
   fresh_ = true;
+  errors_.before_set(t_, x_, [this](double t, std::vector<double>& x) { return jumps_.set_elsewhere(t, x, branch_); });
   for (const std::size_t event : jumps_.due()) {
     const std::vector<double> before = log_->wanted() ? x_ : std::vector<double>{};
     audit_.before_jump(t_, x_.data(), branch_);
@@ -85,6 +86,7 @@ bool Run::take_events() {
     log_->add_set(t_, program_, event, before, x_, options_.energy_audit ? std::optional(energy) : std::nullopt);
     log_->look(t_, branch_);
   }
+  errors_.after_set(t_, x_, branch_);
   if (auto full = log_->full(t_)) return fail(std::move(*full));
   tolerances_.forget_noise();
   tolerances_.accept(t_, x_);

@@ -23,6 +23,7 @@ bool SwitchedRun::stretch() {
   const RunInputs inputs = inputs_here(*program);
   Run run(*program, inputs, options, clock_);
   run.know_scales(scales(*program));
+  hand_errors(*program, run);
   run.share_log(log_);
   if (!events_.empty()) run.know_events(events_);
   const RunResult part = run.execute();
@@ -34,6 +35,7 @@ bool SwitchedRun::stretch() {
   add(part);
   if (!program->events.empty()) events_ = run.events();
   if (!part.stored.values.empty()) stored_ = part.stored;
+  take_errors(*program, run, part);
   if (part.stop != StopReason::completed || !run.left_mode()) return false;
   if (stored_.values.size() != program->states.size() + program->dependent.size())
     return fail(no_jump_failure("what the dependent stores hold has no value", stored_.t));

@@ -13,13 +13,19 @@ bool SwitchedRun::store_jumped(const Program& program, const std::vector<double>
   if (!evaluator.initialize_modes(stored_.t, x.data(), branch) ||
       !evaluator.dependents(stored_.t, x.data(), branch, dependent.data()))
     return fail(fault_failure(evaluator.fault()));
-  const auto put = [this](const StateInfo& state, double value) {
-    for (RunInputs::Initial& at : stored_.values)
+  store_exactly(evaluator);
+  put(stored_, program, x, dependent);
+  return true;
+}
+
+void SwitchedRun::put(Stored& stored, const Program& program, const std::vector<double>& x,
+                      const std::vector<double>& dependent) {
+  const auto one = [&stored](const StateInfo& state, double value) {
+    for (RunInputs::Initial& at : stored.values)
       if (at.element == state.element && at.port == state.port && at.signal == state.signal) at.value = value;
   };
-  for (std::size_t i = 0; i < x.size(); ++i) put(program.states[i], x[i]);
-  for (std::size_t i = 0; i < dependent.size(); ++i) put(program.dependent[i], dependent[i]);
-  return true;
+  for (std::size_t i = 0; i < x.size(); ++i) one(program.states[i], x[i]);
+  for (std::size_t i = 0; i < dependent.size(); ++i) one(program.dependent[i], dependent[i]);
 }
 
 const Program* SwitchedRun::program_here() {
@@ -57,6 +63,7 @@ bool SwitchedRun::jump_into_mode(const Program& program, bool& moved) {
   if (jump.failure) return fail(std::move(*jump.failure));
   x_ = std::move(jump.x);
   moved = jump.moved;
+  jump_exactly(evaluator);
   if (!jump.moved) return true;
   if (jump.loss < -kRounding * jump.scale)
     return fail(diagnostic_of(
@@ -102,7 +109,7 @@ void SwitchedRun::note_lone_jumps(const Jump& jump) {
 
 SimulateOptions SwitchedRun::options_here() {
   SimulateOptions options = options_;
-  options.error_estimate = false;
+  options.error_estimate = options_.error_estimate && estimates_;
   if (options_.remark)
     options.remark = [this](const Diagnostic& remark) {
       if (!std::exchange(remarked_, true)) options_.remark(remark);

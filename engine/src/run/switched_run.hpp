@@ -117,6 +117,21 @@ class SwitchedRun {
   /// What the stores hold after a jump.
   bool store_jumped(const Program& program, const std::vector<double>& parameters, const std::vector<double>& x);
 
+  static void put(Stored& stored, const Program& program, const std::vector<double>& x,
+                  const std::vector<double>& dependent);
+
+  // --- errors of outputs
+
+  /// The jump of the exact solution, beside that of the run.
+  void jump_exactly(Evaluator& evaluator);
+  /// The same as store_jumped().
+  void store_exactly(Evaluator& evaluator);
+  /// What the states of a mode are wrong by where it begins.
+  void hand_errors(const Program& program, Run& run);
+  void take_errors(const Program& program, Run& run, const RunResult& part);
+  /// No estimate from here on. @param possible  false: of models like this one there is none.
+  void lose_errors(const std::string& why, bool possible);
+
   /// A flow or effort that is 0, or comes from 0, may be beyond its border by rounding: by so much the border is moved.
   bool hold_bands(const Program& program);
 
@@ -224,6 +239,9 @@ class SwitchedRun {
   std::vector<double> x_;                          ///< by state of the present program: after the jump
   std::map<Key, double> scale_;                    ///< largest magnitude of each state, in whatever mode
   std::map<Key, double> tolerance_;                ///< absolute, where it was last a state
+  std::optional<ErrorMemory> errors_;              ///< of the last stretch
+  std::vector<double> exact_;                      ///< by state of the present program: after the exact solution's jump
+  bool estimates_ = true;
   std::set<Mode> met_;
   std::vector<Departure> departures_;  ///< from modes, within the present instant
   double instant_ = -std::numeric_limits<double>::infinity();

@@ -1,5 +1,6 @@
 // What the stretches of a switched run sum up to.
 #include "base/text.hpp"
+#include "run/notes.hpp"
 #include "run/sink/output_measures.hpp"
 #include "run/switched_run.hpp"
 
@@ -68,6 +69,7 @@ void SwitchedRun::add(const RunResult& part) {
     if (report.notes.size() < kMostNotes && !solved_before(note) && !of_lift_off(note) &&
         std::find(report.notes.begin(), report.notes.end(), note) == report.notes.end())
       report.notes.push_back(note);
+  if (estimates_) report.errors = own.errors;
   add_energy(own.energy);
   append(report.measures, own.measures);
   if (report.why_not_measured.empty()) report.why_not_measured = own.why_not_measured;
@@ -128,8 +130,12 @@ void SwitchedRun::finish() {
   report.modes = met_.size();
   report.contacts = names_ && std::any_of(names_->elements.begin(), names_->elements.end(),
                                           [](const Element& element) { return element.contact.has_value(); });
-  report.errors.possible = false;
-  report.errors.why_not = "the model has switches";
+  if (estimates_) {
+    if (auto note = output_errors_note(report.errors, result_.trace.names, inputs_.relative))
+      report.notes.push_back(std::move(*note));
+  } else if (options_.error_estimate && report.errors.possible && result_.stop == StopReason::completed) {
+    report.notes.push_back(lost_errors_note(report.errors.why_not));
+  }
   EnergyAudit& energy = report.energy;
   energy.done = audited_ && options_.energy_audit && !result_.report.model.empty();
   if (!energy.done && energy.why_not.empty()) energy.why_not = "the run did not start";

@@ -71,6 +71,7 @@ void SecondRun::keep(double t, std::span<const double> row) {
 void SecondRun::estimate(RunResult& result, double seconds, const Runner& run) {
   OutputErrors& errors = result.report.errors;
   const auto give_up = [&](const std::string& why) {
+    if (errors.done) return;  // the run's own estimate stands
     errors = {};
     errors.possible = false;
     errors.why_not = why;
@@ -108,6 +109,10 @@ void SecondRun::compare(RunResult& result, const Trace& second, const EventTimes
   const double span = inputs_.stop - inputs_.start;
   const EventDistance instants = event_distance(events_, events, span);
   OutputErrors& errors = result.report.errors;
+  // What the run itself has estimated gives way.
+  if (const auto own = output_errors_note(errors, result.trace.names, inputs_.relative))
+    std::erase(result.report.notes, *own);
+  std::erase(result.report.notes, lost_errors_note(errors.why_not));
   errors = {};
   errors.done = true;
   const std::size_t outputs = kept_.columns.size();

@@ -181,7 +181,7 @@ RunResult Simulation::simulate(const RunInputs& inputs, const SimulateOptions& o
 
 RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& options) const {
   const bool followed = !compiled_->modes && program().events.empty() && program().delays.empty();
-  if (followed || !options.error_estimate) return run_once(inputs, options);
+  if (followed || !options.error_estimate || !options.second_run) return run_once(inputs, options);
   SecondRun second(inputs, options);
   const double begin = wall_seconds();
   RunResult result = run_once(inputs, second.options());

@@ -37,15 +37,15 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tol
     measuring_ = states > 0 && outputs > 0;
   possible_ = !wanted || why_not_.empty() || states == 0;  // without states nothing is integrated
   if (!measuring_) return;
-  from_ = to_ = start_ = middle_at_ = inputs.start;
+  from_ = to_ = sums_.start = middle_at_ = inputs.start;
   error_.assign(states, 0.0);
   begin_error_.assign(states, 0.0);
   middle_error_.assign(states, 0.0);
-  largest_.assign(outputs, 0.0);
-  bounded_.assign(outputs, 0.0);
-  beyond_.assign(outputs, 0.0);
-  least_value_.assign(outputs, kInfinity);
-  most_value_.assign(outputs, -kInfinity);
+  sums_.largest.assign(outputs, 0.0);
+  sums_.bounded.assign(outputs, 0.0);
+  sums_.beyond.assign(outputs, 0.0);
+  sums_.least_value.assign(outputs, kInfinity);
+  sums_.most_value.assign(outputs, -kInfinity);
   all_.resize(states);
   std::iota(all_.begin(), all_.end(), 0U);
   y_.resize(states + program.tear_names.size());
@@ -150,7 +150,7 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   std::swap(begin_error_, error_);
   from_ = from;
   to_ = to;
-  steps_ += 1.0;
+  sums_.steps += 1.0;
   for (std::size_t i = 0; i < states; ++i) begin_error_[i] += polynomial_.at(i, from).first - x[i];
   error_ = begin_error_;
   middle_at_ = to;
@@ -255,15 +255,52 @@ void GlobalError::after_event(double t, const std::vector<double>& x, const Bran
   const double speed = (here - guards_off_[*guard]) / moment;
   const double late = (here - exact) / speed;
   if (!std::isfinite(late)) return;
+  instant_ = {t, late, x};
+  for (std::size_t i = 0; i < x.size(); ++i) instant_.exact[i] += late * rates_before_[i] - error_[i];
   for (std::size_t i = 0; i < x.size(); ++i) error_[i] += late * (rates_[i] - rates_before_[i]);
+}
+
+/// To an instant of which nothing is known yet: at a known time, or at the start.
+void GlobalError::come_to(double t, const std::vector<double>& x) {
+  if (instant_.t == t) return;
+  instant_ = {t, 0.0, x};
+  for (std::size_t i = 0; i < x.size(); ++i) instant_.exact[i] -= error_[i];
+}
+
+void GlobalError::before_set(double t, const std::vector<double>& x,
+                             const std::function<bool(double, std::vector<double>&)>& set) {
+  if (!measuring_) return;
+  come_to(t, x);
+  if (!set(t + instant_.late, instant_.exact))
+    give_up("what is set at t = " + number_text(t, 6) + " has no value for the exact solution");
+}
+
+void GlobalError::after_set(double t, const std::vector<double>& x, const Branch& branch) {
+  if (!measuring_) return;
+  for (std::size_t i = 0; i < x.size(); ++i) error_[i] = x[i] - instant_.exact[i];
+  if (instant_.late == 0.0) return;
+  branch_ = branch;
+  if (!evaluator_.rates(t, x.data(), branch_, rates_.data())) return;
+  for (std::size_t i = 0; i < x.size(); ++i) error_[i] += instant_.late * rates_[i];
+}
+
+const GlobalError::Instant& GlobalError::leave(double t, const std::vector<double>& x) {
+  come_to(t, x);
+  return instant_;
+}
+
+void GlobalError::go_on(Sums sums, std::vector<double> error) {
+  if (!measuring_) return;
+  sums_ = std::move(sums);
+  error_ = begin_error_ = middle_error_ = std::move(error);
 }
 
 void GlobalError::judge(double t, const double* y, const Branch& branch, const std::vector<double>& row) {
   if (!measuring_) return;
   const Stopwatch watch(seconds_);
   for (std::size_t k = 0; k < row.size(); ++k) {
-    least_value_[k] = std::min(least_value_[k], row[k]);
-    most_value_[k] = std::max(most_value_[k], row[k]);
+    sums_.least_value[k] = std::min(sums_.least_value[k], row[k]);
+    sums_.most_value[k] = std::max(sums_.most_value[k], row[k]);
   }
   // Between the ends of a step, and its middle where that is known, along straight lines.
   const bool second = t > middle_at_;
@@ -276,7 +313,8 @@ void GlobalError::judge(double t, const double* y, const Branch& branch, const s
   branch_.given = false;
   if (!evaluator_.outputs(t, y_.data(), branch_, row_.data())) return;
   for (std::size_t k = 0; k < row.size(); ++k)
-    if (const double size = std::abs(row[k] - row_[k]); std::isfinite(size)) largest_[k] = std::max(largest_[k], size);
+    if (const double size = std::abs(row[k] - row_[k]); std::isfinite(size))
+      sums_.largest[k] = std::max(sums_.largest[k], size);
   hold_against_rounding(t, y, branch, row);
 }
 
@@ -285,8 +323,8 @@ void GlobalError::hold_against_rounding(double t, const double* y, const Branch&
   constexpr double kUnitsOfStep = 8.0;
   const auto size = [&](std::size_t k) { return std::abs(row[k] - row_[k]); };
   const auto due = [&](std::size_t k) {
-    return std::isfinite(size(k)) && size(k) > 2.0 * bounded_[k] &&
-           size(k) > OutputErrors::kLarge * (most_value_[k] - least_value_[k]);
+    return std::isfinite(size(k)) && size(k) > 2.0 * sums_.bounded[k] &&
+           size(k) > OutputErrors::kLarge * (sums_.most_value[k] - sums_.least_value[k]);
   };
   bool any = false;
   for (std::size_t k = 0; k < row.size() && !any; ++k) any = due(k);
@@ -297,8 +335,8 @@ void GlobalError::hold_against_rounding(double t, const double* y, const Branch&
   branch_.given = false;
   if (!evaluator_.jacobian(t, y, branch_, entries_.data(), rate_rounding_)) rate_rounding_.clear();
   for (std::size_t i = 0; i < state_rounding_.size(); ++i)
-    state_rounding_[i] = kUnitsOfStep * kEpsilon * std::sqrt(steps_ + 1.0) * std::abs(y[i]) +
-                         (rate_rounding_.empty() ? 0.0 : (t - start_) * rate_rounding_[i]);
+    state_rounding_[i] = kUnitsOfStep * kEpsilon * std::sqrt(sums_.steps + 1.0) * std::abs(y[i]) +
+                         (rate_rounding_.empty() ? 0.0 : (t - sums_.start) * rate_rounding_[i]);
   if (!rate_rounding_.empty() && holds(branch_)) {
     // A block at rest drifts by the rounding of the forces that hold it.
     const std::vector<double> momenta = state_rounding_;
@@ -307,15 +345,15 @@ void GlobalError::hold_against_rounding(double t, const double* y, const Branch&
       for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
            k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
         state_rounding_[static_cast<std::size_t>(pattern.row[k])] +=
-            (t - start_) * std::abs(entries_[k]) * momenta[column];
+            (t - sums_.start) * std::abs(entries_[k]) * momenta[column];
   }
   branch_ = branch;
   branch_.given = false;
   evaluator_.output_rounding(t, y, branch_, state_rounding_, rounding_.data());
   for (std::size_t k = 0; k < row.size(); ++k) {
     if (!due(k)) continue;
-    bounded_[k] = size(k);
-    if (size(k) > 2.0 * rounding_[k]) beyond_[k] = size(k);
+    sums_.bounded[k] = size(k);
+    if (size(k) > 2.0 * rounding_[k]) sums_.beyond[k] = size(k);
   }
 }
 
@@ -326,11 +364,11 @@ OutputErrors GlobalError::finish(bool completed) {
   errors.possible = possible_;
   if (!measuring_) return errors;
   errors.done = true;
-  errors.estimate = largest_;
-  errors.beyond_rounding = beyond_;
-  for (std::size_t k = 0; k < largest_.size(); ++k) {
-    errors.range.push_back(std::max(0.0, most_value_[k] - least_value_[k]));
-    errors.magnitude.push_back(std::max(std::abs(most_value_[k]), std::abs(least_value_[k])));
+  errors.estimate = sums_.largest;
+  errors.beyond_rounding = sums_.beyond;
+  for (std::size_t k = 0; k < sums_.largest.size(); ++k) {
+    errors.range.push_back(std::max(0.0, sums_.most_value[k] - sums_.least_value[k]));
+    errors.magnitude.push_back(std::max(std::abs(sums_.most_value[k]), std::abs(sums_.least_value[k])));
   }
   return errors;
 }

@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,7 +24,8 @@ namespace bgsim {
 ///     e' = J e + r,    e = 0 at the start
 ///
 /// to first order; where the dense outputs of two steps do not meet, e jumps with p. This is integrated along with the
-/// run, whatever the method. At an event the error of its time is added (saltation). What an output is wrong by is its
+/// run, whatever the method. At an event the error of its time is added (saltation), and where states are set, or jump
+/// into another mode, so does x - e, at the time at which it comes there. What an output is wrong by is its
 /// change from x to x - e. An estimate, no bound. (Global error by defects: P. Zadunaisky, Numer. Math. 27, 1976; R. D.
 /// Skeel, Math. Comp. 38, 1982; both from memory.)
 ///
@@ -53,6 +56,29 @@ class GlobalError {
   /// What the outputs @p row at a recorded point are wrong by; @p t within the last add().
   void judge(double t, const double* y, const Branch& branch, const std::vector<double>& row);
 
+  /// Before states are set at (t, x); then after. What is set is set where the exact solution is taken to be as well.
+  /// @param set  sets states at the time and point that it is given; false if it cannot
+  void before_set(double t, const std::vector<double>& x, const std::function<bool(double, std::vector<double>&)>& set);
+  void after_set(double t, const std::vector<double>& x, const Branch& branch);
+
+  /// An instant at which rates or states jump.
+  struct Instant {
+    double t = std::numeric_limits<double>::quiet_NaN();
+    double late = 0.0;          ///< the exact solution comes to it so much after t
+    std::vector<double> exact;  ///< and is there then
+  };
+  /// Of a run that ends at (t, x), in a mode that another run goes on from.
+  [[nodiscard]] const Instant& leave(double t, const std::vector<double>& x);
+
+  /// What is known of the outputs so far.
+  struct Sums {
+    double start = 0.0, steps = 0.0;
+    std::vector<double> largest, bounded, beyond, least_value, most_value;
+  };
+  [[nodiscard]] const Sums& sums() const { return sums_; }
+  /// Goes on where another run ended, with the states' errors there.
+  void go_on(Sums sums, std::vector<double> error);
+
   /// Why an estimate that was begun has no result.
   [[nodiscard]] const std::optional<std::string>& lost() const { return lost_; }
 
@@ -69,16 +95,17 @@ class GlobalError {
     archive("middle at", middle_at_);
     archive("from", from_);
     archive("to", to_);
-    archive("largest", largest_);
-    archive("bounded", bounded_);
-    archive("beyond rounding", beyond_);
-    archive("steps", steps_);
-    archive("least", least_value_);
-    archive("most", most_value_);
+    archive("largest", sums_.largest);
+    archive("bounded", sums_.bounded);
+    archive("beyond rounding", sums_.beyond);
+    archive("steps", sums_.steps);
+    archive("least", sums_.least_value);
+    archive("most", sums_.most_value);
   }
 
  private:
   void give_up(const std::string& why);
+  void come_to(double t, const std::vector<double>& x);
   [[nodiscard]] bool holds(const Branch& branch) const;
   bool set_modes(double t, const std::vector<double>& y, Branch& branch);
   [[nodiscard]] bool matters(const std::vector<double>& error) const;
@@ -96,11 +123,10 @@ class GlobalError {
   std::optional<std::string> lost_;
   std::vector<double> error_, begin_error_;  ///< by state: at to_ and from_
   std::vector<double> middle_error_;         ///< at middle_at_, which is to_ where a step is taken in one part
-  double start_ = 0.0, from_ = 0.0, to_ = 0.0, middle_at_ = 0.0;
-  std::vector<double> largest_;           ///< by output: of the error
-  std::vector<double> bounded_, beyond_;  ///< by output: errors held against rounding; more than rounding
-  double steps_ = 0.0;
-  std::vector<double> least_value_, most_value_;  ///< by output
+  double from_ = 0.0, to_ = 0.0, middle_at_ = 0.0;
+  /// By output: largest error; errors held against rounding; more than rounding; least and most of its value.
+  Sums sums_;
+  Instant instant_;
   double seconds_ = 0.0;
 
   // Scratch

@@ -116,6 +116,17 @@ void EventJumps::set(std::size_t event, std::vector<double>& x) const {
   for (std::size_t k = 0; k < at.sets.size(); ++k) x[*at.sets[k].state] = values_[at.first_value + k];
 }
 
+bool EventJumps::set_elsewhere(double t, std::vector<double>& x, Branch branch) {
+  values_elsewhere_.resize(values_.size());
+  if (!evaluator_.event_values(t, x.data(), branch, values_elsewhere_.data())) return false;
+  for (const std::size_t i : due_) {
+    const ProgramEvent& event = program_.events[i];
+    for (std::size_t k = 0; k < event.sets.size(); ++k)
+      x[*event.sets[k].state] = values_elsewhere_[event.first_value + k];
+  }
+  return true;
+}
+
 bool EventJumps::taken(double t) {
   constexpr std::uint64_t kMostAtOneInstant = 1000;
   if (memory_.here_at != t) memory_.here = 0;

@@ -38,6 +38,8 @@ class EventJumps {
   [[nodiscard]] const std::vector<std::size_t>& due() const { return due_; }
   /// Sets what the event @p event sets, as found by look().
   void set(std::size_t event, std::vector<double>& x) const;
+  /// Sets what those that are due set, from the values at another time and point. False if these cannot be evaluated.
+  bool set_elsewhere(double t, std::vector<double>& x, Branch branch);
   /// The events that are due have taken place at @p t. False: failure(), where they accumulate or have no end.
   bool taken(double t);
   /// Whether an event that took place in ever shorter intervals would be overdue at @p t: what lies between has become
@@ -87,7 +89,7 @@ class EventJumps {
   std::vector<std::size_t> starting_;
   double stop_;
   EventMemory memory_;
-  std::vector<double> conditions_, values_;
+  std::vector<double> conditions_, values_, values_elsewhere_;
   std::vector<std::size_t> due_;
   std::vector<bool> noted_;  ///< by event: see resting()
   std::optional<Diagnostic> failure_;
