@@ -228,3 +228,18 @@ TEST_CASE("a run that is continued tells what comes after, and counts from the s
   REQUIRE(before + rest.events.size() == whole.events.size());
   for (std::size_t i = 0; i < rest.events.size(); ++i) CHECK(rest.events[i].t == whole.events[before + i].t);
 }
+
+TEST_CASE("the rows of ceil have its values") {
+  const Logged run = completed(scene_of(
+      R"x("signals": {"x": {"integral": "ceil(t)"}}, "elements": {"s": {"kind": "Se", "effort": 1}, "r": {"kind": "R", "resistance": 1}},
+    "bonds": [{"from": "s", "to": "r"}])x",
+      R"x("x": "x")x", R"x("start": -1.5, "stop": 1.5)x"));
+  const std::vector<RunEvent> rows = run.of(Kind::time);
+  REQUIRE(rows.size() == 3);
+  for (int k = 0; k < 3; ++k) {
+    CHECK(rows[static_cast<std::size_t>(k)].name == "ceil(t)");
+    CHECK(rows[static_cast<std::size_t>(k)].t == Approx(k - 1).margin(1e-15));
+    CHECK(rows[static_cast<std::size_t>(k)].from == std::to_string(k - 1));
+    CHECK(rows[static_cast<std::size_t>(k)].to == std::to_string(k));
+  }
+}

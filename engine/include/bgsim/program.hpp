@@ -61,6 +61,7 @@ struct Relation {
   Op comparison = Op::lt;   ///< condition: lt, le, gt, ge of the guard against 0
   TableId table;            ///< cell: whose knots
   bool structural = false;  ///< denominator: a resistance, capacitance, inertance or modulus itself
+  bool negated = false;     ///< floor: of -x, in place of ceil(x); the mode is the negative of its value
   bool time_only = false;   ///< depends on time and parameters only: a scheduled event, no root function
   std::string text;         ///< in the model's own names, for messages
   Origin where;             ///< whose expression it is

@@ -130,6 +130,7 @@ ExprId Freezer::freeze_ceil(ExprId expression) {
   ExprPool& pool = program_.pool;
   Relation relation = relation_of(Relation::Kind::floor, pool.neg(frozen_[node.a]));
   relation.origin = pool.make(Op::floor, pool.neg(plain_[node.a]));
+  relation.negated = true;
   program_.origins.resize(pool.size(), order_.origins[expression.index()]);
   return pool.neg(freeze(expression, std::move(relation)));
 }

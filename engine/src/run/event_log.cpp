@@ -24,7 +24,7 @@ std::string condition_side(const Relation& relation, double mode) {
       // Between its two sides a sign is held at its border, wherever that is.
       return std::abs(mode) == 1.0 || mode == 0.0 ? number_text(mode) : "held";
     default:
-      return number_text(mode);
+      return number_text(relation.negated ? 0.0 - mode : mode);
   }
 }
 

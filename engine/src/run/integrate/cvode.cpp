@@ -16,7 +16,7 @@ Integrator::Counts& Integrator::Counts::operator+=(const Counts& other) {
   return *this;
 }
 
-Integrator::Integrator(double span) {
+Integrator::Integrator(double span) : span_(span) {
   constexpr int kOrdinary = 160;
   int exponent = 0;
   std::frexp(span, &exponent);

@@ -97,7 +97,12 @@ class Integrator {
   std::size_t size_ = 0;
   Branch branch_;
   Rates special_rates_;
-  double unit_ = 1.0;        ///< of the integrator's own time
+  double unit_ = 1.0;  ///< of the integrator's own time
+
+  /// Whether a length of time is nothing beside the scene: products of two such lengths are below all doubles. Known
+  /// times that are as near to 0 are stepped to by hand.
+  [[nodiscard]] bool is_nothing(double length) const { return length < 1e-150 * span_; }
+  double span_ = 1.0;
   double longest_ = 0.0;     ///< step; 0: any
   double first_step_ = 0.0;  ///< after the next restart; 0: the integrator's own choice
   Failure failure_;

@@ -213,7 +213,7 @@ class RadauIntegrator final : public Integrator {
 
   [[nodiscard]] bool limit_is_at_hand() const {
     const double resolution = 4.0 * kRadauEps * std::max(std::abs(time_), std::abs(limit_));
-    return limit_ - time_ <= resolution;
+    return limit_ - time_ <= resolution || is_nothing(limit_ - time_);
   }
   /// An explicit step over a stretch of a few roundings of the time.
   bool step_by_hand() {

@@ -32,7 +32,7 @@ int SundialsObjects::recoverable(double t) {
 
 bool SundialsObjects::limit_is_at_hand() const {
   const double resolution = 4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(time_), std::abs(limit_));
-  return limit_ - time_ <= resolution && time_ == previous_;
+  return (limit_ - time_ <= resolution || is_nothing(limit_ - time_)) && time_ == previous_;
 }
 
 void SundialsObjects::moved_to_limit() {
