@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "bgsim/text.hpp"
 #include "run/notes.hpp"
@@ -109,11 +110,11 @@ void SecondRun::compare(RunResult& result, const Trace& second, const EventTimes
   const double span = inputs_.stop - inputs_.start;
   const EventDistance instants = event_distance(events_, events, span);
   OutputErrors& errors = result.report.errors;
-  // What the run itself has estimated gives way.
+  // What the run itself has noted is said again, with what is found here.
   if (const auto own = output_errors_note(errors, result.trace.names, inputs_.relative))
     std::erase(result.report.notes, *own);
   std::erase(result.report.notes, lost_errors_note(errors.why_not));
-  errors = {};
+  const OutputErrors carried = std::exchange(errors, {});
   errors.done = true;
   const std::size_t outputs = kept_.columns.size();
   errors.estimate.assign(outputs, 0.0);
@@ -125,6 +126,12 @@ void SecondRun::compare(RunResult& result, const Trace& second, const EventTimes
     errors.magnitude.push_back(std::max(std::abs(most_[c]), std::abs(least_[c])));
   }
   errors.beyond_rounding = errors.estimate;
+  // The second run is wrong, too, often to the same side: where the estimate that was carried along is larger, it
+  // stands.
+  for (std::size_t c = 0; carried.done && c < outputs; ++c) {
+    errors.estimate[c] = std::max(errors.estimate[c], carried.estimate[c]);
+    errors.beyond_rounding[c] = std::max(errors.beyond_rounding[c], carried.beyond_rounding[c]);
+  }
   if (!events_.all().empty() || !events.all().empty()) {
     errors.instants = instants.largest;
     errors.instants_of = instants.what;
