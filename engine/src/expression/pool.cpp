@@ -7,6 +7,7 @@
 
 #include "bgsim/expression.hpp"
 #include "expression/graph.hpp"
+#include "expression/power.hpp"
 
 namespace bgsim {
 
@@ -129,11 +130,6 @@ double compare(Op op, double a, double b) {
 double both(double a, double b) {
   if (a == 0.0 || b == 0.0) return 0.0;
   return std::isnan(a) || std::isnan(b) ? kNaN : 1.0;
-}
-
-double power(double a, double b) {
-  if (std::isnan(a) || std::isnan(b)) return kNaN;  // std::pow(NaN, 0) and std::pow(1, NaN) are 1
-  return std::pow(a, b);
 }
 
 /// Right to an ulp, as std::hypot is, and three times as fast where no square is out of range.

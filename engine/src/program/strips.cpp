@@ -3,13 +3,16 @@
 
 #include <algorithm>
 
+#include "expression/power.hpp"
 #include "expression/table_cell.hpp"
 #include "program/evaluator_impl.hpp"
 
 namespace bgsim {
 namespace {
 
-bool is_arithmetic(Op op) { return op == Op::add || op == Op::sub || op == Op::mul || op == Op::div || op == Op::neg; }
+bool has_loop(Op op) {
+  return op == Op::add || op == Op::sub || op == Op::mul || op == Op::div || op == Op::neg || op == Op::pow;
+}
 
 /// The instructions from @p first on that have results and arguments in rows; at least one.
 Strip row_from(std::span<const Instruction> code, std::uint32_t first, std::uint32_t end) {
@@ -78,13 +81,13 @@ std::vector<Strip> strips_of(std::span<const Instruction> code, std::span<const 
   for (std::uint32_t first = 0; first < size;) {
     std::uint32_t end = first + 1;
     while (end < size && code[end].op == code[first].op && depths[end] == depths[first]) ++end;
-    const bool arithmetic = is_arithmetic(code[first].op);
+    const bool loops = has_loop(code[first].op);
     const auto add_rest = [&](std::uint32_t from, std::uint32_t to) {
-      const bool loop = arithmetic && to - from >= kShortest;
+      const bool loop = loops && to - from >= kShortest;
       if (to > from) add({loop ? Strip::Kind::of_one : Strip::Kind::mixed, 0, 0, from, to - from});
     };
     std::uint32_t rest = first;
-    while (arithmetic && first < end) {
+    while (loops && first < end) {
       const Strip row = row_from(code, first, end);
       first += row.count;
       if (row.count < kShortest) continue;
@@ -118,6 +121,9 @@ void Evaluator::Impl::run(const CodeList& code) {
         break;
       case Op::div:
         run_strip(s, part, strip, [](double a, double b) { return a / b; });
+        break;
+      case Op::pow:
+        run_strip(s, part, strip, [](double a, double b) { return power(a, b); });
         break;
       default:
         run_strip(s, part, strip, [](double a, double /*b*/) { return -a; });

@@ -318,33 +318,46 @@ void Tolerances::accept(double t, std::span<const double> y) {
   cap_proportional(y.data());
 }
 
-/// As absolute() says for each unknown, without branches: this is called in every step.
-void Tolerances::weights(double t, double step, const double* y, double* weight) {
+namespace {
+
+/// What the tolerances of all unknowns follow from, by unknown.
+struct Scales {
+  const double *given, *recent, *earlier, *largest, *floor, *cap, *noise, *doubt, *damping, *time_noise, *shift;
+};
+
+/// As Tolerances::absolute() says for each unknown, without branches: this is done in every step.
+void weigh(const Scales& scales, double relative, double step, std::size_t n, const double* __restrict y,
+           double* __restrict weight) {
   constexpr double kLargest = 1e300;
-  step_ = std::abs(step);
-  reach(t - start_);
-  const double *const given = given_.data(), *const recent = recent_.data(), *const earlier = earlier_.data(),
-                      *const largest = largest_.data(), *const floor = floor_.data(), *const cap = cap_.data(),
-                      *const noise = noise_.data(), *const doubt = doubt_.data(), *const damping = damping_.data(),
-                      *const time_noise = time_noise_.data(), *const shift = shift_.data();
-  const double relative = relative_, length = step_;
+  const auto [given, recent, earlier, largest, floor, cap, noise, doubt, damping, time_noise, shift] = scales;
   const auto larger = [](double a, double b) { return a < b ? b : a; };
   const auto smaller = [](double a, double b) { return b < a ? b : a; };
-  double unwatched = 0.0;
-  for (std::size_t i = 0; i < size_; ++i) {
+  for (std::size_t i = 0; i < n; ++i) {
     const double size = std::fabs(y[i]);
     const double scale =
         larger(larger(larger(larger(size, recent[i]), earlier[i]), kRemembered * largest[i]), floor[i]);
     const double known = relative * smaller(scale, cap[i]);
-    const double late = smaller(length * time_noise[i], shift[i]);
-    const double unknowable = (length * (noise[i] + doubt[i]) + late) / (1.0 + length * damping[i]);
-    const double own = given[i] >= 0.0 ? given[i] : larger(known, unknowable);
-    const double tolerance = relative * size + own, inverse = 1.0 / tolerance;
+    const double late = smaller(step * time_noise[i], shift[i]);
+    const double unknowable = (step * (noise[i] + doubt[i]) + late) / (1.0 + step * damping[i]);
+    const double found = larger(known, unknowable), wanted = given[i];
+    const double tolerance = relative * size + (wanted >= 0.0 ? wanted : found);
+    const double inverse = smaller(1.0 / tolerance, kLargest);
     // A state that is 0 and that nothing is known to move is not watched until it moves (take_first_scales).
-    weight[i] = tolerance > 0.0 ? smaller(inverse, kLargest) : 0.0;
-    unwatched = larger(unwatched, tolerance > 0.0 ? 0.0 : 1.0);
+    weight[i] = tolerance > 0.0 ? inverse : 0.0;
   }
-  watches_all_ = unwatched == 0.0;
+}
+
+}  // namespace
+
+void Tolerances::weights(double t, double step, const double* y, double* weight) {
+  step_ = std::abs(step);
+  reach(t - start_);
+  weigh({given_.data(), recent_.data(), earlier_.data(), largest_.data(), floor_.data(), cap_.data(), noise_.data(),
+         doubt_.data(), damping_.data(), time_noise_.data(), shift_.data()},
+        relative_, step_, size_, y, weight);
+  std::size_t weighed = 0;
+  for (std::size_t i = 0; i < size_; ++i) weighed += weight[i] > 0.0 ? 1 : 0;
+  watches_all_ = weighed == size_;
   if (watches_all_) return;
   for (std::size_t i = 0; i < size_; ++i) {
     const double size = std::abs(y[i]);

@@ -10,7 +10,9 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
+#include "run/integrate/matrices.hpp"
 #include "run/integrate/vectors.hpp"
 
 namespace bgsim {
@@ -70,13 +72,21 @@ LinearAlgebra make_sparse(SUNContext context, N_Vector like, const Sparsity& pat
   LinearAlgebra algebra;
   algebra.pattern = &pattern;
   algebra.matrix = own<MatrixHandle>(SUNSparseMatrix(size, size, index(pattern.row.size()), CSC_MAT, context));
+  use_own_operations(algebra.matrix.get());
   sparse_values(algebra.matrix.get(), pattern);
   algebra.solver = own<LinearSolverHandle>(SUNLinSol_KLU(like, algebra.matrix.get(), context));
   SUNLinSol_KLUSetOrdering(algebra.solver.get(), kAmd);
+  if (auto forest = Forest::of(pattern)) {
+    algebra.along_trees = true;
+    SUNLinearSolver klu = algebra.solver.release();
+    algebra.solver = own<LinearSolverHandle>(make_forest_solver(context, std::move(*forest), klu));
+  }
   return algebra;
 }
 
 double* sparse_values(SUNMatrix matrix, const Sparsity& pattern) {
+  if (SUNSparseMatrix_IndexPointers(matrix)[pattern.size] == index(pattern.row.size()))
+    return SUNSparseMatrix_Data(matrix);
   std::copy(pattern.column_start.begin(), pattern.column_start.end(), SUNSparseMatrix_IndexPointers(matrix));
   std::copy(pattern.row.begin(), pattern.row.end(), SUNSparseMatrix_IndexValues(matrix));
   return SUNSparseMatrix_Data(matrix);

@@ -56,17 +56,17 @@ using OdeRates = int (*)(double t, N_Vector y, N_Vector rates, void* user);
 ArkodeHandle make_arkode(SUNContext context, OdeRates expl, OdeRates impl, double t, N_Vector y);
 
 /// A matrix and the solver that factors it: dense for small systems, compressed columns with KLU (AMD ordering: on
-/// two-dimensional grids twice as fast as SUNDIALS' default COLAMD) for large ones.
+/// two-dimensional grids twice as fast as SUNDIALS' default COLAMD) for large ones, without KLU along trees.
 struct LinearAlgebra {
   MatrixHandle matrix;
   LinearSolverHandle solver;
   const Sparsity* pattern = nullptr;  ///< null: dense
+  bool along_trees = false;           ///< unknowns are coupled along trees (Forest)
 };
 LinearAlgebra make_dense(SUNContext context, N_Vector like);
 LinearAlgebra make_sparse(SUNContext context, N_Vector like, const Sparsity& pattern);
 
-/// The values of a sparse matrix by its pattern. SUNDIALS clears the pattern together with the values, hence it is
-/// written again each time.
+/// The values of a sparse matrix by its pattern, which is written where it is not yet.
 double* sparse_values(SUNMatrix matrix, const Sparsity& pattern);
 double* dense_column(SUNMatrix matrix, std::size_t column);
 /// Puts values given by a pattern into a dense matrix.

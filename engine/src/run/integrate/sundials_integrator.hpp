@@ -29,7 +29,9 @@ class SundialsObjects : public Integrator {
   [[nodiscard]] bool limit_is_at_hand() const;
   /// The unknowns are moved to the limit without SUNDIALS.
   void moved_to_limit();
-  [[nodiscard]] std::string linear_algebra() const { return algebra_.pattern == nullptr ? ", dense" : ", KLU"; }
+  [[nodiscard]] std::string linear_algebra() const {
+    return algebra_.pattern == nullptr ? ", dense" : algebra_.along_trees ? ", along trees" : ", KLU";
+  }
 
   const Program& program_;
   Evaluator& evaluator_;

@@ -82,9 +82,19 @@ double largest(N_Vector x) {
 double weighted_norm(N_Vector x, N_Vector w) {
   const double *const u = data(x), *const v = data(w);
   const sunindextype n = length(x);
-  double sum = 0.0;
-  for (sunindextype i = 0; i < n; ++i) {
-    const double part = u[i] * v[i];
+  // Sums that do not wait for each other, but where there are few terms.
+  constexpr sunindextype kSums = 8, kFew = 64;
+  double sums[kSums] = {};
+  sunindextype from = 0;
+  if (n > kFew)
+    for (; from + kSums <= n; from += kSums)
+      for (sunindextype k = 0; k < kSums; ++k) {
+        const double part = u[from + k] * v[from + k];
+        sums[k] += part * part;
+      }
+  double sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
+  for (; from < n; ++from) {
+    const double part = u[from] * v[from];
     sum += part * part;
   }
   const double mean = sum / static_cast<double>(n);
