@@ -47,6 +47,6 @@ function(unite_folders target)
     endif()
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
   endforeach()
-  set_source_files_properties(engine/src/run/integrate/radau_systems.cpp engine/src/linear/eigenvalues.cpp
+  set_source_files_properties(engine/src/run/integrate/radau_systems.cpp engine/src/linear/eigenvalues.cpp engine/src/linear/sparse_eigenvalues.cpp
     PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()

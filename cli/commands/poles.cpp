@@ -71,10 +71,26 @@ Exit poles_command(const Arguments& arguments) {
                "bgsim poles");
   app.footer("Example: bgsim poles models/quarter_car.json --at steady");
   add_linear_options(app, options, "");
+  std::optional<std::size_t> count;
+  std::optional<double> near;
+  app.add_option("--count", count, "only so many poles: those nearest to 0, or to --near; of systems of any size")
+      ->type_name("N")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{200}));
+  app.add_option("--near", near, "only the poles nearest to this real number, ten if --count does not say")
+      ->type_name("S")
+      ->check([](const std::string& text) {
+        double value = 0.0;
+        return CLI::detail::lexical_cast(text, value) && std::isfinite(value) ? "" : "is to be a finite number";
+      });
   parse_arguments(app, arguments);
   const LinearStudy linear = linearized(options, {}, false);
-  const std::vector<Pole> all = poles(linear.system);
-  std::cout << visible_line(linear.system.model) << ' ' << linear.where << ":\n";
+  std::optional<PolesNear> some;
+  if (count || near) some = PolesNear{near.value_or(0.0), count.value_or(PolesNear{}.count)};
+  const std::vector<Pole> all = poles(linear.system, some);
+  std::cout << visible_line(linear.system.model) << ' ' << linear.where;
+  if (some && all.size() == some->count)
+    std::cout << ", the " << all.size() << " nearest to " << number_text(some->near, 6);
+  std::cout << ":\n";
   if (all.empty()) {
     std::cout << "the model has no states, and no poles\n";
     return Exit::done;
@@ -90,7 +106,7 @@ Exit poles_command(const Arguments& arguments) {
   for (const Pole& pole : all)
     if (pole.s.real() > 0.0) unstable += pole.pair ? 2U : 1U;
   if (unstable > 0) std::cout << unstable << (unstable == 1 ? " pole grows" : " poles grow") << ": unstable\n";
-  const std::vector<std::string> free = free_states(linear.system);
+  const std::vector<std::string> free = free_states(all);
   if (!free.empty()) {
     std::cout << "free (poles at 0):";
     for (std::size_t i = 0; i < free.size() && i < 12; ++i) std::cout << (i > 0 ? ", " : " ") << short_name(free[i]);
@@ -101,7 +117,7 @@ Exit poles_command(const Arguments& arguments) {
 
 Exit zeros_command(const Arguments& arguments) {
   LinearArguments options;
-  CLI::App app("TransferZeros, poles and gain from an input to an output at a point.", "bgsim zeros");
+  CLI::App app("Zeros, poles and gain from an input to an output at a point.", "bgsim zeros");
   app.footer("Example: bgsim zeros models/quarter_car.json --in road --out travel --at steady");
   add_linear_options(app, options, "");
   add_path_options(app, options, false);

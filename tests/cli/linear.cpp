@@ -167,3 +167,23 @@ TEST_CASE("what linear analysis cannot do is refused with a fix") {
   refused("steady free.json", 1, "body.p' = 5");
   CHECK_THAT(here.bgsim("poles free.json").out, Contains("free (poles at 0): body.p"));
 }
+
+TEST_CASE("of a large system the poles nearest to a number are asked for, and without that the message says how") {
+  const Workplace here;
+  // 600 sections of 1 ohm and 1 F, open at the end: the slowest pole is -4 sin^2(pi/(4 n + 2)).
+  here.write("line.json", R"({ "bgsim": 1, "name": "line", "elements": { "src": { "kind": "Se", "effort": 0 },
+      "s": { "kind": "1", "repeat": 600 }, "r": { "kind": "R", "resistance": 1, "repeat": 600 },
+      "p": { "kind": "0", "repeat": 600 }, "c": { "kind": "C", "capacitance": 1, "repeat": 600 } },
+    "bonds": [ { "from": "src", "to": "s[1]" }, { "from": "s[i]", "to": "r[i]" }, { "from": "s[i]", "to": "p[i]" },
+      { "from": "p[i]", "to": "c[i]" }, { "from": "p[i]", "to": "s[i+1]" } ], "outputs": { "u": "c[600].e" },
+    "scenes": { "s": { "stop": 1 } } })");
+  const Outcome all = here.bgsim("poles line.json");
+  CHECK(all.code == 1);
+  CHECK_THAT(all.err, Contains("BG409: 600 states act on each other") && Contains("bgsim poles --count 10"));
+  const Outcome some = here.bgsim("poles line.json --count 2");
+  CHECK(some.code == 0);
+  CHECK_THAT(some.out, Contains("the 2 nearest to 0:") && Contains("-6.84248e-06") && Contains("-6.1582e-05"));
+  CHECK_THAT(here.bgsim("poles line.json --near -2").out, Contains("the 10 nearest to -2:"));
+  CHECK(here.bgsim("poles line.json --near inf").code == 2);
+  CHECK(here.bgsim("poles line.json --count 0").code == 2);
+}

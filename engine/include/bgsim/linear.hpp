@@ -96,14 +96,24 @@ struct Pole {
   [[nodiscard]] double damping() const;                           ///< -Re s/|s|; 1 at s = 0
 };
 
-/// Poles, slowest first. Blocks of states that drive others in one direction only are solved for themselves, so that
-/// chains of equal parts and free bodies have exact poles; within a block balanced, in extended precision.
-/// @throws ModelError BG409 more than kLargestDense states in a block.
-/// @note Time cubic in the largest block.
-std::vector<Pole> poles(const LinearSystem& system);
+/// Some poles: those nearest to a real number.
+struct PolesNear {
+  double near = 0.0;       ///< in 1/s
+  std::size_t count = 10;  ///< a pair of conjugate ones counts once
+};
+
+/// Poles, slowest first, or nearest first. Blocks of states that drive others in one direction only are solved for
+/// themselves, so that chains of equal parts and free bodies have exact poles; within a block balanced, in extended
+/// precision.
+/// @param some  not all: blocks of more than kLargestDense states are then solved sparsely
+/// @throws ModelError BG409 all are wanted, and a block has more than kLargestDense states; or those nearest to a
+/// number
+///         cannot be told.
+/// @note Time cubic in the largest block; with @p some, a few sparse factorizations for each pole of a large one.
+std::vector<Pole> poles(const LinearSystem& system, const std::optional<PolesNear>& some = {});
 
 /// The states that take part in poles at 0: free bodies, positions that nothing holds, conserved sums. By name.
-std::vector<std::string> free_states(const LinearSystem& system);
+std::vector<std::string> free_states(std::span<const Pole> poles);
 
 /// Finite zeros from an input to an output, with the gain k of k (s - z1)(s - z2).../((s - p1)(s - p2)...).
 struct TransferZeros {

@@ -47,6 +47,11 @@ typename SparseLu<Scalar>::Vector SparseLu<Scalar>::solve(const Vector& right) c
   return factors_->lu.solve(right);
 }
 
+template <class Scalar>
+typename SparseLu<Scalar>::Vector SparseLu<Scalar>::solve_transposed(const Vector& right) const {
+  return factors_->lu.transpose().solve(right);
+}
+
 template class SparseLu<double>;
 template class SparseLu<std::complex<double>>;
 

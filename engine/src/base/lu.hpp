@@ -46,6 +46,8 @@ class SparseLu {
   /// @returns false if the matrix, whose places were analyzed, is singular.
   bool factorize(const Matrix& matrix);
   [[nodiscard]] Vector solve(const Vector& right) const;
+  /// Of the transposed matrix, without conjugates.
+  [[nodiscard]] Vector solve_transposed(const Vector& right) const;
 
  private:
   struct Factors;

@@ -33,8 +33,10 @@ struct BlockEigenvalue {
   std::vector<double> participation;       ///< by row of the block
   std::vector<std::complex<double>> mode;  ///< right eigenvector within the block
 };
-/// @throws std::length_error a block has more than kLargestDense rows.
-std::vector<BlockEigenvalue> eigenvalues_by_blocks(const LinearMatrix& matrix);
+/// @param some  where all are not needed: blocks of more than kLargestDense rows give their nearest ones
+/// @throws std::length_error a block has more than kLargestDense rows, and all are wanted; std::runtime_error.
+std::vector<BlockEigenvalue> eigenvalues_by_blocks(const LinearMatrix& matrix,
+                                                   const std::optional<PolesNear>& some = {});
 
 /// Path from one input to one output of a system: single columns and rows, derivatives of the input moved to the
 /// output.

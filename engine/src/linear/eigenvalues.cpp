@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "linear/dense.hpp"
+#include "linear/sparse_eigenvalues.hpp"
 
 namespace bgsim {
 namespace {
@@ -197,7 +198,27 @@ void solve_block(const Eigen::MatrixXd& balanced, const Eigen::VectorXd& scale, 
 
 }  // namespace
 
-std::vector<BlockEigenvalue> eigenvalues_by_blocks(const LinearMatrix& matrix) {
+namespace {
+
+/// Of a block too large for dense algebra.
+std::vector<BlockEigenvalue> sparse_block(const LinearMatrix& matrix, const std::vector<std::uint32_t>& component,
+                                          const std::vector<std::uint32_t>& place,
+                                          const std::vector<std::uint32_t>& members, const PolesNear& some) {
+  const std::uint32_t own = component[members.front()];
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const auto& e : matrix.entries)
+    if (component[e.row] == own && component[e.column] == own)
+      entries.emplace_back(static_cast<int>(place[e.row]), static_cast<int>(place[e.column]), e.value);
+  Eigen::SparseMatrix<double> a(static_cast<Index>(members.size()), static_cast<Index>(members.size()));
+  a.setFromTriplets(entries.begin(), entries.end());
+  std::vector<BlockEigenvalue> block = eigenvalues_near(std::move(a), some);
+  for (BlockEigenvalue& one : block) one.rows = members;
+  return block;
+}
+
+}  // namespace
+
+std::vector<BlockEigenvalue> eigenvalues_by_blocks(const LinearMatrix& matrix, const std::optional<PolesNear>& some) {
   const std::size_t n = matrix.rows;
   std::vector<std::pair<std::size_t, std::size_t>> arcs;
   for (const auto& e : matrix.entries) arcs.emplace_back(e.row, e.column);
@@ -216,17 +237,21 @@ std::vector<BlockEigenvalue> eigenvalues_by_blocks(const LinearMatrix& matrix) {
   }
   std::vector<Eigen::MatrixXd> blocks(count);
   for (std::size_t b = 0; b < count; ++b) {
-    if (members[b].size() > kLargestDense)
+    if (members[b].size() > kLargestDense && !some)
       throw std::length_error(std::to_string(members[b].size()) + " states act on each other");
+    if (members[b].size() > kLargestDense) continue;
     blocks[b] = Eigen::MatrixXd::Zero(static_cast<Index>(members[b].size()), static_cast<Index>(members[b].size()));
   }
   for (const auto& e : matrix.entries)
-    if (component[e.row] == component[e.column]) blocks[component[e.row]](place[e.row], place[e.column]) = e.value;
+    if (component[e.row] == component[e.column] && members[component[e.row]].size() <= kLargestDense)
+      blocks[component[e.row]](place[e.row], place[e.column]) = e.value;
   std::vector<BlockEigenvalue> all;
   for (std::size_t b = 0; b < count; ++b) {
     std::vector<BlockEigenvalue> block(members[b].size());
     for (BlockEigenvalue& one : block) one.rows = members[b];
-    if (block.size() == 1) {
+    if (block.size() > kLargestDense) {
+      block = sparse_block(matrix, component, place, members[b], *some);
+    } else if (block.size() == 1) {
       const double value = blocks[b](0, 0);
       block[0].value = value;
       block[0].error = kEntry * std::abs(value);

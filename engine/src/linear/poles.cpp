@@ -4,6 +4,8 @@
 #include <stdexcept>
 
 #include "base/codes.hpp"
+#include "base/text.hpp"
+#include "bgsim/text.hpp"
 #include "linear/analysis.hpp"
 #include "linear/dense.hpp"
 
@@ -56,14 +58,20 @@ double Pole::damping() const {
   return size > 0.0 ? -s.real() / size : 1.0;
 }
 
-std::vector<Pole> poles_of(const LinearMatrix& matrix, const LinearSystem* system) {
+std::vector<Pole> poles_of(const LinearMatrix& matrix, const LinearSystem* system,
+                           const std::optional<PolesNear>& some) {
   std::vector<BlockEigenvalue> values;
   try {
-    values = eigenvalues_by_blocks(matrix);
+    values = eigenvalues_by_blocks(matrix, some);
   } catch (const std::length_error& error) {
     throw ModelError({diagnostic_of("BG409", std::string(error.what()) + ": too many for poles and zeros", {},
                                     "blocks of up to " + std::to_string(kLargestDense) + " states are solved densely",
+                                    "bgsim poles --count 10 lists the ten nearest to 0, --near S those nearest to S; "
                                     "bgsim bode computes frequency responses of systems of any size")},
+                     nullptr);
+  } catch (const std::runtime_error& error) {
+    throw ModelError({diagnostic_of("BG409", "the poles nearest to " + number_text(some->near, 6) + ": " + error.what(),
+                                    {}, "each pole is confirmed with both of its vectors", "try another --near")},
                      nullptr);
   }
   std::vector<Pole> result;
@@ -84,14 +92,22 @@ std::vector<Pole> poles_of(const LinearMatrix& matrix, const LinearSystem* syste
     result.push_back(std::move(pole));
   }
   std::stable_sort(result.begin(), result.end(), before);
+  if (some) {
+    std::stable_sort(result.begin(), result.end(), [&](const Pole& a, const Pole& b) {
+      return std::abs(a.s - some->near) < std::abs(b.s - some->near);
+    });
+    if (result.size() > some->count) result.resize(some->count);
+  }
   return result;
 }
 
-std::vector<Pole> poles(const LinearSystem& system) { return poles_of(system.a, &system); }
+std::vector<Pole> poles(const LinearSystem& system, const std::optional<PolesNear>& some) {
+  return poles_of(system.a, &system, some);
+}
 
-std::vector<std::string> free_states(const LinearSystem& system) {
+std::vector<std::string> free_states(std::span<const Pole> poles) {
   std::vector<std::string> names;
-  for (const Pole& pole : poles(system)) {
+  for (const Pole& pole : poles) {
     if (pole.s != 0.0) continue;
     for (const PoleShare& share : pole.participation)
       if (std::find(names.begin(), names.end(), share.name) == names.end()) names.push_back(share.name);

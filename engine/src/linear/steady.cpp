@@ -366,7 +366,7 @@ class Search {
       const LinearSystem linear = linear_system(model_, point, {});
       made.states = linear.states;
       made.poles = poles(linear);
-      made.free = free_states(linear);
+      made.free = free_states(made.poles);
       double slowest = -std::numeric_limits<double>::infinity();
       for (const Pole& pole : made.poles) slowest = std::max(slowest, pole.s.real());
       using Stability = Equilibrium::Stability;
