@@ -1,19 +1,16 @@
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
 
 #include "bgsim/program.hpp"
 #include "program/freeze.hpp"
+#include "program/patterns.hpp"
 #include "program/strips.hpp"
 
 namespace bgsim {
 namespace {
-
-/// Elimination of loops may fill the Jacobian; beyond this many entries of dz/dx only the implicit form is compiled.
-constexpr std::size_t kMostEliminated = 4'000'000;
 
 constexpr std::int32_t kOnce = -2;    ///< level of what depends on parameters only
 constexpr std::int32_t kNoLoop = -1;  ///< level of what varies but on no tear
@@ -35,7 +32,7 @@ class Compiler {
     take_partials();
     assign_slots();
     write_routines();
-    make_patterns();
+    make_patterns(program_, system_.states.size(), tears_.size());
     return std::move(program_);
   }
 
@@ -532,27 +529,7 @@ class Compiler {
     for (const Roots& residuals : residuals_) roots.insert(roots.end(), residuals.begin(), residuals.end());
     plan.routine = routine(roots);
     plan.implicit_routine = program_.blocks.empty() ? plan.routine : routine(roots, false);
-    find_supports();
-  }
-
-  /// On which states each loop's tears depend, earlier loops included.
-  void find_supports() {
-    JacobianPlan& plan = program_.plan;
-    std::size_t total = 0;
-    plan.explicit_form = order_.system_class != SystemClass::implicit_dae;
-    for (std::size_t b = 0; b < plan.blocks.size() && plan.explicit_form; ++b) {
-      JacobianPlan::BlockPart& part = plan.blocks[b];
-      for (const auto& entry : part.by_states) part.columns.push_back(entry.column);
-      for (const auto& entry : part.by_earlier_tears) {
-        const auto& earlier = plan.blocks[plan.block_of_tear[entry.column]].columns;
-        part.columns.insert(part.columns.end(), earlier.begin(), earlier.end());
-      }
-      std::sort(part.columns.begin(), part.columns.end());
-      part.columns.erase(std::unique(part.columns.begin(), part.columns.end()), part.columns.end());
-      total += part.columns.size() * program_.blocks[b].size;
-      plan.explicit_form = total <= kMostEliminated;
-    }
-    if (!plan.explicit_form) program_.system_class = SystemClass::implicit_dae;
+    find_supports(program_, order_.system_class);
   }
 
   void finish_slots() {
@@ -563,45 +540,6 @@ class Compiler {
       const ExprNode& node = program_.pool[program_.slot_expression[i]];
       if (node.op == Op::constant) program_.initial_slots[i] = node.constant;
     }
-  }
-
-  // --- sparsity
-
-  static Sparsity pattern(std::size_t size, std::vector<std::pair<std::uint32_t, std::uint32_t>> column_row) {
-    for (std::uint32_t i = 0; i < size; ++i) column_row.emplace_back(i, i);
-    std::sort(column_row.begin(), column_row.end());
-    column_row.erase(std::unique(column_row.begin(), column_row.end()), column_row.end());
-    Sparsity result;
-    result.size = size;
-    result.column_start.assign(size + 1, 0);
-    for (const auto& [column, row] : column_row) {
-      ++result.column_start[column + 1];
-      result.row.push_back(row);
-    }
-    std::partial_sum(result.column_start.begin(), result.column_start.end(), result.column_start.begin());
-    return result;
-  }
-
-  void make_patterns() {
-    const JacobianPlan& plan = program_.plan;
-    const auto n = static_cast<std::uint32_t>(system_.states.size());
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> explicit_form, implicit_form;
-    for (const auto& e : plan.rates_by_states) explicit_form.emplace_back(e.column, e.row);
-    implicit_form = explicit_form;
-    for (const auto& e : plan.rates_by_tears) {
-      implicit_form.emplace_back(n + e.column, e.row);
-      if (plan.explicit_form)
-        for (const std::uint32_t column : plan.blocks[plan.block_of_tear[e.column]].columns)
-          explicit_form.emplace_back(column, e.row);
-    }
-    for (std::size_t b = 0; b < plan.blocks.size(); ++b) {
-      const std::uint32_t first = n + program_.blocks[b].first_tear;
-      for (const auto& e : plan.blocks[b].by_states) implicit_form.emplace_back(e.column, first + e.row);
-      for (const auto& e : plan.blocks[b].by_earlier_tears) implicit_form.emplace_back(n + e.column, first + e.row);
-      for (const auto& e : plan.blocks[b].by_own_tears) implicit_form.emplace_back(first + e.column, first + e.row);
-    }
-    if (plan.explicit_form) program_.jacobian_pattern = pattern(n, std::move(explicit_form));
-    program_.implicit_pattern = pattern(n + tears_.size(), std::move(implicit_form));
   }
 
   const EquationSystem& system_;

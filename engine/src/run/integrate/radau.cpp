@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "run/integrate/dense_jacobian.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/integrate/packages.hpp"
 #include "run/integrate/radau_formula.hpp"
@@ -236,9 +237,7 @@ class RadauIntegrator final : public Integrator {
     return 2.0 * h > left ? left / 2.0 : h;
   }
 
-  /// From the rates and how fast they change: the solution over a step is to
-  /// bend by some tolerances in the fourth order, as if all orders had the time
-  /// scale of the first two.
+  /// From the rates and how fast they change.
   double first_step() {
     const double left = limit_ - time_;
     tolerances_.weights(time_, left, y_.data(), weight_.data());
@@ -251,15 +250,8 @@ class RadauIntegrator final : public Integrator {
     for (std::size_t i = 0; i < size_; ++i) error_[i] = (error_[i] - rate_[i]) / probe;
     const double bend = norm(error_) / looser_;
     std::fill(error_.begin(), error_.end(), 0.0);
-    double h = 0.1 * left;
-    if (bend > 0.0 && std::isfinite(bend)) {
-      const double scale = speed / bend;
-      const double wanted = std::pow(std::max(speed * scale, 1e-100), -0.25) * scale;
-      h = std::min(h, 0.5 * std::max(wanted, speed > 0.0 ? 0.0 : std::sqrt(1.0 / bend)));
-      if (!(h > 0.0)) h = 0.5 * std::sqrt(1.0 / bend);
-    }
-    if (longest_ > 0.0) h = std::min(h, longest_);
-    return h;
+    const double h = radau::first_length(speed, bend, left);
+    return longest_ > 0.0 ? std::min(h, longest_) : h;
   }
 
   bool see_jacobian(double h) {
@@ -268,7 +260,7 @@ class RadauIntegrator final : public Integrator {
     const double factored = std::exchange(factored_, 0.0);
     if (special_rates_ && systems_->dense()) {
       seen_.clear();
-      if (!difference_jacobian()) return false;
+      if (!jacobian_by_differences()) return false;
       stale_ = kFresh;
       return true;
     }
@@ -284,7 +276,7 @@ class RadauIntegrator final : public Integrator {
       for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + move * rate_[i];
       // One where it rests (sqrt(max(q, 0)) of an empty tank): by differences.
       if (!evaluate(at_.data())) {
-        if (!systems_->dense() || !difference_jacobian()) return false;
+        if (!systems_->dense() || !jacobian_by_differences()) return false;
         seen_.clear();
         stale_ = kFresh;
         return true;
@@ -297,26 +289,15 @@ class RadauIntegrator final : public Integrator {
     }
     if (entries_ == seen_) factored_ = factored;
     seen_ = entries_;
-    if (systems_->dense()) spread_entries(full_.data());
+    if (systems_->dense()) spread_entries(pattern, entries_.data(), full_.data());
     stale_ = kFresh;
     return true;
   }
 
-  /// Over the tolerances: of special rates, and where a law has no slope.
-  bool difference_jacobian() {
-    const double root = std::sqrt(kRadauEps);
-    at_ = y_;
-    for (std::size_t j = 0; j < size_; ++j) {
-      const double move = std::max(root * std::abs(y_[j]), tolerances_.absolute(j));
-      double* column = full_.data() + j * size_;
-      std::fill(column, column + size_, 0.0);
-      if (move == 0.0) continue;
-      at_[j] = y_[j] + move;
-      if (!rates(time_, at_.data(), branch_, column)) return false;
-      for (std::size_t i = 0; i < size_; ++i) column[i] = (column[i] - rate_[i]) / move;
-      at_[j] = y_[j];
-    }
-    return true;
+  bool jacobian_by_differences() {
+    return difference_jacobian(
+        y_, rate_, [this](std::size_t j) { return tolerances_.absolute(j); },
+        [this](const double* x, double* out) { return rates(time_, x, branch_, out); }, at_, full_.data());
   }
 
   /// Where Newton's iteration begins: on the polynomial of the step before, or at rest. What is held within a narrow
@@ -460,16 +441,8 @@ class RadauIntegrator final : public Integrator {
       note_fault(t);
       return false;
     }
-    spread_entries(full);
+    spread_entries(program_.jacobian_pattern, entries_.data(), full);
     return true;
-  }
-  void spread_entries(double* full) const {
-    const Sparsity& pattern = program_.jacobian_pattern;
-    std::fill(full, full + size_ * size_, 0.0);
-    for (std::size_t column = 0; column < size_; ++column)
-      for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
-           k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
-        full[column * size_ + static_cast<std::size_t>(pattern.row[k])] = entries_[k];
   }
 
   [[nodiscard]] double safety() const {

@@ -1,6 +1,7 @@
 /// Radau IIA of order 5: its coefficients, and what RADAU5 makes of them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -74,5 +75,18 @@ constexpr std::array<double, 3> slope_by_stages(double u) {
   return slope;
 }
 inline constexpr std::array<double, 3> kValue = value_by_stages(kCorrectedAt), kSlope = slope_by_stages(kCorrectedAt);
+
+/// The length of a first step: over it the solution is to bend by some tolerances in the fourth order, as if all orders
+/// had the time scale of the first two.
+/// @param speed,bend  norms of the first and second derivative, in tolerances
+/// @param left        how much there is to go
+inline double first_length(double speed, double bend, double left) {
+  double h = 0.1 * left;
+  if (!(bend > 0.0) || !std::isfinite(bend)) return h;
+  const double scale = speed / bend;
+  const double wanted = std::pow(std::max(speed * scale, 1e-100), -0.25) * scale;
+  h = std::min(h, 0.5 * std::max(wanted, speed > 0.0 ? 0.0 : std::sqrt(1.0 / bend)));
+  return h > 0.0 ? h : 0.5 * std::sqrt(1.0 / bend);
+}
 
 }  // namespace bgsim::radau

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "run/integrate/dense_jacobian.hpp"
+
 namespace bgsim {
 
 namespace {
@@ -15,11 +17,8 @@ std::optional<Eigen::MatrixXd> dense_jacobian(const Program& program, Evaluator&
   std::vector<double> entries(pattern.row.size());
   if (!evaluator.jacobian(t, x, branch, entries.data())) return std::nullopt;
   const auto size = static_cast<Eigen::Index>(pattern.size);
-  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(size, size);
-  for (std::size_t column = 0; column < pattern.size; ++column)
-    for (std::int64_t k = pattern.column_start[column]; k < pattern.column_start[column + 1]; ++k)
-      jacobian(pattern.row[static_cast<std::size_t>(k)], static_cast<Eigen::Index>(column)) =
-          entries[static_cast<std::size_t>(k)];
+  Eigen::MatrixXd jacobian(size, size);
+  spread_entries(pattern, entries.data(), jacobian.data());
   if (!jacobian.allFinite()) return std::nullopt;
   return jacobian;
 }
