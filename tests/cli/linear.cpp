@@ -123,6 +123,25 @@ TEST_CASE("a step response is that of the closed form") {
   CHECK(here.bgsim("step mass.json --in push --out x --impulse -o i.svg").code == 0);
 }
 
+TEST_CASE("a steady state says that events and samples have no part in it") {
+  // The capacitor is emptied whenever it comes to 0.9 of what the source would charge it to.
+  const auto model = [](const std::string& more) {
+    return R"({ "bgsim": 1, "elements": { "s": { "kind": "Se", "effort": 1 }, "j": { "kind": "1" },
+      "r": { "kind": "R", "resistance": 1 }, "c": { "kind": "C", "capacitance": 1 } },
+      "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r" }, { "from": "j", "to": "c" } ],)" +
+           more + R"("scenes": { "run": { "stop": 1 } } })";
+  };
+  const Workplace here;
+  here.write("event.json", model(R"("events": { "empty": { "when": "c.e > 0.9", "set": { "c.q": "0" } } },)"));
+  here.write("sample.json", model(R"("signals": { "u": { "value": "c.e", "every": 0.1 } },)"));
+  here.write("plain.json", model(""));
+  CHECK_THAT(here.bgsim("steady event.json").out, Contains("empty, an event of the model, sets values at an instant") &&
+                                                      Contains("whether the point stays at rest is not known"));
+  CHECK_THAT(here.bgsim("steady sample.json").out, Contains("u, a sampled signal, sets values at an instant"));
+  CHECK_THAT(here.bgsim("steady plain.json").out, !Contains("instant"));
+  CHECK_THAT(here.bgsim("poles event.json").err, Contains("empty, an event of the model, sets values at an instant"));
+}
+
 TEST_CASE("a steady state is printed with its residual and stability, and taken as a point") {
   const WithMass here;
   const Outcome outcome = here.bgsim("steady mass.json --set F=4 --scene pulled");

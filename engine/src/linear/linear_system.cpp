@@ -263,6 +263,16 @@ std::vector<std::string> leaving_switches(Evaluator& evaluator, double t, const 
   return notes;
 }
 
+std::vector<std::string> events_left_out(const Model& model) {
+  if (model.events.empty()) return {};
+  const ModelEvent& first = model.events.front();
+  if (model.events.size() > 1)
+    return {short_name(first.name) +
+            " and the other events of the model set values at an instant and have no part in this"};
+  return {short_name(first.name) + (first.sampled.valid() ? ", a sampled signal," : ", an event of the model,") +
+          " sets values at an instant and has no part in this"};
+}
+
 LinearSystem linear_system(const std::shared_ptr<const Model>& model, const RunInputs& point,
                            const std::vector<std::string>& inputs) {
   refuse_delays(*model);
@@ -285,10 +295,7 @@ LinearSystem linear_system(const std::shared_ptr<const Model>& model, const RunI
     Evaluator evaluator(program, point.parameters);
     x = initial_states(evaluator, at);
     notes = leaving_switches(evaluator, point.start, x);
-    if (!model->events.empty())
-      notes.push_back(short_name(model->events.front().name) +
-                      (model->events.size() > 1 ? " and the other events of the model" : ", an event of the model,") +
-                      " set stores at an instant and have no part in this");
+    for (std::string& note : events_left_out(*model)) notes.push_back(std::move(note));
   }
   const std::vector<double> errors = errors_of(system, point);
   const PointPartials partials =

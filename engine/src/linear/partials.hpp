@@ -32,6 +32,9 @@ PointPartials partials_at(const std::shared_ptr<const Model>& model, const Equat
 /// What is to be known of switches that a point is not on the side of.
 std::vector<std::string> leaving_switches(Evaluator& evaluator, double t, const std::vector<double>& x);
 
+/// That events, samples and latches have no part in what is said of a point; empty where there are none.
+std::vector<std::string> events_left_out(const Model& model);
+
 /// "the loop through a, b has no solution", "sqrt(x) with x = -1 is not a finite number"
 std::string words_of(const Fault& fault);
 

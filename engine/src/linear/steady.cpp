@@ -359,6 +359,8 @@ class Search {
     for (const std::string& note :
          leaving_switches(field_.evaluator(), scene_.start, {found.x.data(), found.x.data() + found.x.size()}))
       made.found += "; " + note;
+    for (const std::string& note : events_left_out(*model_))
+      made.found += "; " + note + ": whether the point stays at rest is not known";
     RunInputs point = scene_;
     point.initial = made.values;
     point.outputs.clear();
