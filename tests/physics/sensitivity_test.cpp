@@ -328,6 +328,19 @@ TEST_CASE("what has no sensitivity is refused") {
              Contains("BG414") && Contains("corner"));
 }
 
+TEST_CASE("a peak that is as large to both sides has no derivative where the two change differently") {
+  // x + b = a cos(t) + b: for b > 0 the peak is a + b, for b < 0 it is -(a - b). By a both grow alike.
+  const std::string body = integrals(
+      R"x("a": 2, "b": 0)x", R"x("x": { "integral": "v", "initial": "a" }, "v": { "integral": "-x" })x", "x + b", 4.0);
+  CHECK_THAT(refusal(body, {"b"}, SensitivityNorm::peak), Contains("BG414") && Contains("as large to both sides"));
+  check_all(derivatives(body, {"a"}, SensitivityNorm::peak), {1.0});
+  // Beyond the tolerance one side is the larger.
+  const std::string larger =
+      integrals(R"x("a": 2, "b": 1e-6)x", R"x("x": { "integral": "v", "initial": "a" }, "v": { "integral": "-x" })x",
+                "x + b", 4.0);
+  check_all(derivatives(larger, {"b"}, SensitivityNorm::peak), {1.0});
+}
+
 TEST_CASE("no sensitivity where the derivatives of both sides differ") {
   const auto model = [](const std::string& parameters, const std::string& rate, const std::string& start = "1") {
     return integrals(parameters, R"x("x": { "integral": ")x" + rate + R"x(", "initial": ")x" + start + R"x(" })x", "x",

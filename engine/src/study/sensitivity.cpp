@@ -123,19 +123,24 @@ void throw_failure(const RunResult& result, const Model& model) {
   throw ModelError({*result.failure}, model.sources);
 }
 
-/// When each output has its largest magnitude, and whether that is its most or its least.
+/// When each output has its largest magnitude.
 struct Peak {
   double time = 0.0, value = 0.0, range = 0.0;
+  std::optional<double> opposite;  ///< when it is as large to the other side, as far as the run tells
 };
 
-std::vector<Peak> peaks_of(const RunResult& run, std::size_t count, const Model& model) {
+std::vector<Peak> peaks_of(const RunResult& run, std::size_t count, double relative, const Model& model) {
   if (run.report.measures.empty())
     refuse(model, "an output has no value within the run: " + run.report.why_not_measured, {}, "leave it out (--of)");
   std::vector<Peak> peaks;
   for (std::size_t i = 0; i < count; ++i) {
     const OutputMeasure& m = run.report.measures[i];
     const bool most = std::abs(m.most) >= std::abs(m.least);
-    peaks.push_back({most ? m.most_at : m.least_at, most ? m.most : m.least, m.most - m.least});
+    Peak peak{most ? m.most_at : m.least_at, most ? m.most : m.least, m.most - m.least, {}};
+    // At ten times the tolerance, by which the errors of the derivatives are judged, either of the two may be larger.
+    if (m.least < 0.0 && m.most > 0.0 && std::abs(m.most + m.least) <= 10.0 * relative * peak.range)
+      peak.opposite = most ? m.least_at : m.most_at;
+    peaks.push_back(peak);
   }
   return peaks;
 }
@@ -167,7 +172,7 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
   const RunInputs& inputs = varied.inputs();
   const std::size_t n = inputs.outputs.size();
   const std::vector<OutputMeasure>& measures = made.run.report.measures;
-  const std::vector<Peak> peaks = peaks_of(made.run, n, model);
+  const std::vector<Peak> peaks = peaks_of(made.run, n, inputs.relative, model);
   if (!peak) {
     for (std::size_t i = 0; i < n; ++i) {
       made.times.push_back(inputs.stop);
@@ -187,7 +192,10 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
     return made;
   }
   std::vector<double> times;
-  for (const Peak& each : peaks) times.push_back(each.time);
+  for (const Peak& each : peaks) {
+    times.push_back(each.time);
+    if (each.opposite) times.push_back(*each.opposite);
+  }
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   SimulateOptions again = how;
@@ -195,11 +203,13 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
   again.measures = false;
   const RunResult at = varied.run(overrides, times, again);
   throw_failure(at, model);
+  const auto row_at = [&](double t) {
+    return static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), t) - times.begin());
+  };
+  constexpr double kFlat = 1e-3;
   for (std::size_t i = 0; i < n; ++i) {
-    const auto row =
-        static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), peaks[i].time) - times.begin());
+    const std::size_t row = row_at(peaks[i].time);
     const double slope = at.trace.columns[2 * n + i][row];
-    constexpr double kFlat = 1e-3;
     const bool inside = peaks[i].time > inputs.start && peaks[i].time < inputs.stop;
     if (inside && !(std::abs(slope) * (inputs.stop - inputs.start) <= kFlat * peaks[i].range))
       refuse(model,
@@ -207,6 +217,19 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
                  number_text(peaks[i].time, 6) + " is a corner: its slope there is " + number_text(slope, 3),
              "a peak changes with a parameter as the output does where it is flat",
              "ask for --norm final, with --stop at the corner");
+    if (peaks[i].opposite) {
+      // The magnitudes change by d and -d: apart from each other by their sum.
+      const std::vector<double>& derivative = at.trace.columns[n + i];
+      const OutputMeasure& all = measures[n + i];
+      const double apart = std::abs(derivative[row] + derivative[row_at(*peaks[i].opposite)]);
+      if (apart > kFlat * std::max(std::abs(all.most), std::abs(all.least)))
+        refuse(model,
+               in_quotes(model.outputs[inputs.outputs[i]].name) + " is as large to both sides, at t = " +
+                   number_text(peaks[i].time, 6) + " and t = " + number_text(*peaks[i].opposite, 6) +
+                   ", and the two change differently with " + in_quotes(varied.parameter()),
+               "which of two peaks is the larger depends on whether a parameter grows or falls",
+               "ask for other parameters (--to), or take the differences of max(...) and min(...) by bgsim sweep");
+    }
     made.times.push_back(peaks[i].time);
     made.values.push_back(peaks[i].value);
     made.derivatives.push_back(at.trace.columns[n + i][row]);
