@@ -58,6 +58,42 @@ TEST_CASE("extremes and integrals of outputs are those between the records, by e
   }
 }
 
+TEST_CASE("integrals of outputs that vary faster than the states are those of the outputs") {
+  const auto with_outputs = [](const std::string &outputs) {
+    std::string text = swing("\"samples\": 3");
+    const std::size_t from = text.find("\"x\": \"spring.q\"");
+    return text.replace(from, text.find('}', from) - from, outputs);
+  };
+  // Integrals over each part agree with those over its halves to the tolerance, so the sums are better than that.
+  constexpr double kTolerance = 1e-8;
+  for (const Method method : {Method::bdf, Method::erk5, Method::radau}) {
+    INFO(facts_of(method).name);
+    const auto measures = [&](const std::string &outputs) {
+      const RunResult run =
+          test::compile_text(with_outputs(outputs), test::with_method(method, kTolerance)).run(measured());
+      REQUIRE(run.stop == StopReason::completed);
+      for (const std::string &note : run.report.notes) CHECK_THAT(note, !Catch::Contains("too fast"));
+      return run.report.measures.front();
+    };
+    const OutputMeasure wave = measures(R"x("wave": "sin(200*t)")x");
+    CHECK(std::abs(wave.integral - (1.0 - std::cos(800.0)) / 200.0) < 4.0 * kTolerance);
+    CHECK(std::abs(wave.square - (2.0 - std::sin(1600.0) / 800.0)) < 4.0 * kTolerance);
+    const OutputMeasure pulse = measures(R"x("pulse": "exp(-((t - 3.3)/0.05)^2)")x");
+    CHECK(std::abs(pulse.integral - 0.05 * std::sqrt(std::numbers::pi)) < 4.0 * kTolerance);
+    const OutputMeasure root = measures(R"x("root": "sqrt(t)")x");
+    CHECK(std::abs(root.integral - 16.0 / 3.0) < 6.0 * kTolerance);
+  }
+  // What would take millions of parts is left, and named.
+  const auto fast = test::compile_text(with_outputs(R"x("x": "spring.q", "buzz": "sin(1e7*t)")x"));
+  const RunResult run = fast.run(measured());
+  REQUIRE(run.stop == StopReason::completed);
+  std::vector<std::string> named;
+  for (const std::string &note : run.report.notes)
+    if (note.find("too fast") != std::string::npos) named.push_back(note);
+  REQUIRE(named.size() == 1);
+  CHECK_THAT(named.front(), Catch::Contains("the integral of \"buzz\" is less accurate than the tolerance"));
+}
+
 TEST_CASE("measures are the same however many times are recorded") {
   for (const Method method : {Method::bdf, Method::radau, Method::rk4}) {
     const std::string step = method == Method::rk4 ? ", \"method\": \"rk4\", \"step\": 0.01" : "";

@@ -38,7 +38,7 @@ bool Run::begin() {
   note(negative_start_note(program_, x_));
   audit_.record_course(inputs_.output_times, options_.energy_course);
   audit_.begin(t_, x_.data(), branch_, inputs_.stop);
-  measures_.begin(t_, x_.data(), branch_, inputs_.stop);
+  measures_.begin(t_, x_.data(), branch_, inputs_.stop, inputs_.relative);
   return true;
 }
 

@@ -18,7 +18,9 @@ OutputMeasures::OutputMeasures(const Program& program, Evaluator& evaluator, boo
       row_(program.output_names.size()),
       measures_(measuring_ ? program.output_names.size() : 0),
       integral_(measures_.size()),
-      square_(measures_.size()) {}
+      square_(measures_.size()),
+      size_(measures_.size()),
+      left_(measures_.size()) {}
 
 bool OutputMeasures::evaluate(double t, const double* x, std::vector<double>& row) {
   if (measuring_ && evaluator_.outputs(t, x, branch_, row.data())) return true;
@@ -26,8 +28,12 @@ bool OutputMeasures::evaluate(double t, const double* x, std::vector<double>& ro
   return false;
 }
 
-void OutputMeasures::begin(double t, const double* x, const Branch& branch, double stop) {
+void OutputMeasures::begin(double t, const double* x, const Branch& branch, double stop, double relative) {
   constexpr double kPieces = 64.0;
+  constexpr int kHalvings = 20'000;  // some 0.1 s
+  spare_ = kHalvings;
+  relative_ = relative;
+  span_ = stop - t;
   measured_ = t;
   longest_ = (stop - t) / kPieces;
   branch_ = branch;
@@ -48,57 +54,114 @@ void OutputMeasures::add(double to, int order, const Branch& branch, const Solut
   double begin = from;
   for (double piece = 1.0; piece <= pieces && measuring_; ++piece) {
     const double end = piece < pieces ? from + length * piece : to;
-    add_piece(begin, end, order, solution);
+    if (!measure(piece_, begin, end, order, solution)) return;
+    constexpr int kHalvingsHere = 2000;  // so that rounding at one place does not use up all
+    spare_here_ = std::min(kHalvingsHere, spare_);
+    spare_ -= spare_here_;
+    add_piece(piece_, order, 0, solution);
+    spare_ += spare_here_;
     begin = end;
   }
 }
 
-void OutputMeasures::add_piece(double from, double to, int order, const Solution& solution) {
+bool OutputMeasures::measure(Piece& piece, double from, double to, int order, const Solution& solution) {
   // Beside the ends, where a step's extreme often is: the sign of the slope there.
   constexpr double kBeside = 1e-3;
   const GaussRule& rule = gauss_rule(std::clamp(order / 2 + 1, 1, kMostGaussPoints));
   const double length = to - from;
-  samples_.resize(rule.position.size() + 4);
-  for (std::size_t k = 0; k < samples_.size(); ++k) {
+  piece.from = from;
+  piece.to = to;
+  std::vector<Sample>& samples = piece.samples;
+  samples.resize(rule.position.size() + 4);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
     const bool inner = k >= 2 && k - 2 < rule.position.size();
-    samples_[k].t = inner                      ? from + length * rule.position[k - 2]
-                    : k == 0                   ? from
-                    : k == 1                   ? from + kBeside * length
-                    : k + 1 == samples_.size() ? to
-                                               : to - kBeside * length;
-    samples_[k].row.resize(row_.size());
-    solution(samples_[k].t, x_.data(), branch_);
-    if (!evaluate(samples_[k].t, x_.data(), samples_[k].row)) return;
+    samples[k].t = inner                     ? from + length * rule.position[k - 2]
+                   : k == 0                  ? from
+                   : k == 1                  ? from + kBeside * length
+                   : k + 1 == samples.size() ? to
+                                             : to - kBeside * length;
+    samples[k].row.resize(row_.size());
+    solution(samples[k].t, x_.data(), branch_);
+    if (!evaluate(samples[k].t, x_.data(), samples[k].row)) return false;
+  }
+  piece.integral.assign(measures_.size(), 0.0);
+  piece.square.assign(measures_.size(), 0.0);
+  piece.size.assign(measures_.size(), 0.0);
+  for (std::size_t i = 0; i < measures_.size(); ++i)
+    for (std::size_t k = 0; k < rule.weight.size(); ++k) {
+      const double value = samples[k + 2].row[i];
+      piece.integral[i] += length * rule.weight[k] * value;
+      piece.square[i] += length * rule.weight[k] * value * value;
+      piece.size[i] += length * rule.weight[k] * std::abs(value);
+    }
+  return true;
+}
+
+bool OutputMeasures::differ(const Piece& whole, const std::array<Piece, 2>& halves) const {
+  constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
+  const double length = whole.to - whole.from, share = span_ > 0.0 ? length / span_ : 0.0;
+  for (std::size_t i = 0; i < measures_.size(); ++i) {
+    const double largest = std::max(std::abs(measures_[i].least), std::abs(measures_[i].most));
+    // Of the piece, or of its share in what came before: tails of a pulse need no digits of their own.
+    const auto apart = [&](double one, double two, double size, double before, double most) {
+      return std::abs(one - two) > relative_ * std::max(size, before * share) + kRounding * most * length;
+    };
+    const double square = halves[0].square[i] + halves[1].square[i];
+    if (apart(whole.integral[i], halves[0].integral[i] + halves[1].integral[i], halves[0].size[i] + halves[1].size[i],
+              size_[i].value(), largest) ||
+        apart(whole.square[i], square, square, square_[i].value(), largest * largest))
+      return true;
+  }
+  return false;
+}
+
+void OutputMeasures::add_piece(const Piece& piece, int order, std::size_t depth, const Solution& solution) {
+  constexpr int kFine =
+      2 * (kMostGaussPoints - 1);      // the most points: what varies faster than the steps is no such polynomial
+  constexpr double kShortest = 1e-12;  // of the run: what is left there adds no digit
+  const double middle = piece.from + 0.5 * (piece.to - piece.from);
+  if (middle > piece.from && middle < piece.to && piece.to - piece.from > kShortest * span_) {
+    if (depth == halves_.size()) halves_.emplace_back();
+    std::array<Piece, 2>& halves = halves_[depth];
+    if (!measure(halves[0], piece.from, middle, order, solution) ||
+        !measure(halves[1], middle, piece.to, order, solution))
+      return;
+    if (differ(piece, halves)) {
+      if (spare_here_ > 0) {
+        --spare_here_;
+        for (const Piece& half : halves)
+          if (measuring_) add_piece(half, kFine, depth + 1, solution);
+        return;
+      }
+      for (std::size_t i = 0; i < measures_.size(); ++i)
+        left_[i].add(std::abs(piece.integral[i] - halves[0].integral[i] - halves[1].integral[i]));
+    }
   }
   for (std::size_t i = 0; i < measures_.size(); ++i) {
-    double integral = 0.0, square = 0.0;
-    for (std::size_t k = 0; k < rule.weight.size(); ++k) {
-      const double value = samples_[k + 2].row[i];
-      integral += length * rule.weight[k] * value;
-      square += length * rule.weight[k] * value * value;
-    }
-    integral_[i].add(integral);
-    square_[i].add(square);
+    integral_[i].add(piece.integral[i]);
+    square_[i].add(piece.square[i]);
+    size_[i].add(piece.size[i]);
     // The first of the piece: conditions do not change within it.
-    if (!measures_[i].nonzero_at && samples_[2].row[i] != 0.0) measures_[i].nonzero_at = from;
-    look_for_extreme(i, 1.0, solution);
-    look_for_extreme(i, -1.0, solution);
+    if (!measures_[i].nonzero_at && piece.samples[2].row[i] != 0.0) measures_[i].nonzero_at = piece.from;
+    look_for_extreme(piece.samples, i, 1.0, solution);
+    look_for_extreme(piece.samples, i, -1.0, solution);
   }
 }
 
 /// The piece's largest value of sign * output, if it may be the largest so far.
-void OutputMeasures::look_for_extreme(std::size_t output, double sign, const Solution& solution) {
+void OutputMeasures::look_for_extreme(const std::vector<Sample>& samples, std::size_t output, double sign,
+                                      const Solution& solution) {
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < samples_.size(); ++k) {
-    if (sign * samples_[k].row[output] > sign * samples_[best].row[output]) best = k;
-    least = std::min(least, sign * samples_[k].row[output]);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (sign * samples[k].row[output] > sign * samples[best].row[output]) best = k;
+    least = std::min(least, sign * samples[k].row[output]);
   }
   const OutputMeasure& known = measures_[output];
-  const double value = sign * samples_[best].row[output], so_far = sign * (sign > 0.0 ? known.most : known.least);
-  take(output, samples_[best].t, samples_[best].row[output]);
+  const double value = sign * samples[best].row[output], so_far = sign * (sign > 0.0 ? known.most : known.least);
+  take(output, samples[best].t, samples[best].row[output]);
   // What lies between the samples exceeds them by less than they differ.
-  const bool inner = best > 0 && best + 1 < samples_.size();
+  const bool inner = best > 0 && best + 1 < samples.size();
   if (!inner || !(value > least) || value + (value - least) <= so_far) return;
   std::vector<double> row(row_.size());
   const auto lower = [&](double t) {
@@ -107,7 +170,7 @@ void OutputMeasures::look_for_extreme(std::size_t output, double sign, const Sol
   };
   constexpr int kHalfTheDigits = std::numeric_limits<double>::digits / 2;  // a parabola is flat at its top
   std::uintmax_t most_evaluations = 40;
-  const auto [t, negative] = boost::math::tools::brent_find_minima(lower, samples_[best - 1].t, samples_[best + 1].t,
+  const auto [t, negative] = boost::math::tools::brent_find_minima(lower, samples[best - 1].t, samples[best + 1].t,
                                                                    kHalfTheDigits, most_evaluations);
   if (measuring_) take(output, t, -sign * negative);
 }
@@ -132,6 +195,7 @@ std::vector<OutputMeasure> OutputMeasures::finish(double t, const double* x, con
     measures_[i].final = row_[i];
     measures_[i].integral = integral_[i].value();
     measures_[i].square = square_[i].value();
+    if (left_[i].value() > relative_ * size_[i].value()) coarse_.push_back(i);
     if (!measures_[i].nonzero_at && row_[i] != 0.0) measures_[i].nonzero_at = t;
   }
   return std::move(measures_);

@@ -1,6 +1,8 @@
 /// What the outputs are over a run: extremes, integrals, and when.
 #pragma once
 
+#include <array>
+#include <deque>
 #include <functional>
 #include <string>
 #include <vector>
@@ -11,9 +13,11 @@
 
 namespace bgsim {
 
-/// Measures each output on the dense output. Integrals by Gauss' rule with as many points as the energy audit takes.
-/// Extremes are looked for among these points and the ends of each step; where one may be the largest so far, the dense
-/// output between its neighbours is searched by Brent's method, so that what lies between the points is found, too.
+/// Measures each output on the dense output. Integrals by Gauss' rule with as many points as the energy audit takes,
+/// over parts of a step on which it agrees with the same rule over both halves: an output may vary faster than the
+/// states, for which the step is made. Extremes are looked for among these points and the ends of each step; where one
+/// may be the largest so far, the dense output between its neighbours is searched by Brent's method, so that what lies
+/// between the points is found, too.
 class OutputMeasures {
  public:
   OutputMeasures(const Program& program, Evaluator& evaluator, bool wanted);
@@ -22,21 +26,32 @@ class OutputMeasures {
   using Solution = std::function<void(double t, double* x, Branch& branch)>;
 
   /// @param stop  the run's end.
-  void begin(double t, const double* x, const Branch& branch, double stop);
+  /// @param relative  to this the integrals over each part agree with those over its halves.
+  void begin(double t, const double* x, const Branch& branch, double stop, double relative);
   /// On to @p to, over a stretch on which the solution is smooth; @p order is that of its polynomial.
   void add(double to, int order, const Branch& branch, const Solution& solution);
   /// Where the run ended. Empty if it measured nothing, or an output had no value on the way.
   std::vector<OutputMeasure> finish(double t, const double* x, const Branch& branch);
   [[nodiscard]] const std::string& why_not() const { return why_not_; }
+  /// Outputs whose integrals are less accurate than asked for, since all parts that the run may take were used up.
+  [[nodiscard]] const std::vector<std::size_t>& coarse() const { return coarse_; }
 
  private:
   struct Sample {
     double t = 0.0;
     std::vector<double> row;
   };
+  struct Piece {
+    double from = 0.0, to = 0.0;
+    std::vector<Sample> samples;                 ///< its beginning, the rule's points, its end
+    std::vector<double> integral, square, size;  ///< by output; of the magnitude
+  };
   bool evaluate(double t, const double* x, std::vector<double>& row);
-  void add_piece(double from, double to, int order, const Solution& solution);
-  void look_for_extreme(std::size_t output, double sign, const Solution& solution);
+  bool measure(Piece& piece, double from, double to, int order, const Solution& solution);
+  /// Whether an output's integrals over the whole and over its halves differ.
+  [[nodiscard]] bool differ(const Piece& whole, const std::array<Piece, 2>& halves) const;
+  void add_piece(const Piece& piece, int order, std::size_t depth, const Solution& solution);
+  void look_for_extreme(const std::vector<Sample>& samples, std::size_t output, double sign, const Solution& solution);
   void take(std::size_t output, double t, double value);
 
   Evaluator& evaluator_;
@@ -46,9 +61,13 @@ class OutputMeasures {
   double longest_ = 0.0;  ///< stretch that the rule is applied to in one piece
   Branch branch_;
   std::vector<double> x_, row_;
-  std::vector<Sample> samples_;  ///< of the present piece: its beginning, the rule's points, its end
+  Piece piece_;
+  std::deque<std::array<Piece, 2>> halves_;  ///< of the present piece, of one of these, ...
+  int spare_ = 0, spare_here_ = 0;           ///< parts that may still be halved: of the run, of a step's piece
+  double relative_ = 0.0, span_ = 0.0;
+  std::vector<std::size_t> coarse_;
   std::vector<OutputMeasure> measures_;
-  std::vector<CompensatedSum> integral_, square_;
+  std::vector<CompensatedSum> integral_, square_, size_, left_;  ///< left: differences from the halves
 };
 
 /// What two parts of a run that follow each other measured, as one.
