@@ -29,7 +29,7 @@ std::vector<std::string> columns_of(const Pole& pole) {
   const double real = pole.s.real();
   std::string time = real == 0.0 ? "" : number_text(1.0 / std::abs(real), 5);
   if (real > 0.0) time = "grows, " + time;
-  return {complex_text(pole.s), pole.pair ? number_text(pole.damping(), 5) : "",
+  return {complex_text(pole.s), pole.pair ? number_text(pole.damping() + 0.0, 5) : "",
           pole.pair ? number_text(pole.frequency(), 6) : "",
           pole.pair ? number_text(pole.frequency() / (2.0 * std::numbers::pi), 6) : "", time};
 }
