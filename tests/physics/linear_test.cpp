@@ -398,6 +398,10 @@ TEST_CASE("models of the repository are linearized, and slopes are those of diff
     const CompiledModel compiled = compile_study(study, point);
     Evaluator evaluator(compiled.program, point.parameters);
     const std::vector<double> x = initial_states(evaluator, point);
+    if (compiled.program.state_names == std::vector<std::string>{"(clock)"}) {  // of a mode in which nothing is stored
+      REQUIRE(system.states.empty());
+      continue;
+    }
     REQUIRE(system.states.size() == x.size());
     for (std::size_t j = 0; j < x.size(); ++j) {
       double scale = std::abs(x[j]);

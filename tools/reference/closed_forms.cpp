@@ -1,7 +1,5 @@
 /// References of the gallery from closed forms, evaluated in 50 digits, and from one integral. Writes NAME.SCENE.csv
 /// into the folder given.
-#include <boost/math/constants/constants.hpp>
-#include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -9,26 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "table.hpp"
+#include "digits.hpp"
 
 namespace {
 
-using Number = boost::multiprecision::cpp_bin_float_50;
-const Number kPi = boost::math::constants::pi<Number>();
-
-/// A decimal constant as a model file gives it: rounded to double first.
-Number given(double value) { return Number(value); }
-
-void write(const std::string& folder, const std::string& name, const std::vector<std::string>& columns, double stop,
-           std::size_t samples, const std::function<std::vector<Number>(const Number& t)>& row) {
-  reference::Table table{columns, {}};
-  for (const long double t : reference::times_of({0, stop, samples})) {
-    std::vector<long double> numbers{t};
-    for (const Number& value : row(Number(t))) numbers.push_back(static_cast<long double>(value));
-    table.rows.push_back(numbers);
-  }
-  reference::write_csv(folder + "/" + name + ".csv", table);
-}
+using namespace reference;
 
 /// Modes of a chain of n equal bodies with free ends: cos(pi k (j - 1/2)/n), rate (4 G/C) sin^2(pi k/(2 n)).
 void thermal_chain(const std::string& folder) {
