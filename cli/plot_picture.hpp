@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "lanes.hpp"
+
 namespace bgsim::cli {
 
 struct PlotCurve {
@@ -29,8 +31,10 @@ struct PlotPanel {
 
 struct Plot {
   std::string title, x_label;
-  bool log_x = false;             ///< the abscissa by logarithms; all values are above zero
-  std::vector<PlotPanel> panels;  ///< from above; more than kMostStacked stand in several columns
+  bool log_x = false;               ///< the abscissa by logarithms; all values are above zero
+  std::vector<PlotPanel> panels;    ///< from above; more than kMostStacked stand in several columns
+  std::vector<Lane> lanes = {};     ///< under each column of panels
+  std::string lanes_left_out = {};  ///< what is said of others
 };
 
 inline constexpr std::size_t kMostStacked = 8;

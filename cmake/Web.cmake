@@ -5,7 +5,7 @@
 set(BGSIM_UPLOT_DIR "" CACHE PATH "uPlot's unpacked package (dist/, LICENSE, package.json); empty: npm fetches it")
 set(web_sources ${CMAKE_CURRENT_SOURCE_DIR}/cli/web)
 set(web_folder ${CMAKE_CURRENT_BINARY_DIR}/web)
-set(web_inputs package.json package-lock.json .npmrc report.css report.js report_files.js report_phase.js assets.cpp.in)
+set(web_inputs package.json package-lock.json .npmrc report.css report.js report_files.js report_lanes.js report_phase.js assets.cpp.in)
 list(TRANSFORM web_inputs PREPEND ${web_sources}/)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${web_inputs})
 
@@ -61,7 +61,7 @@ if(EXISTS ${uplot}/package.json)
 endif()
 file(READ ${web_sources}/report.css page_style)
 file(READ ${web_sources}/report.js page_script)
-foreach(part report_files.js report_phase.js) # one closure, several files
+foreach(part report_files.js report_lanes.js report_phase.js) # one closure, several files
   file(READ ${web_sources}/${part} part_script)
   string(REPLACE "  //@include ${part}\n" "${part_script}" page_script "${page_script}")
 endforeach()

@@ -15,6 +15,7 @@
 #include "bgsim/diagnostic.hpp"
 #include "bgsim/input_file.hpp"
 #include "bgsim/text.hpp"
+#include "bgsim/trace_csv.hpp"
 #include "command.hpp"
 #include "drawing.hpp"
 #include "files.hpp"
@@ -29,8 +30,8 @@ namespace fs = std::filesystem;
 namespace {
 
 struct PlotArguments {
-  std::string file, against, reference, output, x, title;
-  std::vector<std::string> columns;
+  std::string file, against, reference, output, x, title, events;
+  std::vector<std::string> columns, lanes;
   std::optional<double> from, to;
   bool one_panel = false, each = false;
   double zoom = 2.0;
@@ -49,6 +50,7 @@ PlotArguments parse_plot(const Arguments& arguments) {
       "  bgsim plot run.csv p --x q                           over another column\n"
       "  bgsim plot run.csv --reference reference.csv         the reference dashed over each column that it has\n"
       "  bgsim plot run.csv --against reference.csv           both, and their difference below\n"
+      "  bgsim plot buck.csv --events buck.events.csv         below them which side switches and diodes are on\n"
       "  bgsim plot bellow.step.sweep x                       x of a sweep's runs: median, and between 5 and 95 %");
   app.add_option("trace.csv", options.file, "the trace; or the folder of a sweep with --traces: bands of its runs")
       ->required();
@@ -61,6 +63,15 @@ PlotArguments parse_plot(const Arguments& arguments) {
   app.add_option("--reference", options.reference, "a trace whose columns are drawn dashed over those of one name")
       ->type_name("CSV")
       ->excludes("--against");
+  auto* events =
+      app.add_option("--events", options.events,
+                     "what bgsim run --events wrote: a lane below the curves for each switch, diode, contact and latch "
+                     "that shows its side over time, with marks at events, jumps of stores and samples")
+          ->type_name("CSV");
+  app.add_option("--lane", options.lanes, "a lane to draw, by its name; may be given again (default: up to 30 of them)")
+      ->type_name("NAME")
+      ->allow_extra_args(false)
+      ->needs(events);
   app.add_option("--x", options.x, "the column for the horizontal axis (default: the first)")->type_name("COLUMN");
   app.add_option("--from", options.from, "least value of the abscissa")->type_name("X");
   app.add_option("--to", options.to, "greatest value of the abscissa")->type_name("X");
@@ -360,6 +371,40 @@ void check_reference(const UnitTrace& reference, const std::string& x, const std
                      " has none of the columns that are drawn: there is no reference to draw over them");
 }
 
+/// The lanes asked for, from a table of events.
+void add_lanes(Plot& plot, const PlotArguments& options, double start) {
+  constexpr std::size_t kMost = 30;
+  const std::string text = read_text(options.events, NamedBy::user);
+  LaneBook book;
+  try {
+    read_event_records(text, [&](const RunEvent& event) { book.take(event); });
+  } catch (const CsvError& error) {
+    throw UsageError(short_path(options.events) + ":" + std::to_string(error.line) + ": " + error.without_text);
+  }
+  std::vector<Lane> lanes = book.lanes(start);
+  if (lanes.empty())
+    throw UsageError(short_path(options.events) +
+                     " has no switch, diode, contact, latch, event or sample: there is no lane to draw");
+  if (!options.lanes.empty()) {
+    std::vector<std::string> names;
+    for (const Lane& lane : lanes) names.push_back(lane.name);
+    for (const std::string& wanted : options.lanes) {
+      const auto found = std::find(names.begin(), names.end(), wanted);
+      const std::string near = nearest_name(wanted, names);
+      if (found == names.end())
+        throw UsageError(short_path(options.events) + " has no lane \"" + short_name(wanted) + "\"" +
+                         (near.empty() ? "" : "; did you mean \"" + short_name(near) + "\"?"));
+      plot.lanes.push_back(lanes[static_cast<std::size_t>(found - names.begin())]);
+    }
+    return;
+  }
+  for (const std::size_t i : lanes_to_draw(lanes, kMost)) plot.lanes.push_back(std::move(lanes[i]));
+  if (lanes.size() > kMost) {
+    plot.lanes_left_out = std::to_string(kMost) + " of " + std::to_string(lanes.size()) + " lanes";
+    std::cerr << lanes.size() - kMost << " of " << lanes.size() << " lanes are not drawn; --lane NAME draws others\n";
+  }
+}
+
 }  // namespace
 
 Exit plot_command(const Arguments& arguments) {
@@ -373,8 +418,11 @@ Exit plot_command(const Arguments& arguments) {
     inputs.push_back({options.against, "it is the other trace"});
     inputs.push_back({units_of(options.against), kUnitsRole});
   }
+  if (!options.events.empty()) inputs.push_back({options.events, "it is the table of events"});
   check_outputs({{options.output, "the picture"}}, inputs);
   const bool sweep = fs::is_directory(options.file);
+  if (!options.events.empty() && (sweep || !options.x.empty()))
+    throw UsageError("--events draws the sides of switches over the time of one run, without --x and not for a sweep");
   if (sweep && (!options.against.empty() || !options.reference.empty() || !options.x.empty()))
     throw UsageError("the bands of a sweep are drawn over time, without --x, --against and --reference");
   OutputFile file(options.output);
@@ -397,6 +445,7 @@ Exit plot_command(const Arguments& arguments) {
   plot.panels = other ? panels_against(trace, *other, x, options)
                       : panels_of(trace, reference ? &*reference : nullptr, x, options);
   if (sweep) add_bands(plot.panels, bands, options);
+  if (!options.events.empty()) add_lanes(plot, options, trace.column(x).front());
   std::string picture = plot_svg(plot);
   if (ending == ".png") picture = png_from_svg(picture, options.zoom);
   file.stream() << picture;

@@ -7,6 +7,7 @@
 
 #include "bgsim/bgsim.hpp"
 #include "command.hpp"
+#include "lanes.hpp"
 #include "options.hpp"
 #include "stages.hpp"
 
@@ -18,6 +19,7 @@ struct ReportedScene {
   RunInputs inputs;  ///< as run: the reference's times are among the output times
   std::string about;
   RunResult result;
+  std::vector<Lane> lanes;  ///< of its switches, diodes, contacts, memory and events
   std::vector<ElementActivity> activity;
   std::optional<CsvTable> reference;
   std::vector<ReferenceBand> bands;     ///< by output that the reference has

@@ -114,16 +114,38 @@ void add_energy(Json& data, Arrays& arrays, const RunReport& report, std::size_t
   data["energy"].push_back(std::move(entry));
 }
 
+constexpr std::size_t kMostLanes = 60;  // a scene
+
+void add_lanes(Json& data, Arrays& arrays, const ReportContent& content, std::size_t scene) {
+  const ReportedScene& reported = content.scenes[scene];
+  const double start = reported.inputs.start, stop = reported.result.report.reached;
+  for (const std::size_t i : lanes_to_draw(reported.lanes, kMostLanes)) {
+    const Lane& whole = reported.lanes[i];
+    const Lane lane = whole.from.size() > content.points ? merged(whole, start, stop, content.points / 4) : whole;
+    data["lanes"].push_back({{"scene", scene},
+                             {"kind", static_cast<int>(lane.kind)},
+                             {"name", lane.name},
+                             {"text", lane_text(lane)},
+                             {"on", lane.on},
+                             {"off", lane.off},
+                             {"stop", stop},
+                             {"t", arrays.add(lane.from)},
+                             {"s", arrays.add(lane.share)},
+                             {"marks", arrays.add(lane.marks)}});
+  }
+}
+
 Json page_data(const ReportContent& content) {
   Arrays arrays;
   Json data{{"time", "s"}, {"scenes", Json::array()}, {"outputs", outputs_of(content)}};  // model format 1: seconds
-  for (const char* const kind : {"curves", "references", "energy"}) data[kind] = Json::array();
+  for (const char* const kind : {"curves", "references", "energy", "lanes"}) data[kind] = Json::array();
   for (std::size_t i = 0; i < content.scenes.size(); ++i) {
     const RunInputs& inputs = content.scenes[i].inputs;
     data["scenes"].push_back({{"name", inputs.scene}, {"start", inputs.start}, {"stop", inputs.stop}});
     add_curves(data, arrays, content, i);
     add_references(data, arrays, content, i);
     add_energy(data, arrays, content.scenes[i].result.report, i);
+    add_lanes(data, arrays, content, i);
   }
   data["arrays"] = arrays.texts();
   return data;
@@ -225,9 +247,30 @@ std::string place(const char* id, const char* css_class) {
   return xml_element("div", {{"id", id}, {"class", css_class}}, "") + "\n";
 }
 
+/// Where the script draws the lanes of modes, and what is said of them.
+std::string lanes_place(const ReportContent& content) {
+  std::string notes;
+  bool any = false;
+  for (const ReportedScene& scene : content.scenes) {
+    any = any || !scene.lanes.empty();
+    if (scene.lanes.size() > kMostLanes)
+      notes +=
+          note_paragraph("Scene " + xml_text(scene.inputs.scene) + ": " + std::to_string(kMostLanes) + " of " +
+                         std::to_string(scene.lanes.size()) +
+                         " lanes are drawn, those first that change. bgsim run --events and bgsim plot --lane show "
+                         "the others.");
+  }
+  if (!any) return "";
+  return place("lanes", "plots wide") + notes +
+         note_paragraph(
+             "Lanes: filled while a switch is closed or locked, a diode conducts, a contact touches, a latch is true, "
+             "friction sticks. Paler where sides change too fast to be drawn one by one: the darker, the longer the "
+             "time on; zooming in parts them. Upright marks are impacts, events, jumps of stores and samples.");
+}
+
 std::string outputs_section(const ReportContent& content) {
   std::string text = xml_element("div", {{"id", "toolbar"}, {"role", "toolbar"}, {"aria-label", "All plots"}}, "") +
-                     place("plots", "plots") +
+                     place("plots", "plots") + lanes_place(content) +
                      xml_element("noscript", note_paragraph("The plots need JavaScript, which is off here.")) + "\n";
   std::size_t longest = 0;
   for (const ReportedScene& scene : content.scenes) longest = std::max(longest, scene.result.trace.times.size());
@@ -248,24 +291,42 @@ std::string outputs_section(const ReportContent& content) {
 
 std::string energy_section(const ReportContent& content) {
   std::string text = paragraph(
-      "The energy supplied by the sources is the increase of stored energy, the energy taken by the resistors, and a "
-      "residual, which is an error of the run. Energies are in the model's own units: joules if it is written in SI "
+      "The energy supplied by the sources is the increase of stored energy, the energy taken by the resistors, what "
+      "switches, impacts and events take or bring where there are any, and a residual, which is an error of the run. "
+      "Energies are in the model's own units: joules if it is written in SI "
       "units.");
+  struct Term {
+    const char* name;
+    double EnergyAudit::*value;
+    bool always;
+  };
+  constexpr Term kTerms[] = {
+      {"Supplied", &EnergyAudit::supplied, true},    {"Events", &EnergyAudit::events, false},
+      {"Stored", &EnergyAudit::stored, true},        {"Dissipated", &EnergyAudit::dissipated, true},
+      {"Switching", &EnergyAudit::switching, false}, {"Impacts", &EnergyAudit::impacts, false},
+      {"Exchanged", &EnergyAudit::exchanged, true},  {"Residual", &EnergyAudit::residual, true},
+      {"Relative", &EnergyAudit::relative, true}};
+  std::vector<Term> terms;
+  for (const Term& term : kTerms)
+    if (term.always || std::any_of(content.scenes.begin(), content.scenes.end(), [&](const ReportedScene& scene) {
+          return scene.result.report.energy.*term.value != 0.0;
+        }))
+      terms.push_back(term);
   std::vector<Cells> rows;
   for (const ReportedScene& scene : content.scenes) {
     const EnergyAudit& audit = scene.result.report.energy;
-    if (!audit.done) {
-      rows.push_back({xml_text(scene.inputs.scene), "not audited: " + xml_text(audit.why_not), "", "", "", "", ""});
-      continue;
-    }
     Cells row{xml_text(scene.inputs.scene)};
-    for (const double term :
-         {audit.supplied, audit.stored, audit.dissipated, audit.exchanged, audit.residual, audit.relative})
-      row.push_back(short_number(term, 5));
+    for (const Term& term : terms) row.push_back(audit.done ? short_number(audit.*term.value, 5) : "");
+    if (!audit.done) row[1] = "not audited: " + xml_text(audit.why_not);
     rows.push_back(std::move(row));
   }
-  text += html_table({"Scene", "Supplied", "Stored", "Dissipated", "Exchanged", "Residual", "Relative"}, rows,
-                     {1, 2, 3, 4, 5, 6});
+  Cells titles{"Scene"};
+  std::vector<std::size_t> numbers;
+  for (const Term& term : terms) {
+    titles.emplace_back(term.name);
+    numbers.push_back(titles.size() - 1);
+  }
+  text += html_table(titles, rows, numbers);
   for (const ReportedScene& scene : content.scenes) {
     const EnergyAudit& audit = scene.result.report.energy;
     if (audit.done && audit.least_dissipation < 0.0)

@@ -53,9 +53,12 @@ ReportedScene run_for_report(const Study& study, const std::string& scene, const
     RunWatch watch(done.inputs.start, done.inputs.stop, quiet);
     SimulateOptions how;
     how.energy_course = kCoursePoints;
+    LaneBook book;
+    how.events = [&book](const RunEvent& event) { book.take(event); };
     limits.apply(how);
     how.progress = watch.progress();
     done.result = compiled.simulate(how);
+    done.lanes = book.lanes(done.inputs.start);
   }
   auto& all_seconds = done.result.report.stage_seconds;
   all_seconds.insert(all_seconds.begin(), compiled.seconds().begin(), compiled.seconds().end());

@@ -131,7 +131,7 @@
     u.series.forEach((series, i) => {
       const y = t == null || i > 0 && !series.show ? null : i === 0 ? t : valueOf(series.xs, series.ys, t);
       const cell = rows[i]?.querySelector("td");
-      if (cell) cell.textContent = text(y);
+      if (cell) cell.textContent = series.lane ? sideText(series.lane, t) : text(y);
       if (!series.dot) return;
       series.dot.hidden = y == null;
       if (y != null) series.dot.style.transform = `translate(${u.cursor.left}px, ${u.valToPos(y, "y")}px)`;
@@ -139,7 +139,7 @@
   };
   const addDots = (u) => {
     for (const series of u.series.slice(1)) {
-      if (series.class) continue;
+      if (series.class || series.lane) continue;
       series.dot = u.over.appendChild(document.createElement("div"));
       series.dot.className = "dot";
       series.dot.hidden = true;
@@ -157,7 +157,7 @@
       const stroke = curveColour(curve.colour);
       const shared = {show: !hidden.has(curve.scene), scene: curve.scene, colour: curve.colour, xs, ys: curve.y};
       series.push({...shared, label: curve.name, stroke, dash: curve.dash, width: curve.low ? 1.2 : 1.6, points: {show: false},
-        value: (u, value) => text(value), followers: curve.low ? [at + 1, at + 2] : []});
+        value: (u, value) => text(value), followers: curve.low ? [at + 1, at + 2] : [], ...(curve.lane && {lane: curve.lane, paths: () => null})});
       if (!curve.low) continue;
       const bound = {...shared, label: "", class: "bound", stroke: "transparent", width: 0, points: {show: false}, leader: at};
       series.push({...bound}, {...bound});
@@ -178,8 +178,9 @@
   const optionsOf = (plot) => {
     const {series, bands} = seriesOf(plot);
     const ink = () => colour("soft"), grid = {stroke: () => colour("line"), width: 1}, font = "12px " + getComputedStyle(document.body).fontFamily;
+    const like = plot.lanes ? laneOptions : (plot, options) => options;
     const axis = {stroke: ink, grid, ticks: {...grid, size: 4}, font, labelFont: font, incrs: steps, splits: ticks, values: labels, labelSize: 20};
-    return {
+    return like(plot, {
       ...sizeOf(plot), series, bands,
       scales: {x: {time: false, range: (u, min, max) => [min, max]}, y: {range: room(plot.least ?? 0)}},
       axes: [{...axis, label: axisTitle(timeTitle), space: 64, gap: 2, size: 30},
@@ -191,9 +192,9 @@
         bind: {dblclick: () => () => { showAll(); return null; }, mousedown: (u, over, handler) => (e) => e.shiftKey ? dragPan(u, e) : handler(e)}},
       hooks: {setSelect: [selected], setSeries: [followers, readValues], setCursor: [readValues], setLegend: [readValues],
         ready: [(u) => { addDots(u); equip(u, plot); }]},
-    };
+    });
   };
-  const sizeOf = (plot) => ({width: Math.max(plot.holder.clientWidth, 240), height: matchMedia("(max-width: 40rem)").matches ? 230 : 270});
+  const sizeOf = (plot) => ({width: Math.max(plot.holder.clientWidth, 240), height: plot.lanes ? laneHeight * plot.lanes.length + 66 : matchMedia("(max-width: 40rem)").matches ? 230 : 270});
   const selected = (u) => {
     if (u.select.width < 4) return;
     const [from, to] = [u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")];
@@ -282,6 +283,7 @@
   };
 
   //@include report_files.js
+  //@include report_lanes.js
 
   // Plots are made when they come near the screen: a report may have hundreds.
   const make = (plot) => {
@@ -434,6 +436,7 @@
   button("All", "Show the whole time", showAll);
   useTheme(chosen);
   groupingChoice();
+  lanePlots();
   energyPlots();
   phaseSection();
   const drawing = document.querySelector(".drawing svg");
@@ -456,7 +459,7 @@
     folded = [...document.querySelectorAll("details:not([open])")].filter((part) => !part.closest("#reproduce"));
     for (const part of folded) part.open = true;
     for (const plot of plots) make(plot);
-    for (const plot of plots) plot.u.setSize({width: paper, height: 250});
+    for (const plot of plots) plot.u.setSize({width: paper, height: plot.lanes ? sizeOf(plot).height : 250});
     useTheme("light");
     sheet.style.width = paper + "px";
     fitFormulas();

@@ -76,3 +76,38 @@ TEST_CASE("what cannot be drawn is refused with its place and a fix") {
   here.write("back.csv", "t,speed\n0,1\n1,2\n0.5,3\n");
   refused("back.csv --against a.csv", "goes back and forth");
 }
+
+TEST_CASE("sides of switches are drawn below the curves, and what is not a table of events is refused") {
+  const Workplace here;
+  here.write("a.csv", "t,x\n0,1\n1,2\n2,1\n");
+  const std::string header = "t,kind,name,quantity,from,to,impulse,energy\n";
+  std::string rows = header + "0,start,chop,switch,,open,,\n0,start,free,diode,,blocks,,\n";
+  for (int i = 1; i <= 4000; ++i)
+    rows += std::to_string(0.0002 * i) + ",switch,chop,," + (i % 2 ? "open,closed" : "closed,open") + ",,\n";
+  here.write("a.events.csv", rows);
+  CHECK(here.bgsim("plot a.csv --events a.events.csv").code == 0);
+  const std::string svg = here.read("a.svg");
+  CHECK_THAT(svg, Contains("chop: closed (filled), open; 4000 changes") && Contains("free: blocks throughout"));
+  CHECK_THAT(svg, Contains("paler: changes too fast to be drawn one by one"));
+  CHECK(svg.size() < 200000);
+  const Outcome one = here.bgsim("plot a.csv --events a.events.csv --lane free -o -");
+  CHECK_THAT(one.out, Contains("free: blocks") && !Contains("chop"));
+  std::string many = header;
+  for (int i = 0; i < 50; ++i) many += "0,start,s" + std::to_string(i) + ",switch,,open,,\n";
+  here.write("many.csv", many + "1,switch,s49,,open,closed,,\n");
+  const Outcome some = here.bgsim("plot a.csv --events many.csv -o -");
+  CHECK_THAT(some.err, Contains("20 of 50 lanes are not drawn; --lane NAME draws others"));
+  CHECK_THAT(some.out, Contains("30 of 50 lanes") && Contains("s49: closed (filled), open; 1 change"));
+  const auto refused = [&](const std::string& arguments, const std::string& message) {
+    const Outcome outcome = here.bgsim("plot a.csv " + arguments);
+    CHECK(outcome.code == 2);
+    CHECK_THAT(outcome.err, Contains(message));
+  };
+  refused("--events a.csv", "a.csv:1: no table of events");
+  here.write("empty.csv", header);
+  refused("--events empty.csv", "there is no lane to draw");
+  refused("--events a.events.csv --lane chap", "has no lane \"chap\"; did you mean \"chop\"?");
+  refused("--events a.events.csv --x x", "--events draws the sides of switches over the time of one run");
+  refused("--lane chop", "--lane");
+  refused("--events a.events.csv -o a.events.csv", "a.events.csv");
+}

@@ -132,6 +132,52 @@ const checks = {
     await close(page);
   },
 
+  async "lanes show sides over time, merged where they change too fast, and are read by the cursor"() {
+    const page = await open(report("gripper.html", join(folder, "models", "gripper.json")));
+    const figure = page.locator("#lanes figure");
+    assert.equal(await figure.count(), 1);
+    await figure.scrollIntoViewIfNeeded();
+    await figure.locator("canvas").waitFor();
+    assert.ok(await inked(figure) > 100);
+    const box = await figure.locator(".u-over").boundingBox();
+    const sides = async (t) => {
+      await page.mouse.move(box.x + box.width * t / 1.2, box.y + 20);
+      return figure.locator(".u-legend td").evaluateAll((cells) => cells.slice(1).map((cell) => cell.textContent));
+    };
+    assert.deepEqual(await sides(0.05), ["open", "open", "apart"]);
+    assert.deepEqual(await sides(0.3), ["closed", "open", "touches"]); // the object is met at 0.257 s, the valve shuts at 0.4 s
+    assert.deepEqual(await sides(1.1), ["open", "closed", "apart"]);
+    await picture(page, "lanes");
+    await close(page);
+    // 10,000 changes are one pale band: no pixel has the full colour of a side.
+    const buck = join(folder, "models", "buck.json"), fast = JSON.parse(readFileSync(buck, "utf8"));
+    fast.scenes = {long: {stop: 0.1, samples: 101}};
+    writeFileSync(buck, JSON.stringify(fast));
+    const other = await open(report("buck.html", buck));
+    const lanes = other.locator("#lanes figure");
+    await lanes.scrollIntoViewIfNeeded();
+    await lanes.locator("canvas").waitFor();
+    const full = () => lanes.locator("canvas").evaluate((canvas) => {
+      const {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+      const wanted = getComputedStyle(document.documentElement).getPropertyValue("--c0").trim().slice(1).match(/../g).map((part) => parseInt(part, 16));
+      let count = 0;
+      for (let i = 0; i < data.length; i += 4) if (wanted.every((value, k) => Math.abs(data[i + k] - value) < 3)) ++count;
+      return count;
+    });
+    assert.equal(await full(), 0);
+    // Zoomed in to a few periods they are told apart.
+    const over = await lanes.locator(".u-over").boundingBox();
+    for (let i = 0; i < 3; ++i) {
+      await other.mouse.move(over.x + over.width * 0.49, over.y + 30);
+      await other.mouse.down();
+      await other.mouse.move(over.x + over.width * 0.51, over.y + 30, {steps: 4});
+      await other.mouse.up();
+    }
+    assert.ok(await full() > 100);
+    await picture(other, "lanes_zoomed");
+    await close(other);
+  },
+
   async "the cursor reads every curve at one time, between the samples of each"() {
     const page = await open(bellow);
     const figure = page.locator("#plots figure").first(), box = await figure.locator(".u-over").boundingBox();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -40,6 +41,11 @@ class CsvError : public std::runtime_error {
 /// @throws CsvError for anything else: a record of another length, a field that is no number, an open quote, no header.
 /// @note Time and memory linear in the text.
 CsvTable parse_csv(std::string_view text);
+
+/// Hands over the fields of each record, the header's too, with the record's line (from 1).
+/// @throws CsvError  an open quote; a record of another length than the header.
+void read_csv_records(std::string_view text,
+                      const std::function<void(std::size_t line, const std::vector<std::string>& fields)>& take);
 
 /// The same of measurements, where cells may be empty.
 struct CsvCells {

@@ -145,11 +145,12 @@ struct RunEvent {
     contact,    ///< a contact opened or closed
     impact,     ///< a contact took an impulse
     jump,       ///< switches made a store jump
+    start,      ///< not an event: the side `to` that a switch, diode or contact is on as the run begins
   };
   Kind kind = Kind::time;
   double t = 0.0;
   std::string name;      ///< of the condition (its text), event, signal, element, or store ("cap.q")
-  std::string quantity;  ///< event: what it set, "mass.p"; else empty
+  std::string quantity;  ///< event: what it set, "mass.p"; start: "switch", "diode" or "contact"; else empty
   std::string from, to;  ///< sides ("open", "true"), or numbers that read back the same; impact: closing speeds
   std::optional<double> impulse;  ///< impact
   /// event: brought to the stores; impact, jump: lost. What several rows of one instant share stands in the first.

@@ -24,6 +24,9 @@ void append_csv_record(std::string& text, double time, std::span<const double> v
 /// A run's events as CSV: t,kind,name,quantity,from,to,impulse,energy; what an event has none of is empty.
 void append_event_header(std::string& text);
 void append_event_record(std::string& text, const RunEvent& event);
+/// Hands over each row of such a table, in order.
+/// @throws CsvError  another header, a kind that is not known, a cell that is no number where one belongs.
+void read_event_records(std::string_view text, const EventSink& take);
 /// "switch", "impact", ...: as they stand in that table.
 std::string_view event_kind_text(RunEvent::Kind kind);
 

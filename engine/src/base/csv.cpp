@@ -181,6 +181,25 @@ CsvTable parse_csv(std::string_view text) {
   return table;
 }
 
+void read_csv_records(std::string_view text,
+                      const std::function<void(std::size_t line, const std::vector<std::string>& fields)>& take) {
+  CsvReader reader(text);
+  std::vector<std::string> fields;
+  std::size_t columns = 0;
+  while (!reader.at_end()) {
+    const std::size_t line = reader.line();
+    fields.clear();
+    do {
+      fields.emplace_back();
+    } while (reader.field(fields.back()));
+    if (columns == 0) columns = fields.size();
+    if (fields.size() != columns)
+      throw CsvError(
+          line, std::to_string(fields.size()) + " fields where the header has " + std::to_string(columns) + " columns");
+    take(line, fields);
+  }
+}
+
 CsvCells parse_csv_cells(std::string_view text) {
   CsvReader reader(text);
   CsvCells cells;

@@ -42,7 +42,7 @@ bool stands_behind(const Program& program, const Relation& relation) {
 }  // namespace
 
 void EventLog::add(const RunEvent& event) {
-  if (most_ > 0) {
+  if (most_ > 0 && event.kind != RunEvent::Kind::start) {
     ++count_;
     std::string name = std::string(event_kind_text(event.kind)) + " " + in_quotes(event.name);
     const auto [found, added] = position_.try_emplace(std::move(name), names_.size());

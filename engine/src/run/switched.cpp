@@ -1,10 +1,20 @@
 // The loop of a switched run: one stretch after the other.
 #include "base/codes.hpp"
 #include "base/text.hpp"
+#include "bgsim/trace_csv.hpp"
 #include "run/failures.hpp"
 #include "run/switched_run.hpp"
 
 namespace bgsim {
+
+namespace {
+
+RunEvent::Kind kind_of_change(const Element& element) {
+  using Kind = RunEvent::Kind;
+  return element.contact ? Kind::contact : element.diode ? Kind::diode : Kind::switching;
+}
+
+}  // namespace
 
 RunResult SwitchedRun::execute() {
   result_.report.switches = true;
@@ -17,6 +27,7 @@ RunResult SwitchedRun::execute() {
 bool SwitchedRun::stretch() {
   const Program* program = enter_mode();
   if (program == nullptr) return false;
+  log_start(*program->model);
   log_sides(*program->model, [](bool) { return true; });
   if (auto full = log_.full(stored_.t)) return fail(std::move(*full));
   const SimulateOptions options = options_here();
@@ -82,6 +93,17 @@ const Program* SwitchedRun::enter_mode() {
   return nullptr;
 }
 
+void SwitchedRun::log_start(const Model& model) {
+  if (!log_.wanted() || std::exchange(logged_start_, true)) return;
+  logged_ = mode_;
+  std::size_t next = 0;
+  for (const Element& element : model.elements) {
+    if (!is_switch(element.kind)) continue;
+    const std::string kind(event_kind_text(kind_of_change(element)));
+    log_.add({RunEvent::Kind::start, stored_.t, element.name, kind, "", side_text(element, mode_[next++]), {}, {}});
+  }
+}
+
 void SwitchedRun::log_sides(const Model& model, const std::function<bool(bool)>& which) {
   if (!log_.wanted() || logged_ == mode_) return;
   std::size_t next = 0;
@@ -89,9 +111,14 @@ void SwitchedRun::log_sides(const Model& model, const std::function<bool(bool)>&
     if (!is_switch(element.kind)) continue;
     const std::size_t i = next++;
     if (logged_[i] == mode_[i] || !which(is_diode_[i])) continue;
-    using Kind = RunEvent::Kind;
-    const Kind kind = element.contact ? Kind::contact : element.diode ? Kind::diode : Kind::switching;
-    log_.add({kind, stored_.t, element.name, "", side_text(element, logged_[i]), side_text(element, mode_[i]), {}, {}});
+    log_.add({kind_of_change(element),
+              stored_.t,
+              element.name,
+              "",
+              side_text(element, logged_[i]),
+              side_text(element, mode_[i]),
+              {},
+              {}});
     logged_[i] = mode_[i];
   }
 }
@@ -106,7 +133,10 @@ void SwitchedRun::log_jump(Evaluator& evaluator, const std::vector<double>& x, s
     return;  // the run comes to this as well, and says so
   const auto look = [&](const StateInfo& state, const std::string& name, double to) {
     const double from = value_of(stored_, state);
-    if (state.signal.valid() || std::abs(to - from) <= kRounding * std::abs(from)) return;
+    // What a store holds is known to its tolerance: a current that a diode cuts at 0 does not jump there.
+    const auto scale = scale_.find(key(state));
+    const double size = std::max(std::abs(from), scale == scale_.end() ? 0.0 : scale->second);
+    if (state.signal.valid() || std::abs(to - from) <= kRounding * size) return;
     log_.add({RunEvent::Kind::jump, stored_.t, name, "", shortest_number(from), shortest_number(to), {}, loss});
     loss.reset();
   };

@@ -62,6 +62,9 @@ class SwitchedRun {
   /// The program of the present instant's mode, with the stores as they are after the jump into it.
   const Program* enter_mode();
 
+  /// The sides that all are on once the first mode is found: what is found for diodes then is no change.
+  void log_start(const Model& model);
+
   /// Switches, or diodes and contacts, that are on another side than the log knows.
   /// @param which  whether it is asked for, of a diode or contact (true) or another switch.
   void log_sides(const Model& model, const std::function<bool(bool)>& which);
@@ -208,6 +211,7 @@ class SwitchedRun {
   Stored stored_;               ///< where the last stretch ended
   EventLog log_;
   Mode logged_;  ///< the mode that the log knows
+  bool logged_start_ = false;
   Headway headway_;
   double begin_;
   std::shared_ptr<const Model> names_;

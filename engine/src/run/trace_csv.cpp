@@ -1,9 +1,13 @@
 #include "bgsim/trace_csv.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "base/text.hpp"
 #include "bgsim/csv.hpp"
 #include "bgsim/text.hpp"
 
@@ -60,6 +64,8 @@ std::string_view event_kind_text(RunEvent::Kind kind) {
       return "impact";
     case Kind::jump:
       return "jump";
+    case Kind::start:
+      return "start";
   }
   return "";
 }
@@ -79,6 +85,43 @@ void append_event_record(std::string& text, const RunEvent& event) {
     if (number) append_number(text, *number);
   }
   text += "\r\n";
+}
+
+void read_event_records(std::string_view text, const EventSink& take) {
+  using Kind = RunEvent::Kind;
+  constexpr std::array kKinds{Kind::time,  Kind::condition, Kind::event,  Kind::sample, Kind::latch, Kind::switching,
+                              Kind::diode, Kind::contact,   Kind::impact, Kind::jump,   Kind::start};
+  const auto number = [](std::size_t line, const std::string& field, const char* column) {
+    double value = 0.0;
+    const char* const end = field.data() + field.size();
+    const auto [stop, fault] = std::from_chars(field.data(), end, value);
+    if (fault != std::errc{} || stop != end || !std::isfinite(value))
+      throw CsvError(line, in_quotes(field) + " in column " + in_quotes(column) + " is not a number");
+    return value;
+  };
+  const std::vector<std::string> header{"t", "kind", "name", "quantity", "from", "to", "impulse", "energy"};
+  bool first = true;
+  read_csv_records(text, [&](std::size_t line, const std::vector<std::string>& fields) {
+    if (std::exchange(first, false)) {
+      if (fields != header)
+        throw CsvError(line, "no table of events: its header is not t,kind,name,quantity,from,to,impulse,energy");
+      return;
+    }
+    RunEvent event;
+    event.t = number(line, fields[0], "t");
+    const auto* const kind =
+        std::find_if(kKinds.begin(), kKinds.end(), [&](Kind one) { return event_kind_text(one) == fields[1]; });
+    if (kind == kKinds.end()) throw CsvError(line, in_quotes(fields[1]) + " is no kind of event");
+    event.kind = *kind;
+    event.name = fields[2];
+    event.quantity = fields[3];
+    event.from = fields[4];
+    event.to = fields[5];
+    if (!fields[6].empty()) event.impulse = number(line, fields[6], "impulse");
+    if (!fields[7].empty()) event.energy = number(line, fields[7], "energy");
+    take(event);
+  });
+  if (first) throw CsvError(1, "the file is empty: a table of events has a header");
 }
 
 void write_trace_csv(std::ostream& out, const Trace& trace) {

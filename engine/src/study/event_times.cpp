@@ -14,6 +14,7 @@ void EventTimes::take(const RunEvent& event) {
     case Kind::condition:
     case Kind::sample:
     case Kind::jump:
+    case Kind::start:
       return;
     case Kind::event:
       break;
