@@ -13,7 +13,8 @@ constexpr double kPortSize = 9.5;
 }  // namespace
 
 std::vector<Candidate> name_places(const Element& element, Point at, Point towards) {
-  const double reach = capsule(element, at).reach;
+  const Capsule shape = capsule(element, at);
+  const double reach = shape.reach;
   const std::string name = local_name(element.name);
   const bool junction = is_junction(element.kind), one_port = !junction && port_count(element) == 1;
   std::vector<Candidate> candidates;
@@ -23,7 +24,7 @@ std::vector<Candidate> name_places(const Element& element, Point at, Point towar
     candidates.push_back(
         {text_at(at + offset, anchor, kNameSize, text), cost + (one_port ? 60.0 * (1.0 + against) : 0.0)});
   };
-  const double side = reach + 12.0, high = 18.0, sides = one_port ? 0.0 : 30.0;
+  const double side = reach + shape.radius - 2.0, high = 18.0, sides = one_port ? 0.0 : 30.0;
   add({side, 0.0}, Anchor::start, one_port ? ": " + name : name, sides);
   add({-side, 0.0}, Anchor::end, one_port ? name + " :" : name, sides);
   add({0.0, high}, Anchor::middle, name, junction ? 22.0 : 0.0);

@@ -1,6 +1,7 @@
 #include "draw/plan.hpp"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -45,10 +46,24 @@ std::vector<Around> arounds(const Model& model) {
 
 double name_width(const Element& element) { return text_width(local_name(element.name), kNameSize); }
 
+/// By signal with memory: what it reads where it is sampled or latched.
+using Memories = std::map<SignalId, std::vector<ExprId>>;
+
+Memories memories_of(const Model& model) {
+  Memories memories;
+  for (const ModelEvent& event : model.events)
+    for (const ModelEvent::Set& set : event.sets) {
+      if (!event.at_start || !set.signal.valid()) continue;
+      memories[set.signal].insert(memories[set.signal].end(), {event.when, set.value});
+    }
+  return memories;
+}
+
 /// What an element reads, followed through signals.
 class Reading {
  public:
-  Reading(const Model& model, ElementId to, std::vector<ReadSignal>& found) : model_(model), to_(to), found_(found) {}
+  Reading(const Model& model, const Memories& memories, ElementId to, std::vector<ReadSignal>& found)
+      : model_(model), memories_(memories), to_(to), found_(found) {}
 
   void follow(std::vector<ExprId> roots) {
     std::erase_if(roots, [](ExprId root) { return !root.valid(); });
@@ -61,9 +76,11 @@ class Reading {
         const ModelSymbol& at = model_.symbols[symbol.index()];
         if (at.kind == ModelSymbol::Kind::signal) {
           const Signal& signal = model_.signals[at.signal.index()];
-          if (seen_.insert(at.signal).second)
-            waiting.emplace_back(signal.delay ? signal.delay->value : signal.value,
-                                 through.empty() ? local_name(signal.name) : through);
+          if (!seen_.insert(at.signal).second) continue;
+          const std::string name = through.empty() ? local_name(signal.name) : through;
+          waiting.emplace_back(signal.delay ? signal.delay->value : signal.value, name);
+          if (const auto memory = memories_.find(at.signal); memory != memories_.end())
+            for (const ExprId read : memory->second) waiting.emplace_back(read, name);
         } else if (at.kind == ModelSymbol::Kind::port_variable || at.kind == ModelSymbol::Kind::bond_variable ||
                    at.kind == ModelSymbol::Kind::mode) {
           add(at, symbol, through);
@@ -93,6 +110,7 @@ class Reading {
   }
 
   const Model& model_;
+  const Memories& memories_;
   ElementId to_;
   std::vector<ReadSignal>& found_;
   std::set<SignalId> seen_;
@@ -186,11 +204,14 @@ std::vector<Extent> extents(const Model& model, const std::vector<Standing>& sta
 
 std::vector<ReadSignal> read_signals(const Model& model) {
   std::vector<ReadSignal> found;
+  const Memories memories = memories_of(model);
   for (std::size_t i = 0; i < model.elements.size(); ++i) {
     const Element& element = model.elements[i];
     std::vector<ExprId> roots{element.coefficient, element.energy};
     for (const Law& law : element.laws) roots.push_back(law.right);
-    Reading(model, ElementId(i), found).follow(std::move(roots));
+    if (element.switches) roots.insert(roots.end(), {element.switches->closes, element.switches->opens});
+    if (element.diode) roots.push_back(element.diode->fire);
+    Reading(model, memories, ElementId(i), found).follow(std::move(roots));
   }
   return found;
 }

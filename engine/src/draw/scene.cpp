@@ -135,12 +135,20 @@ class Placing {
     return labels_.add(beside_line(drawn.line, -1.0, true, drawn.signal.label));
   }
 
+  /// The line with its arrow, as it is drawn.
+  Taken::Range take_signal(const Curve& line) {
+    Taken::Range taken = taken_.add(line, kSignalWeight);
+    for (const Point barb : signal_barbs(line))
+      taken.last = taken_.add(Curve{barb, 0.5 * (barb + line.end), line.end}, kSignalWeight).last;
+    return taken;
+  }
+
   void place_signals() {
     for (ReadSignal& signal : read_signals(model_)) {
       DrawnSignal drawn;
       drawn.line = signal_way(signal);
       drawn.signal = std::move(signal);
-      signal_items_.push_back(taken_.add(drawn.line, kSignalWeight));
+      signal_items_.push_back(take_signal(drawn.line));
       scene_.signals.push_back(std::move(drawn));
     }
     for (const DrawnSignal& drawn : scene_.signals) signal_labels_.push_back(add_signal_label(drawn));
@@ -155,7 +163,7 @@ class Placing {
       labels_.drop(signal_labels_[i]);
       taken_.remove(signal_items_[i]);
       drawn.line = signal_way(drawn.signal);
-      signal_items_[i] = taken_.add(drawn.line, kSignalWeight);
+      signal_items_[i] = take_signal(drawn.line);
       signal_labels_[i] = add_signal_label(drawn);
       changed = true;
     }

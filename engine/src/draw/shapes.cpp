@@ -33,7 +33,10 @@ bool Curve::straight() const { return length(control - 0.5 * (begin + end)) < 0.
 
 Letters letters(const Element& element) {
   const std::string text = kind_text(element.kind, element.modulated);
-  if (element.diode && !element.contact) return {text, element.diode->out ? "out" : "in"};
+  if (element.diode && !element.contact) {
+    const std::string way = element.diode->out ? "out" : "in";
+    return {text, element.diode->fire.valid() ? way + ", fire" : way};
+  }
   if (is_switch(element.kind)) return {text, side_text(element, is_closed(element))};
   if (!imposed_variable(element.kind)) return {text, {}};
   return {text.substr(0, text.size() - 1), text.substr(text.size() - 1)};
@@ -66,6 +69,11 @@ Point flow_side(Point tangent) {
   const Point n = turned(tangent);
   const double low = n.x + n.y;
   return low > 1e-9 || (std::abs(low) <= 1e-9 && n.y > 0.0) ? n : -1.0 * n;
+}
+
+std::array<Point, 2> signal_barbs(const Curve& line) {
+  const Point along = line.tangent(1.0), across = turned(along);
+  return {line.end - 7.0 * along + 3.2 * across, line.end - 7.0 * along - 3.2 * across};
 }
 
 Curve between(const Capsule& a, const Capsule& b, double bulge, double shift) {

@@ -53,7 +53,8 @@ double text_width(const std::string& text, double size, Face face = Face::sans);
 bool exact_width(const std::string& text);
 
 /// The letters of an element as drawn: "MS" with subscript "e", "R", "0"; of a switch or contact with its side in the
-/// model's mode, "Sw" with "open", of a diode with the way that it passes, "D" with "in".
+/// model's mode, "Sw" with "open", of a diode with the way that it passes, "D" with "in"; of a
+/// thyristor "in, fire".
 struct Letters {
   std::string base, subscript;
 };
@@ -69,6 +70,9 @@ struct Capsule {
   [[nodiscard]] Box box() const { return around(centre, 2.0 * (reach + radius), 2.0 * radius); }
 };
 Capsule capsule(const Element& element, Point at);
+
+/// The ends of the arrow at the end of a signal.
+std::array<Point, 2> signal_barbs(const Curve& line);
 
 /// The way from one to the other. @p bulge and @p shift: how far the control point is beside the middle and along the
 /// way, in lengths of the way.

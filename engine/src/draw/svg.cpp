@@ -224,8 +224,7 @@ class SvgWriter {
 
   void write_signal(const DrawnSignal& drawn) {
     const Curve& line = drawn.line;
-    const Point along = line.tangent(1.0), across{-along.y, along.x};
-    const Point left = line.end - 7.0 * along + 3.2 * across, right = line.end - 7.0 * along - 3.2 * across;
+    const auto [left, right] = signal_barbs(line);
     out_ += xml_begin("g", {{"class", "signal"}, {"data-to", model_.elements[drawn.signal.to.index()].name}}) +
             xml_text_element("title", drawn.signal.about) + path_element(path(line)) +
             path_element("M" + px(left) + "L" + px(line.end) + "L" + px(right));
