@@ -343,6 +343,84 @@ void gripper(const std::string& folder) {
   write_csv(folder + "/gripper.cycle.csv", radau);
 }
 
+/// Air and extension of both packets, speed of the body's centre, its angular speed. The left wall strikes the object
+/// and is held there until the object would have to pull.
+void actuator_object(const std::string& folder) {
+  const auto plain = [](double value) { return Real(value); };
+  const Real pi = std::acos(Real(-1));
+  const Real body = plain(0.05), arm = plain(0.4), inertia = body * arm * arm / 3, reach = plain(0.15),
+             area = plain(0.0096), k = 350, damping = plain(0.4), unit = 2000, kp = 40, kd = 10, delta = 10,
+             amplitude = plain(0.3);
+  const Real valve = plain(0.8) * pi * plain(0.008) * plain(0.008) / 4 * std::sqrt(2 / plain(1.225)),
+             c2 = area * amplitude / (plain(1.225) * 287 * 300);
+  const Real phase = plain(3.141592653589793);  // the pi of doubles
+  const auto flow = [=](Real e) { return valve * e / std::sqrt(std::sqrt(e * e + delta * delta)); };
+  const auto pressure = [=](const Vector<6>& y, int side) { return (y[2 * side] - area * y[2 * side + 1]) / c2; };
+  const auto speed = [=](const Vector<6>& y, int side) { return y[4] + (side == 0 ? arm : -arm) * y[5]; };
+  const auto packet_force = [=](const Vector<6>& y, int side) {
+    return area * pressure(y, side) - k * y[2 * side + 1] - damping * speed(y, side);
+  };
+  // By how much a unit of force at the left wall speeds that wall up.
+  const Real mobility = 1 / body + arm * arm / inertia;
+  const auto object_force = [=](const Vector<6>& y) {
+    const Real left = packet_force(y, 0), right = packet_force(y, 1);
+    return ((left + right) / body + arm * arm * (left - right) / inertia) / mobility;
+  };
+  const auto rates = [=](bool held) -> Rates<6> {
+    return [=](const Vector<6>& y, Vector<6>& dydt, Real t) {
+      for (const int side : {0, 1}) {
+        const Real angle = t + (side == 0 ? 0 : phase), v = speed(y, side);
+        const Real pump =
+            unit * (kp * (amplitude * std::sin(angle) - y[2 * side + 1]) + kd * (amplitude * std::cos(angle) - v));
+        dydt[2 * side] = flow(pump - pressure(y, side));
+        dydt[2 * side + 1] = held && side == 0 ? 0 : v;
+      }
+      const Real left = packet_force(y, 0) - (held ? object_force(y) : 0), right = packet_force(y, 1);
+      dydt[4] = (left + right) / body;
+      dydt[5] = arm * (left - right) / inertia;
+    };
+  };
+  const auto room = [=](const Vector<6>& y) { return reach - y[1]; };
+  const auto strike = [=](Vector<6>& y) {
+    const Real impulse = speed(y, 0) / mobility;
+    y[1] = reach;
+    y[4] -= impulse / body;
+    y[5] -= arm * impulse / inertia;
+  };
+  const std::vector<Stretch<6>> stretches{
+      {rates(false), 2, room, strike}, {rates(true), 4, object_force}, {rates(false), 4}};
+  const std::vector<std::string> columns{"t", "x_L", "x_R", "force", "P2_L", "P2_R", "v_R"};
+  const std::vector<Real> times = times_of({0, 4, 4001});
+  const Vector<6> scale{1e-3L, 0.1L, 1e-3L, 0.1L, 0.1L, 0.1L};
+  const auto table = [&](const std::vector<Vector<6>>& states) {
+    Table result{columns, {}};
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const Vector<6>& y = states[i];
+      const bool held = std::fabs(y[1] - reach) < 1e-15L && object_force(y) > 0;
+      result.rows.push_back(
+          {times[i], y[1], y[3], held ? object_force(y) : 0, pressure(y, 0), pressure(y, 1), speed(y, 1)});
+    }
+    return result;
+  };
+  const Table radau = table(follow<6>([&](const Rates<6>& r, const Vector<6>& y,
+                                          const std::vector<Real>& at) { return by_radau<6>(r, y, scale, at, 1e-15L); },
+                                      stretches, {}, times));
+  const Table second =
+      table(follow<6>([&](const Rates<6>& r, const Vector<6>& y,
+                          const std::vector<Real>& at) { return by_extrapolation<6>(r, y, scale, at, 1e-16L); },
+                      stretches, {}, times));
+  std::printf("%-28s", "actuator_object.press");
+  Real worst = 0;
+  for (std::size_t c = 1; c < columns.size(); ++c) {
+    const Real difference = scaled_difference(radau, second, c);
+    worst = std::max(worst, difference);
+    std::printf(" %s %.1Le", columns[c].c_str(), difference);
+  }
+  std::printf("\n");
+  if (!(worst < 1e-9L)) throw std::runtime_error("actuator_object.press: the two methods disagree");
+  write_csv(folder + "/actuator_object.press.csv", radau);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -354,6 +432,7 @@ int main(int argc, char** argv) {
     gear_shift(folder);
     rimless_wheel(folder);
     gripper(folder);
+    actuator_object(folder);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;
