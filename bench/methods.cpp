@@ -1,11 +1,15 @@
 // What each method costs and how exact it is, over all scenes: the table behind the choice of `auto`.
 //   bench_methods [--seconds S] [FILE[:SCENE]]...     default: models/ and tests/data/models/
+//   bench_methods --random SEEDS [FAMILY]...          random models of 2 to 100 states (families.hpp)
 //
 // Every scene by every method at 1e-4, 1e-6 and 1e-9, without audit and estimate of errors. Errors are the largest of
 // all outputs relative to the output's range, against the most exact of several methods at 1e-11; the reference's own
 // error is how far a second one stays from it. Times are processor times of simulate() alone, the least of several
 // runs. Prints a line for each run (tab-separated), then how `auto` compares with the best row of each scene: the
 // cheapest that is at least as exact as `auto` at that tolerance.
+//
+// Random models: the processor time that each method takes to an error of 1e-3, 1e-5 and 1e-7, over tolerances half a
+// decade apart, as a multiple of what the best of them takes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,6 +23,7 @@
 #include <vector>
 
 #include "bgsim/bgsim.hpp"
+#include "families.hpp"
 
 namespace {
 
@@ -43,7 +48,7 @@ struct Timed {
   bool whole = false;
 };
 
-Timed run(const Program& program, RunInputs inputs, Method method, double relative, double limit) {
+Timed run(const Simulation& scene, RunInputs inputs, Method method, double relative, double limit) {
   inputs.method = method;
   inputs.max_order = 0;
   inputs.relative = relative;
@@ -52,7 +57,7 @@ Timed run(const Program& program, RunInputs inputs, Method method, double relati
   const double begin = seconds_now();
   options.progress = [&](double) { return seconds_now() - begin < limit; };
   Timed timed;
-  timed.result = simulate(program, inputs, options);
+  timed.result = scene.simulate(inputs, options);
   timed.seconds = seconds_now() - begin;
   timed.whole = timed.result.stop == StopReason::completed;
   return timed;
@@ -80,14 +85,14 @@ struct Reference {
   std::vector<double> own;
 };
 
-std::optional<Reference> reference_of(const Program& program, RunInputs inputs, double limit) {
+std::optional<Reference> reference_of(const Simulation& scene, RunInputs inputs, double limit) {
   inputs.absolute.reset();
   inputs.absolute_by_state.clear();
   std::vector<Trace> traces;
   std::optional<Reference> best;
   double least = std::numeric_limits<double>::infinity();
   for (const Method method : {Method::radau, Method::dirk5, Method::bdf, Method::erk8, Method::adams, Method::ida}) {
-    Timed timed = run(program, inputs, method, kTight, limit);
+    Timed timed = run(scene, inputs, method, kTight, limit);
     if (!timed.whole) continue;
     for (const Trace& other : traces) {
       std::vector<double> own = distances(timed.result.trace, other);
@@ -127,15 +132,15 @@ void measure(const std::string& file, const std::string& scene, double limit, To
   const RunInputs& inputs = compiled.inputs();
   const std::string name = compiled.model().name + " " + inputs.scene;
   if (program.state_names.empty() || program.output_names.empty()) return;
-  const std::optional<Reference> reference = reference_of(program, inputs, 4.0 * limit);
+  const std::optional<Reference> reference = reference_of(compiled, inputs, 4.0 * limit);
   std::vector<Row> rows;
   for (const double relative : kTolerances)
     for (const Method method : kMethodsToTry) {
-      Timed timed = run(program, inputs, method, relative, limit);
+      Timed timed = run(compiled, inputs, method, relative, limit);
       Row row{method, relative, timed.seconds, std::numeric_limits<double>::quiet_NaN(), timed.whole, {}, 0, 0};
       // Short runs scatter more, and cost less.
       for (int repeat = 0; timed.whole && repeat < (timed.seconds < 0.005 ? 8 : timed.seconds < 0.1 ? 3 : 1); ++repeat)
-        row.seconds = std::min(row.seconds, run(program, inputs, method, relative, limit).seconds);
+        row.seconds = std::min(row.seconds, run(compiled, inputs, method, relative, limit).seconds);
       std::string worst;
       if (timed.whole && reference) {
         row.error = 0.0;
@@ -187,6 +192,64 @@ void measure(const std::string& file, const std::string& scene, double limit, To
   }
 }
 
+// --- random models
+
+constexpr std::array<std::size_t, 15> kSizes{2, 4, 6, 8, 10, 12, 16, 20, 28, 40, 50, 70, 100, 140, 200};
+constexpr std::array kContenders{Method::automatic, Method::bdf, Method::radau, Method::erk5, Method::adams};
+constexpr std::array<double, 3> kErrors{1e-3, 1e-5, 1e-7};
+
+/// The least time of a method to each of kErrors.
+std::array<double, 3> times_to(const Simulation& scene, const Reference& reference, Method method, double limit) {
+  constexpr int kLoosest = 4, kTightest = 21, kRepeats = 3;
+  std::array<double, 3> least;
+  least.fill(std::numeric_limits<double>::infinity());
+  for (int k = kLoosest; k <= kTightest; ++k) {
+    const double relative = std::pow(10.0, -0.5 * k);
+    Timed timed = run(scene, scene.inputs(), method, relative, limit);
+    if (!timed.whole) {
+      if (timed.seconds >= limit) break;
+      continue;
+    }
+    double error = 0.0;
+    const std::vector<double> all = distances(timed.result.trace, reference.trace);
+    for (std::size_t c = 0; c < all.size(); ++c)
+      if (reference.own[c] < 0.1 * kErrors.back()) error = std::max(error, all[c]);
+    if (timed.seconds >= least.back()) break;
+    for (int repeat = 1; repeat < kRepeats && timed.seconds < 0.05; ++repeat)
+      timed.seconds = std::min(timed.seconds, run(scene, scene.inputs(), method, relative, limit).seconds);
+    for (std::size_t e = 0; e < kErrors.size(); ++e)
+      if (error <= kErrors[e]) least[e] = std::min(least[e], timed.seconds);
+  }
+  return least;
+}
+
+void measure_random(const std::string& family, std::uint32_t seeds, double limit) {
+  for (const std::size_t size : kSizes)
+    for (std::uint32_t seed = 0; seed < seeds; ++seed) {
+      const Simulation scene = Study::from_text(bench::family_model(family, size, seed)).scene();
+      const std::optional<Reference> reference = reference_of(scene, scene.inputs(), 4.0 * limit);
+      if (!reference) {
+        std::printf("%s\t%zu\t%u\tno reference\n", family.c_str(), size, seed);
+        continue;
+      }
+      std::vector<std::array<double, 3>> times;
+      double longest = limit;  // what takes ten times as long as another is of no interest
+      for (const Method method : kContenders) {
+        times.push_back(times_to(scene, *reference, method, longest));
+        longest = std::min(longest, 10.0 * times.back().back());
+      }
+      for (std::size_t e = 0; e < kErrors.size(); ++e) {
+        double best = std::numeric_limits<double>::infinity();
+        for (const auto& of : times) best = std::min(best, of[e]);
+        std::printf("%s\t%zu\t%u\t%.0e\t%.3f", family.c_str(), scene.program().state_names.size(), seed, kErrors[e],
+                    1e3 * best);
+        for (const auto& of : times) std::printf("\t%.2f", of[e] / best);
+        std::printf("\n");
+      }
+      std::fflush(stdout);
+    }
+}
+
 std::vector<std::string> all_models() {
   std::vector<std::string> files;
   for (const char* folder : {"models", "tests/data/models"})
@@ -204,6 +267,16 @@ int main(int argc, char** argv) {
   if (items.size() >= 2 && items[0] == "--seconds") {
     limit = std::stod(items[1]);
     items.erase(items.begin(), items.begin() + 2);
+  }
+  if (items.size() >= 2 && items[0] == "--random") {
+    const auto seeds = static_cast<std::uint32_t>(std::stoul(items[1]));
+    items.erase(items.begin(), items.begin() + 2);
+    std::printf("family\tstates\tseed\terror\tbest, ms");
+    for (const Method method : kContenders) std::printf("\t%s", method_name(method).c_str());
+    std::printf("\n");
+    for (const std::string& family : items.empty() ? bench::family_names() : items)
+      measure_random(family, seeds, limit);
+    return 0;
   }
   if (items.empty()) items = all_models();
   std::printf(
