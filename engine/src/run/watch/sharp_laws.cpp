@@ -76,10 +76,10 @@ SharpLaws::SharpLaws(const Program& program, std::span<const double> parameters)
     // What a sharp operator is multiplied by itself turns where that one only rises: 1 - tanh(x)^2.
     const bool turns =
         node.op == Op::pow ? is_sharp(node.a) : node.op == Op::mul && is_sharp(node.a) && is_sharp(node.b);
-    if (!may_be_sharp(pool, node) && !turns) continue;
+    // A quotient by what stands still is a product, which never bends: its powers are those of its dividend.
+    const bool product = node.op == Op::div && moves[*position.find(ExprId(node.b))] == 0;
+    if (product || (!may_be_sharp(pool, node) && !turns)) continue;
     sharp[i] = 1;
-    // A quotient by what stands still is a product, which never bends.
-    if (node.op == Op::div && moves[*position.find(ExprId(node.b))] == 0) continue;
     sharp_.push_back(nodes[i]);
   }
   if (sharp_.empty()) return;
