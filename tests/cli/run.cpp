@@ -242,6 +242,9 @@ TEST_CASE("scenes that end at 0 are as right and as quick as others") {
   // Nothing in the cradle depends on t.
   const std::string cradle = BGSIM_SOURCE_DIR "/models/cradle.json --scene two --quiet -o ";
   REQUIRE(place.bgsim(cradle + "from_zero.csv --stop 10").code == 0);
+  // An impact 21 roundings of the time before the end: Radau's steps, which all methods take from there, were too
+  // short.
+  for (const char* stop : {"12", "14"}) CHECK(place.bgsim(cradle + "later.csv --method bdf --stop " + stop).code == 0);
   const Outcome early = place.bgsim(cradle + "to_zero.csv --start -10 --stop 0");
   INFO(early.err);
   REQUIRE(early.code == 0);

@@ -14,9 +14,10 @@ struct MethodChoice {
   std::string reason;
 };
 
-/// For a system in explicit form: the method that the scene names, or for `auto` Radau IIA for small systems, BDF for
-/// larger ones, for those with nonlinear loops, and from @p multistep_since on, if that is given: the time from which
-/// on Radau IIA did not get on. Reasons: docs/design/simulate.md; the table behind them: scripts/bench methods.
+/// For a system in explicit form: the method that the scene names, or for `auto` Radau IIA for systems of up to
+/// kDenseStates states, BDF for larger ones, for those with nonlinear loops, and from @p multistep_since on, if that is
+/// given: the time from which on Radau IIA did not get on. Reasons: docs/design/simulate.md; the table behind them:
+/// scripts/bench methods.
 MethodChoice choose_method(const Program& program, const RunInputs& inputs, std::optional<double> multistep_since);
 
 }  // namespace bgsim

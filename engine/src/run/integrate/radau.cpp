@@ -85,7 +85,7 @@ class RadauIntegrator final : public Integrator {
     begin_ = y_;
     if (loops_) branch_at_begin_ = branch_;
     if (!(next_ > 0.0)) next_ = first_step();
-    double h = fit(next_);
+    double h = above_resolution(fit(next_));
     tolerances_.weights(time_, h, y_.data(), weight_.data());
     for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
       // Time that no longer advances by the step is the run's matter as long as
@@ -235,6 +235,14 @@ class RadauIntegrator final : public Integrator {
     if (longest_ > 0.0) h = std::min(h, longest_);
     if (h >= left * (1.0 - 1e-10)) return left;
     return 2.0 * h > left ? left / 2.0 : h;
+  }
+
+  /// A first step is no part of what time resolves: an event just before the limit may leave some roundings of the
+  /// time.
+  [[nodiscard]] double above_resolution(double h) const {
+    const double least = 16.0 * kRadauEps * std::abs(time_), left = limit_ - time_;
+    if (!first_ || h >= least) return h;
+    return left <= 2.0 * least ? left : least;
   }
 
   /// From the rates and how fast they change.

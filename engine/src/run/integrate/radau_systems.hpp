@@ -33,7 +33,7 @@ class RadauSystems {
   RadauSystems() = default;
 };
 
-/// Written out for up to eight states, dense up to kDenseStates, sparse (with complete pivoting left out, columns
+/// Written out for up to eight states, dense up to a hundred, sparse (with complete pivoting left out, columns
 /// ordered to keep the fill-in low) beyond.
 std::unique_ptr<RadauSystems> make_radau_systems(const Sparsity& pattern);
 
