@@ -2,6 +2,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <limits>
 #include <numbers>
 
 #include "run/integrate/radau_formula.hpp"
@@ -283,5 +284,20 @@ TEST_CASE("Radau's steps at kinks follow from the tolerance, not from where Newt
       // Errors of steps at kinks add up; what is required is that a looser tolerance is not paid for by nonsense.
       CHECK(largest_difference(exact, result) < 1e4 * relative);
     }
+  }
+}
+
+TEST_CASE("Radau steps over stretches of some tens of roundings of the time") {
+  // As between an event and a known time just after it. Steps were refused that the time does not resolve in tenths.
+  CompiledModel compiled = compile_file("models/rlc.json", with_method(Method::radau));
+  for (const int roundings : {1, 2, 3, 4, 5, 6, 8, 12, 16, 27, 40, 60, 100, 200, 1000}) {
+    INFO(roundings);
+    compiled.inputs.start = 4.0;
+    compiled.inputs.stop = 4.0 + roundings * std::numeric_limits<double>::epsilon() * 4.0;
+    compiled.inputs.output_times = {compiled.inputs.start, compiled.inputs.stop};
+    const RunResult result = compiled.run();
+    REQUIRE(result.stop == StopReason::completed);
+    CHECK(result.report.reached == compiled.inputs.stop);
+    CHECK(result.report.steps < 20);
   }
 }

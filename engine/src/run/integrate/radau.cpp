@@ -89,8 +89,8 @@ class RadauIntegrator final : public Integrator {
     tolerances_.weights(time_, h, y_.data(), weight_.data());
     for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
       // Time that no longer advances by the step is the run's matter as long as
-      // there is a step.
-      if (!(time_ + 0.1 * h > time_)) return fail(words_);
+      // there is a step. One to the limit needs no resolution.
+      if (h < limit_ - time_ && !(time_ + 0.1 * h > time_)) return fail(words_);
       if (stale_ == kNoJacobian) {
         if (!see_jacobian(h)) return fault(time_);
         tolerances_.weights(time_, h, y_.data(), weight_.data());
