@@ -35,6 +35,8 @@ class OutputTimes {
   [[nodiscard]] double back() const { return (*this)[size() - 1]; }
   /// These without the first @p count, or none if there are no more.
   [[nodiscard]] OutputTimes without_first(std::size_t count) const;
+  /// Position of the first one after @p t; size() if there is none.
+  [[nodiscard]] std::size_t first_after(double t) const;
   /// All of them, in memory.
   [[nodiscard]] std::vector<double> list() const;
 

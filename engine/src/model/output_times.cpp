@@ -61,6 +61,18 @@ double OutputTimes::operator[](std::size_t i) const {
   return start_ + (stop_ - start_) * (n / static_cast<double>(count_ - 1));
 }
 
+std::size_t OutputTimes::first_after(double t) const {
+  std::size_t low = 0, high = size();
+  while (low < high) {
+    const std::size_t middle = low + (high - low) / 2;
+    if ((*this)[middle] > t)
+      high = middle;
+    else
+      low = middle + 1;
+  }
+  return low;
+}
+
 std::vector<double> OutputTimes::list() const {
   std::vector<double> times(size());
   for (std::size_t i = 0; i < times.size(); ++i) times[i] = (*this)[i];

@@ -52,7 +52,11 @@ void EventLog::add(const RunEvent& event) {
     }
     ++counts_[found->second];
   }
-  if (sink_) sink_(event);
+  ++given_;
+  if (skip_ > 0)
+    --skip_;
+  else if (sink_)
+    sink_(event);
 }
 
 void EventLog::add_set(double t, const Program& program, std::size_t event, std::span<const double> before,
@@ -119,7 +123,6 @@ void EventLog::look(double t, const Branch& branch) {
 }
 
 void EventLog::take_over(const Branch& branch) {
-  for (std::size_t i = 0; i < names_.size(); ++i) position_[names_[i]] = i;
   for (Watched& at : watched_) {
     at.mode = branch.modes[at.relation];
     *at.side = condition_side(program_->relations[at.relation], at.mode);

@@ -41,7 +41,23 @@ class EventLog {
     archive("count", count_);
     archive("names", names_);
     archive("counts", counts_);
+    std::vector<std::string> texts, sides;
+    for (const auto& [text, side] : sides_) {
+      texts.push_back(text);
+      sides.push_back(side);
+    }
+    archive("texts", texts);
+    archive("sides", sides);
+    archive.check(names_.size() == counts_.size() && texts.size() == sides.size());
+    for (std::size_t i = 0; i < texts.size(); ++i) sides_[texts[i]] = sides[i];
+    for (std::size_t i = 0; i < names_.size(); ++i) position_[names_[i]] = i;
   }
+
+  /// From here on the sink is not given the first @p count events: it has had them.
+  void skip(std::uint64_t count) { skip_ = count; }
+  /// Counts anew what the sink is given.
+  void count_given() { given_ = 0; }
+  [[nodiscard]] std::uint64_t given() const { return given_; }
 
  private:
   struct Watched {
@@ -53,7 +69,7 @@ class EventLog {
   const EventSink& sink_;
   std::uint64_t most_;
   std::optional<Place> place_;
-  std::uint64_t count_ = 0;
+  std::uint64_t count_ = 0, given_ = 0, skip_ = 0;
   std::vector<std::string> names_;  ///< by kind and name: "impact \"ground\""
   std::vector<std::uint64_t> counts_;
   std::map<std::string, std::size_t> position_;  ///< in names_

@@ -90,6 +90,17 @@ class Run {
   /// Of the mode before, with the errors of this one's states; and of this one, if there is an estimate.
   void know_errors(ErrorMemory memory, std::vector<double> error);
   [[nodiscard]] std::optional<ErrorMemory> errors();
+  /// Where this run is one of many stretches: so many steps the others have made. An interruption is looked for where
+  /// there is a state to go on from only, if @p snapshots are wanted.
+  /// @param next_snapshot  at so many steps of all of them
+  void know_steps(std::uint64_t steps, std::uint64_t next_snapshot, bool snapshots) {
+    steps_before_ = steps;
+    next_snapshot_ = next_snapshot;
+    late_watch_ = snapshots;
+  }
+  [[nodiscard]] std::uint64_t steps() const { return steps_; }
+  /// Of all stretches: when the next snapshot is due.
+  [[nodiscard]] std::uint64_t next_snapshot() const { return next_snapshot_; }
   /// How large the states have been in programs of other modes; by state.
   void know_scales(std::vector<double> scales) { known_scales_ = std::move(scales); }
   [[nodiscard]] double largest(std::size_t state) const { return tolerances_.largest(state); }
@@ -186,6 +197,8 @@ class Run {
   std::optional<double> multistep_at_;              ///< from here on `auto` is BDF, where it was Radau IIA
   bool one_step_ = false;                           ///< it is Radau IIA now
   long failures_seen_ = 0;
+  std::uint64_t steps_before_ = 0;  ///< of the stretches before this run
+  bool late_watch_ = false;         ///< see know_steps()
   std::uint64_t steps_ = 0, next_look_ = 0, time_events_ = 0, next_estimate_ = 20, rescued_at_ = 0, next_snapshot_ = 0;
   double jumped_at_ = 0.0;   ///< where something last changed at once
   double strayed_at_ = 0.0;  ///< where a step last had to be made again for a loop's sake

@@ -12,7 +12,7 @@ bool Run::emit(Recorder::Outcome outcome) {
 }
 
 bool Run::goes_on() {
-  if (options_.max_steps > 0 && steps_ >= options_.max_steps && t_ < inputs_.stop)
+  if (options_.max_steps > 0 && steps_before_ + steps_ >= options_.max_steps && t_ < inputs_.stop)
     return fail(step_limit_failure(t_, inputs_.stop, options_.max_steps));
   clock_.reach(t_);
   if (clock_.end() != RunClock::End::none && t_ < inputs_.stop) return end_here();

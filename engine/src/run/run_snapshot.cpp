@@ -1,7 +1,6 @@
 // Snapshots of a run.
 #include <nlohmann/json.hpp>
 
-#include "base/codes.hpp"
 #include "bgsim/text.hpp"
 #include "run/run.hpp"
 #include "run/snapshot.hpp"
@@ -41,44 +40,35 @@ void Run::carry(Archive& archive) {
   archive("recorder", recorder_);
   archive("audit", audit_);
   archive("magnitudes", magnitudes_);
-  archive("log", *log_);
+  if (log_ == &own_log_) archive("log", own_log_);
 }
 
 /// @throws ModelError BG171.
 bool Run::resume() {
-  const auto refuse = [&](const std::string& why) {
-    Diagnostic diagnostic = diagnostic_of("BG171", "the run cannot be continued: " + why);
-    diagnostic.rule = "a snapshot holds the state of a run of one model, scene and method";
-    diagnostic.help = "give the model, scene and options of the run that wrote it; output times and the end may differ";
-    throw ModelError({std::move(diagnostic)}, program_.model->sources);
-  };
-  const auto json = nlohmann::ordered_json::parse(options_.resume, nullptr, false);
-  if (!json.is_object() || json.value("bgsim_snapshot", nlohmann::ordered_json()) != kSnapshotFormat ||
-      !json.contains("state") || !json["state"].is_object())
-    refuse("the text is no snapshot that this version of bgsim has written");
-  if (json.value("program", nlohmann::ordered_json()) != fingerprint(program_, inputs_))
-    refuse("the snapshot is one of another model, scene, method or set of outputs");
+  const auto& sources = program_.model->sources;
+  const nlohmann::ordered_json state = state_of_snapshot(options_.resume, fingerprint(program_, inputs_), sources);
   x_.assign(program_.state_names.size(), 0.0);
   branch_ = first_branch(program_);
   audit_.record_course(inputs_.output_times, options_.energy_course);
   log_->watch(program_);
   try {
-    SnapshotReader reader(json["state"]);
+    SnapshotReader reader(state);
     carry(reader);
     if (!(t_ >= inputs_.start)) throw SnapshotError("\"t\" in it lies before the scene");
   } catch (const SnapshotError& error) {
-    refuse(error.what());
+    refuse_snapshot(error.what(), sources);
   }
   if (given_at_ || eliminated_at_ || multistep_at_) change_form(implicit_);
   log_->take_over(branch_);
-  if (t_ > inputs_.stop) refuse("the snapshot is of t = " + number_text(t_) + ", after the end of the scene");
+  if (t_ > inputs_.stop)
+    refuse_snapshot("the snapshot is of t = " + number_text(t_) + ", after the end of the scene", sources);
   return true;
 }
 
 /// What the integrator remembers of past steps is no part of a snapshot: it restarts here, as it will where the run
 /// is resumed.
 void Run::offer_snapshot() {
-  next_snapshot_ = steps_ + options_.snapshot_steps;
+  next_snapshot_ = steps_before_ + steps_ + options_.snapshot_steps;
   if (!options_.snapshot || between_ || !integrator_) return;
   counts_before_ = counts();
   integrator_.reset();
@@ -89,10 +79,8 @@ void Run::offer_snapshot() {
   SnapshotWriter writer;
   carry(writer);
   loop_iterations_before_ = before;
-  const nlohmann::ordered_json json = {
-      {"bgsim_snapshot", kSnapshotFormat},         {"model", program_.model->name}, {"scene", inputs_.scene}, {"t", t_},
-      {"program", fingerprint(program_, inputs_)}, {"state", writer.json()}};
-  options_.snapshot(t_, json.dump(1, '\t') + "\n");
+  options_.snapshot(
+      t_, snapshot_text(program_.model->name, inputs_.scene, t_, fingerprint(program_, inputs_), writer.json()));
 }
 
 }  // namespace bgsim

@@ -22,7 +22,7 @@ RunResult Run::execute() {
   {
     const Stopwatch watch(total);
     y_.resize(program_.state_names.size() + program_.tear_names.size());
-    evaluator_.watch([this] { return clock_.look(); });
+    if (!late_watch_) evaluator_.watch([this] { return clock_.look(); });
     if (options_.resume.empty() ? begin() : resume()) {
       if (program_.state_names.empty())
         follow_grid();
@@ -34,7 +34,7 @@ RunResult Run::execute() {
   integration_seconds_ = total - recorder_.seconds() - audit_.seconds();
   const bool may_go_on = result_.stop != StopReason::failed || clock_.end() != RunClock::End::none ||
                          (result_.failure && result_.failure->code == "BG607");
-  if (may_go_on) offer_snapshot();
+  if (may_go_on && !left_mode_) offer_snapshot();
   result_.stored = stored();
   report();
   return std::move(result_);
@@ -125,7 +125,11 @@ bool Run::integrate() {
     tolerances_.estimate(evaluator_, t_, x_.data(), branch_, known ? std::vector<double>{} : schedule_.samples(t_));
     mode_order_.begin(t_);
   }
-  next_snapshot_ = steps_ + options_.snapshot_steps;
+  if (late_watch_) evaluator_.watch([this] { return clock_.look(); });
+  if (resumed || steps_before_ == 0)
+    next_snapshot_ = steps_before_ + steps_ + options_.snapshot_steps;
+  else if (options_.max_steps > 0 && steps_before_ >= options_.max_steps)
+    return fail(step_limit_failure(t_, inputs_.stop, options_.max_steps));
   while (true) {
     if (due_ && !take_time_event()) return false;
     if (!emit_here()) return false;
@@ -140,7 +144,7 @@ bool Run::integrate() {
 bool Run::integrate_to(double limit) {
   fresh_ = true;
   while (t_ < limit) {
-    if (options_.snapshot_steps > 0 && steps_ >= next_snapshot_) offer_snapshot();
+    if (options_.snapshot_steps > 0 && steps_before_ + steps_ >= next_snapshot_) offer_snapshot();
     // What an event on the way has changed comes through a delay, perhaps before the limit.
     if (const auto late = fresh_ ? delays_.next(t_) : std::nullopt; late && *late < limit) {
       next_known_ = late;

@@ -2,6 +2,8 @@
 
 #include <bit>
 
+#include "base/codes.hpp"
+
 namespace bgsim {
 
 namespace {
@@ -44,12 +46,40 @@ class Digest {
 
 }  // namespace
 
+void refuse_snapshot(const std::string& why, const std::shared_ptr<const Sources>& sources) {
+  Diagnostic diagnostic = diagnostic_of("BG171", "the run cannot be continued: " + why);
+  diagnostic.rule = "a snapshot holds the state of a run of one model, scene and method";
+  diagnostic.help = "give the model, scene and options of the run that wrote it; output times and the end may differ";
+  throw ModelError({std::move(diagnostic)}, sources);
+}
+
+nlohmann::ordered_json state_of_snapshot(const std::string& text, const std::string& fingerprint,
+                                         const std::shared_ptr<const Sources>& sources) {
+  auto json = nlohmann::ordered_json::parse(text, nullptr, false);
+  if (!json.is_object() || json.value("bgsim_snapshot", nlohmann::ordered_json()) != kSnapshotFormat ||
+      !json.contains("state") || !json["state"].is_object())
+    refuse_snapshot("the text is no snapshot that this version of bgsim has written", sources);
+  if (json.value("program", nlohmann::ordered_json()) != fingerprint)
+    refuse_snapshot("the snapshot is one of another model, scene, method or set of outputs", sources);
+  return std::move(json["state"]);
+}
+
+std::string snapshot_text(const std::string& model, const std::string& scene, double t, const std::string& fingerprint,
+                          nlohmann::ordered_json state) {
+  const nlohmann::ordered_json json = {
+      {"bgsim_snapshot", kSnapshotFormat}, {"model", model}, {"scene", scene}, {"t", t}, {"program", fingerprint},
+      {"state", std::move(state)}};
+  return json.dump(1, '\t') + "\n";
+}
+
 std::string fingerprint(const Program& program, const RunInputs& inputs) {
   Digest digest;
   for (const auto* const names : {&program.state_names, &program.tear_names, &program.energy_names})
     for (const std::string& name : *names) digest.add(name);
-  for (const Routine* const routine : {&program.once, &program.rates, &program.guards, &program.powers,
-                                       &program.event_conditions, &program.event_values})
+  for (const std::string& name : program.output_names) digest.add(name);
+  for (const Routine* const routine :
+       {&program.once, &program.rates, &program.guards, &program.powers, &program.event_conditions,
+        &program.event_values, &program.switches, &program.diodes})
     digest.add(*routine);
   for (const double slot : program.initial_slots) digest.add(slot);
   for (const auto& table : program.pool.tables())

@@ -18,23 +18,37 @@ RunEvent::Kind kind_of_change(const Element& element) {
 
 RunResult SwitchedRun::execute() {
   result_.report.switches = true;
-  while (stretch()) {
-  }
+  if (options_.resume.empty() || resume())
+    while (stretch()) {
+    }
+  offer_end();
   finish();
   return std::move(result_);
 }
 
 bool SwitchedRun::stretch() {
+  if (options_.snapshot && !(stored_.t < inputs_.stop)) {
+    at_stop_ = state();
+    log_.count_given();
+  }
   const Program* program = enter_mode();
   if (program == nullptr) return false;
-  log_start(*program->model);
+  log_start(*program->model, stored_.t);
   log_sides(*program->model, [](bool) { return true; });
   if (auto full = log_.full(stored_.t)) return fail(std::move(*full));
-  const SimulateOptions options = options_here();
+  earlier_row_ = last_row_;
+  return stretch_in(*program, "");
+}
+
+bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) {
+  const Program* const program = &in_mode;
+  SimulateOptions options = options_here();
+  options.resume = resume;
   const RunInputs inputs = inputs_here(*program);
   Run run(*program, inputs, options, clock_);
   run.know_scales(scales(*program));
-  hand_errors(*program, run);
+  run.know_steps(steps_, next_snapshot_, static_cast<bool>(options.snapshot));
+  if (resume.empty()) hand_errors(*program, run);
   run.share_log(log_);
   if (!events_.empty()) run.know_events(events_);
   const RunResult part = run.execute();
@@ -43,6 +57,8 @@ bool SwitchedRun::stretch() {
     scale = std::max(scale, run.largest(i));
     if (part.report.steps > 0) tolerance_[key(program->states[i])] = run.tolerance(i);
   }
+  steps_ += run.steps();
+  next_snapshot_ = run.next_snapshot();
   add(part);
   if (!program->events.empty()) events_ = run.events();
   if (!part.stored.values.empty()) stored_ = part.stored;
@@ -93,14 +109,14 @@ const Program* SwitchedRun::enter_mode() {
   return nullptr;
 }
 
-void SwitchedRun::log_start(const Model& model) {
+void SwitchedRun::log_start(const Model& model, double t) {
   if (!log_.wanted() || std::exchange(logged_start_, true)) return;
   logged_ = mode_;
   std::size_t next = 0;
   for (const Element& element : model.elements) {
     if (!is_switch(element.kind)) continue;
     const std::string kind(event_kind_text(kind_of_change(element)));
-    log_.add({RunEvent::Kind::start, stored_.t, element.name, kind, "", side_text(element, mode_[next++]), {}, {}});
+    log_.add({RunEvent::Kind::start, t, element.name, kind, "", side_text(element, mode_[next++]), {}, {}});
   }
 }
 

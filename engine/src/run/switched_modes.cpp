@@ -114,12 +114,14 @@ SimulateOptions SwitchedRun::options_here() {
     options.remark = [this](const Diagnostic& remark) {
       if (!std::exchange(remarked_, true)) options_.remark(remark);
     };
-  if (!options_.rows)
-    options.rows = [this](double t, std::span<const double> row) {
-      result_.trace.times.push_back(t);
-      for (std::size_t i = 0; i < row.size(); ++i) result_.trace.columns[i].push_back(row[i]);
-    };
-  if (options_.max_steps > 0) options.max_steps = options_.max_steps - result_.report.steps;
+  options.rows = [this](double t, std::span<const double> row) {
+    last_row_ = t;
+    if (options_.rows) return options_.rows(t, row);
+    result_.trace.times.push_back(t);
+    for (std::size_t i = 0; i < row.size(); ++i) result_.trace.columns[i].push_back(row[i]);
+  };
+  snapshot_given_ = false;
+  if (options_.snapshot) options.snapshot = [this](double t, const std::string& stretch) { offer_stretch(t, stretch); };
   if (options_.time_limit > 0.0) options.time_limit = std::max(1e-9, options_.time_limit - (clock_() - begin_));
   return options;
 }
@@ -128,7 +130,8 @@ RunInputs SwitchedRun::inputs_here(const Program& program) {
   RunInputs inputs = inputs_;
   inputs.start = stored_.t;
   inputs.parameters = parameters_;
-  inputs.output_times = inputs_.output_times.without_first(result_.rows);
+  if (earlier_row_)
+    inputs.output_times = inputs_.output_times.without_first(inputs_.output_times.first_after(*earlier_row_));
   short_flight_ = flies_short(program);
   lifts_off_ = false;
   for (std::size_t i = 0; i < flight_.size(); ++i)

@@ -1,6 +1,6 @@
 /// A switched run: what it knows from stretch to stretch. switched.cpp has its loop, switched_modes.cpp the jumps and
 /// the way from one mode to the next, switched_diodes.cpp and switched_contacts.cpp the sides and impulses of these,
-/// switched_sums.cpp the report.
+/// switched_sums.cpp the report, switched_snapshot.cpp what a snapshot holds.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -37,6 +38,7 @@ class SwitchedRun {
         inputs_(inputs),
         options_(options),
         clock_(clock),
+        start_mode_(start.mode),
         mode_(start.mode),
         is_diode_(start.diodes),
         stored_(start.stored),
@@ -59,11 +61,15 @@ class SwitchedRun {
   /// From the present instant on in the present mode; false if the run ends with it.
   bool stretch();
 
+  /// The stretch of the present mode, from the present instant on or, where @p resume is not empty, from that snapshot.
+  bool stretch_in(const Program& program, const std::string& resume);
+
   /// The program of the present instant's mode, with the stores as they are after the jump into it.
   const Program* enter_mode();
 
-  /// The sides that all are on once the first mode is found: what is found for diodes then is no change.
-  void log_start(const Model& model);
+  /// The sides that all are on once the first mode is found: what is found for diodes then is no change. Of a run
+  /// that goes on from one without a log, at its snapshot @p t.
+  void log_start(const Model& model, double t);
 
   /// Switches, or diodes and contacts, that are on another side than the log knows.
   /// @param which  whether it is asked for, of a diode or contact (true) or another switch.
@@ -71,6 +77,25 @@ class SwitchedRun {
 
   /// Stores that jump from what is stored to the states @p x.
   void log_jump(Evaluator& evaluator, const std::vector<double>& x, std::optional<double> loss);
+
+  // --- snapshots
+
+  /// Goes on from the snapshot that the options name. False if the run ends with the stretch that it lies in.
+  /// @throws ModelError BG171.
+  bool resume();
+  /// Of model and scene.
+  [[nodiscard]] std::string own_fingerprint() const;
+  [[nodiscard]] nlohmann::ordered_json state();
+  /// Within a stretch. @param stretch  its own snapshot.
+  void offer_stretch(double t, const std::string& stretch);
+  /// Where the mode changed as the scene ended, and no stretch began: from the change on.
+  void offer_end();
+  void offer(double t, nlohmann::ordered_json state);
+
+  template <class Archive>
+  void carry(Archive& archive);
+  template <class Archive, class Set>
+  static void carry_set(Archive& archive, const char* name, Set& set);
 
   // --- contacts
 
@@ -179,6 +204,8 @@ class SwitchedRun {
   // --- sums
 
   using Key = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
+  template <class Archive>
+  static void carry_map(Archive& archive, const char* name, std::map<Key, double>& map);
   static Key key(const StateInfo& state) { return {state.element.value, state.port, state.signal.value}; }
   [[nodiscard]] std::vector<double> scales(const Program& program) const;
 
@@ -198,6 +225,8 @@ class SwitchedRun {
   struct Departure {
     Mode mode;
     std::vector<RunInputs::Initial> stored;
+    template <class Archive>
+    void carry(Archive& archive);
   };
 
   const ProgramOfMode& program_of_;
@@ -206,6 +235,7 @@ class SwitchedRun {
   const RunInputs& inputs_;
   const SimulateOptions& options_;
   const Clock& clock_;
+  const Mode start_mode_;
   Mode mode_;
   std::vector<bool> is_diode_;  ///< by switch
   Stored stored_;               ///< where the last stretch ended
@@ -216,7 +246,11 @@ class SwitchedRun {
   double begin_;
   std::shared_ptr<const Model> names_;
   RunResult result_;
-  EventMemory events_;  ///< empty before the first stretch
+  std::optional<double> last_row_, earlier_row_;   ///< times of the last row, and of the last before this stretch
+  std::uint64_t steps_ = 0, next_snapshot_ = 0;    ///< of all stretches before the present one
+  std::optional<nlohmann::ordered_json> at_stop_;  ///< the state before a stretch that begins where the scene ends
+  bool snapshot_given_ = false;                    ///< in the present stretch
+  EventMemory events_;                             ///< empty before the first stretch
   std::vector<DiodeState> diodes_;
   std::vector<ContactHistory> contacts_;     ///< by diode
   std::vector<std::optional<double>> kick_;  ///< by diode: see DiodeSides::kick
@@ -230,6 +264,8 @@ class SwitchedRun {
     double first = 0.0;  ///< closing speed of the first impact
     std::uint64_t count = 0;
     bool ended = false;
+    template <class Archive>
+    void carry(Archive& archive);
   };
   Sequence sequence_;                          ///< of impacts one after the other, in the latest instant that had any
   bool sequential_ = false;                    ///< such a sequence had more than one impact

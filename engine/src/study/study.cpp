@@ -197,12 +197,6 @@ RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& option
 
 RunResult Simulation::run_once(const RunInputs& inputs, const SimulateOptions& options) const {
   if (!compiled_->modes) return bgsim::simulate(program(), inputs, options);
-  if (!options.resume.empty() || options.snapshot)
-    throw ModelError(
-        {diagnostic_of("BG171", "the run of a model with switches cannot be stored and continued", {},
-                       "a snapshot holds the state of a run of one program; switches go from one to another",
-                       "run the scene as a whole, or begin another one with initial values")},
-        model().sources);
   ModePrograms& modes = *compiled_->modes;
   const auto program_of = [&](const Mode& mode) -> const Program& { return modes.at(mode, inputs.parameters); };
   const auto network_of = [&](const Mode& mode) -> const DiodeNetwork& { return modes.network(mode); };

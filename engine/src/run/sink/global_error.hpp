@@ -88,7 +88,9 @@ class GlobalError {
   template <class Archive>
   void carry(Archive& archive) {
     archive("measuring", measuring_);
+    archive("possible", possible_);
     archive("why not", why_not_);
+    archive("lost", lost_);
     archive("error", error_);
     archive("begin", begin_error_);
     archive("middle", middle_error_);
@@ -98,6 +100,7 @@ class GlobalError {
     archive("largest", sums_.largest);
     archive("bounded", sums_.bounded);
     archive("beyond rounding", sums_.beyond);
+    archive("start", sums_.start);
     archive("steps", sums_.steps);
     archive("least", sums_.least_value);
     archive("most", sums_.most_value);

@@ -45,18 +45,6 @@ Recorder::Outcome Recorder::at(double t, const std::vector<double>& x, const Bra
   return Outcome::recorded;
 }
 
-std::size_t Recorder::first_after(double t) const {
-  std::size_t low = 0, high = inputs_.output_times.size();
-  while (low < high) {
-    const std::size_t middle = low + (high - low) / 2;
-    if (inputs_.output_times[middle] > t)
-      high = middle;
-    else
-      low = middle + 1;
-  }
-  return low;
-}
-
 Recorder::Outcome Recorder::record(double t, const double* y) {
   if (!events_.prepare(t, y, branch_) || !evaluator_.outputs(t, y, branch_, row_.data())) return Outcome::fault;
   errors_.judge(t, y, branch_, row_);

@@ -31,7 +31,7 @@ class Recorder {
   void carry(Archive& archive) {
     archive("recorded", recorded_);
     archive("last row", last_row_);
-    next_ = recorded_ > 0 ? first_after(last_row_) : 0;
+    next_ = recorded_ > 0 ? inputs_.output_times.first_after(last_row_) : 0;
   }
 
  private:
@@ -39,7 +39,6 @@ class Recorder {
     return next_ < inputs_.output_times.size() &&
            (inclusive ? inputs_.output_times[next_] <= t : inputs_.output_times[next_] < t);
   }
-  [[nodiscard]] std::size_t first_after(double t) const;
   Outcome record(double t, const double* y);
 
   Evaluator& evaluator_;

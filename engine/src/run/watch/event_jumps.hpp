@@ -21,6 +21,18 @@ struct EventMemory {
   std::uint64_t here = 0;        ///< how many took place at `here_at`
   double here_at = 0.0;
   [[nodiscard]] bool empty() const { return armed.empty(); }
+
+  template <class Archive>
+  void carry(Archive& archive) {
+    archive("armed", armed);
+    archive("starts", starts);
+    archive("times", times);
+    archive("longest", longest);
+    archive("counts", counts);
+    archive("energies", energies);
+    archive("here", here);
+    archive("here at", here_at);
+  }
 };
 
 /// Looks which events are due. One is due where its condition holds and has not held since it last took place, so no
@@ -64,14 +76,8 @@ class EventJumps {
 
   template <class Archive>
   void carry(Archive& archive) {
-    archive("armed", memory_.armed);
-    archive("starts", memory_.starts);
-    archive("times", memory_.times);
-    archive("longest", memory_.longest);
-    archive("counts", memory_.counts);
-    archive("energies", memory_.energies);
-    archive("here", memory_.here);
-    archive("here at", memory_.here_at);
+    memory_.carry(archive);
+    archive("noted", noted_);
   }
 
  private:

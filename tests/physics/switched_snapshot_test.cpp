@@ -1,0 +1,312 @@
+// Runs of models with switches, diodes and contacts that are continued from snapshots.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bgsim/modes.hpp"
+#include "support/run.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct Taken {
+  double t;
+  std::string text;
+  std::size_t rows, events;  ///< given before
+};
+
+struct Whole {
+  RunResult result;
+  std::vector<RunEvent> events;
+  std::vector<Taken> taken;
+};
+
+SimulateOptions options_of(std::uint64_t every) {
+  SimulateOptions options = untimed();
+  options.second_run = false;  // a run that goes on from a snapshot has none
+  options.energy_course = 20;
+  options.snapshot_steps = every;
+  return options;
+}
+
+Whole run_whole(const Simulation& model, std::uint64_t every, std::uint64_t max_steps = 0) {
+  Whole whole;
+  SimulateOptions options = options_of(every);
+  options.max_steps = max_steps;
+  Trace trace;
+  options.rows = [&](double t, std::span<const double> row) {
+    trace.times.push_back(t);
+    trace.columns.resize(row.size());
+    for (std::size_t c = 0; c < row.size(); ++c) trace.columns[c].push_back(row[c]);
+  };
+  options.events = [&](const RunEvent& event) { whole.events.push_back(event); };
+  options.snapshot = [&](double t, const std::string& text) {
+    whole.taken.push_back({t, text, trace.times.size(), whole.events.size()});
+  };
+  whole.result = model.simulate(options);
+  whole.result.trace.times = std::move(trace.times);
+  whole.result.trace.columns = std::move(trace.columns);
+  return whole;
+}
+
+bool same(const RunEvent& a, const RunEvent& b) {
+  return a.kind == b.kind && a.t == b.t && a.name == b.name && a.quantity == b.quantity && a.from == b.from &&
+         a.to == b.to && a.impulse == b.impulse && a.energy == b.energy;
+}
+
+/// The rest of the run from a snapshot: the same bits as in the whole.
+void check_rest(const Simulation& model, const Whole& whole, const Taken& from, std::uint64_t every) {
+  INFO("from t = " << from.t);
+  SimulateOptions options = options_of(every);
+  options.resume = from.text;
+  options.snapshot = [](double, const std::string&) {};
+  std::vector<RunEvent> events;
+  options.events = [&](const RunEvent& event) { events.push_back(event); };
+  const RunResult part = model.simulate(options);
+  if (part.failure) UNSCOPED_INFO(part.failure->situation);
+  REQUIRE(part.stop == StopReason::completed);
+  const Trace &all = whole.result.trace, &rest = part.trace;
+  REQUIRE(rest.times.size() == all.times.size() - from.rows);
+  bool rows = true;
+  for (std::size_t i = 0; i < rest.times.size(); ++i) {
+    rows = rows && rest.times[i] == all.times[from.rows + i];
+    for (std::size_t c = 0; c < rest.columns.size(); ++c)
+      rows = rows && rest.columns[c][i] == all.columns[c][from.rows + i];
+  }
+  CHECK(rows);
+  REQUIRE(events.size() == whole.events.size() - from.events);
+  bool same_events = true;
+  for (std::size_t i = 0; i < events.size(); ++i)
+    same_events = same_events && same(events[i], whole.events[from.events + i]);
+  CHECK(same_events);
+  const RunReport &a = part.report, &b = whole.result.report;
+  CHECK(a.steps == b.steps);
+  CHECK(a.rate_evaluations == b.rate_evaluations);
+  CHECK(a.jacobian_evaluations == b.jacobian_evaluations);
+  // Not the iterations of loops: an evaluator that has solved a loop at a point does not solve it there again.
+  CHECK(a.time_events == b.time_events);
+  CHECK(a.state_events == b.state_events);
+  CHECK(a.mode_changes == b.mode_changes);
+  CHECK(a.modes == b.modes);
+  CHECK(a.impacts == b.impacts);
+  CHECK(a.absolute == b.absolute);
+  CHECK(a.notes == b.notes);
+  CHECK(a.method == b.method);
+  CHECK(a.energy.residual == b.energy.residual);
+  CHECK(a.energy.switching == b.energy.switching);
+  CHECK(a.energy.impacts == b.energy.impacts);
+  CHECK(a.energy.events == b.energy.events);
+  CHECK(a.energy.activity == b.energy.activity);
+  CHECK(a.energy.course.residual == b.energy.course.residual);
+  CHECK(a.errors.done == b.errors.done);
+  CHECK(a.errors.estimate == b.errors.estimate);
+  CHECK(a.set_events.size() == b.set_events.size());
+  CHECK(part.stored.values.size() == whole.result.stored.values.size());
+}
+
+/// From @p count snapshots spread over the run, the last included, and from those at the instant of an event.
+void check_all(const Simulation& model, std::uint64_t every, std::size_t count) {
+  const Whole whole = run_whole(model, every);
+  if (whole.result.failure) UNSCOPED_INFO(whole.result.failure->situation);
+  REQUIRE(whole.result.stop == StopReason::completed);
+  REQUIRE(whole.taken.size() > 2);
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < count; ++i) chosen.push_back(i * (whole.taken.size() - 1) / count);
+  std::size_t at_events = 0;
+  for (std::size_t i = 0; i < whole.taken.size() && at_events < count; ++i) {
+    const std::size_t before = whole.taken[i].events;
+    if (before == 0 || whole.events[before - 1].t != whole.taken[i].t) continue;
+    chosen.push_back(i);
+    ++at_events;
+  }
+  chosen.push_back(whole.taken.size() - 1);
+  for (const std::size_t i : chosen) check_rest(model, whole, whole.taken[i], every);
+}
+
+/// A chopper with a freewheel diode whose switch follows the current, and a relay with memory beside it.
+const char* const kChopper = R"json({ "bgsim": 1, "name": "chopper",
+  "parameters": { "V": 24, "L": 0.1, "R": 2 },
+  "signals": { "hot": { "set": "coil.f > 4", "reset": "coil.f < 3", "initial": false },
+               "charge": { "integral": "coil.f", "initial": 0 },
+               "seen": { "value": "coil.f", "every": 0.013, "initial": 0 } },
+  "elements": {
+    "source": { "kind": "Se", "effort": "V" }, "chop": { "kind": "Sw", "closed": "not hot" },
+    "in": { "kind": "1" }, "node": { "kind": "0" }, "free": { "kind": "D", "passes": "out" }, "loop": { "kind": "1" },
+    "coil": { "kind": "I", "inertance": "L" }, "load": { "kind": "R", "resistance": "R" } },
+  "bonds": [ { "from": "source", "to": "in" }, { "from": "in", "to": "chop" }, { "from": "in", "to": "node" },
+             { "from": "node", "to": "free" }, { "from": "node", "to": "loop" }, { "from": "loop", "to": "coil" },
+             { "from": "loop", "to": "load" } ],
+  "outputs": { "i": "coil.f", "q": "charge", "s": "seen", "d": "free.f" },
+  "scenes": { "main": { "stop": 0.2, "samples": 101 } } })json";
+
+/// A ball under gravity over a floor, and a source that is switched off where the scene ends.
+const char* const kAtTheEnd = R"json({ "bgsim": 1, "name": "at_the_end",
+  "elements": {
+    "source": { "kind": "Se", "effort": 1 }, "chop": { "kind": "Sw", "closed": "t < 1" }, "node": { "kind": "1" },
+    "cap": { "kind": "C", "capacitance": 1 }, "load": { "kind": "R", "resistance": 1 } },
+  "bonds": [ { "from": "source", "to": "node" }, { "from": "node", "to": "chop" }, { "from": "node", "to": "cap" },
+             { "from": "node", "to": "load" } ],
+  "outputs": { "v": "cap.e", "i": "load.f" },
+  "scenes": { "main": { "stop": 1, "samples": 11 } } })json";
+
+}  // namespace
+
+TEST_CASE("a switched run continues from any snapshot bit for bit: methods") {
+  for (const Method method : {Method::automatic, Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau,
+                              Method::ida, Method::rk4, Method::implicit_euler}) {
+    INFO(facts_of(method).name);
+    SceneOverrides overrides = with_method(method);
+    if (facts_of(method).fixed_step()) overrides.step = 0.001;
+    const Study study = Study::from_text(kChopper, "chopper.json");
+    check_all(study.scene("main", overrides), method == Method::ida ? 100 : 12, 3);
+  }
+}
+
+TEST_CASE("a switched run goes on from where the caller or a limit ended it") {
+  const Study study = Study::from_text(kChopper, "chopper.json");
+  const Simulation model = study.scene("main");
+  const RunResult whole = model.simulate(options_of(0));
+  REQUIRE(whole.stop == StopReason::completed);
+  for (const std::uint64_t most : {5U, 17U, 40U}) {
+    INFO("after " << most << " steps");
+    std::uint64_t limit = most;
+    std::string text;
+    RunResult part;
+    std::size_t rows = 0, parts = 0;
+    do {  // in parts, to the end
+      SimulateOptions options = options_of(0);
+      options.max_steps = limit;
+      options.resume = text;
+      options.snapshot = [&](double, const std::string& snapshot) { text = snapshot; };
+      part = model.simulate(options);
+      rows += part.trace.times.size();
+      limit += most;
+      REQUIRE((part.stop == StopReason::completed || part.failure->code == "BG607"));
+      REQUIRE(++parts < 1000);
+    } while (part.stop != StopReason::completed);
+    CHECK(parts > 1);
+    CHECK(rows == whole.trace.times.size());
+    CHECK(part.report.mode_changes == whole.report.mode_changes);
+    // A restart costs steps and moves the end by about the tolerance, 1e-6; so do some hundred of them by 1e-4.
+    for (const char* name : {"i", "q", "s"}) CHECK(last(part, name) == Approx(last(whole, name)).epsilon(1e-4));
+  }
+  // Wherever the caller ends it, there is a snapshot, and all rows are in one part or the other.
+  for (int answers = 0; answers < 60; answers += 7) {
+    INFO("after " << answers << " answers");
+    SimulateOptions options = options_of(0);
+    std::string text;
+    int asked = 0;
+    options.progress = [&](double) { return ++asked <= answers; };
+    options.snapshot = [&](double, const std::string& snapshot) { text = snapshot; };
+    const RunResult begun = model.simulate(options);
+    if (begun.stop == StopReason::completed) continue;
+    REQUIRE(begun.stop == StopReason::interrupted);
+    REQUIRE_FALSE(text.empty());
+    SimulateOptions rest = options_of(0);
+    rest.resume = text;
+    const RunResult ended = model.simulate(rest);
+    REQUIRE(ended.stop == StopReason::completed);
+    CHECK(begun.trace.times.size() + ended.trace.times.size() == whole.trace.times.size());
+    CHECK(ended.report.mode_changes == whole.report.mode_changes);
+    CHECK(last(ended, "i") == Approx(last(whole, "i")).epsilon(1e-4));  // one restart, as above
+  }
+}
+
+TEST_CASE("a limit of steps is one of all modes together") {
+  const Simulation model = Study::from_text(kChopper, "chopper.json").scene("main");
+  const RunResult whole = model.simulate(options_of(0));
+  for (std::uint64_t most = 1; most < 60; ++most) {
+    INFO(most);
+    SimulateOptions options = options_of(0);
+    options.max_steps = most;
+    const RunResult part = model.simulate(options);
+    REQUIRE(part.failure);
+    CHECK(part.failure->code == "BG607");
+    CHECK_THAT(part.failure->situation, Contains(std::to_string(most) + " step"));
+    CHECK(part.report.steps <= most + 1);
+  }
+  CHECK(whole.report.steps > 60);
+}
+
+TEST_CASE("a run whose mode changes where the scene ends is continued beyond it") {
+  const Study study = Study::from_text(kAtTheEnd, "at_the_end.json");
+  const Whole half = run_whole(study.scene("main"), 0);
+  REQUIRE(half.result.stop == StopReason::completed);
+  REQUIRE(half.taken.size() == 1);
+  REQUIRE(half.events.size() == 3);  // the side at the start, the condition, the switch
+  check_rest(study.scene("main"), half, half.taken.front(), 0);
+  RunInputs longer = prepare_scene(study.model(), "main");
+  longer.stop = 2.0;
+  longer.output_times = OutputTimes::equidistant(0.0, 2.0, 21);
+  const Simulation model = study.scene(longer);
+  SimulateOptions options = options_of(0);
+  options.resume = half.taken.front().text;
+  std::vector<RunEvent> events;
+  options.events = [&](const RunEvent& event) { events.push_back(event); };
+  const RunResult rest = model.simulate(options);
+  REQUIRE(rest.stop == StopReason::completed);
+  CHECK(events.empty());
+  CHECK(rest.trace.times.size() == 10);
+  CHECK(rest.trace.times.front() == longer.output_times[11]);
+  // Charged for one time constant to 1 - 1/e, within some tolerances of 1e-6; then nothing flows.
+  CHECK(last(rest, "v") == Approx(1.0 - std::exp(-1.0)).epsilon(1e-5));
+  CHECK(last(rest, "i") == 0.0);
+}
+
+TEST_CASE("what is no snapshot of this switched run is refused") {
+  const Simulation model = Study::from_text(kChopper, "chopper.json").scene("main");
+  const Whole whole = run_whole(model, 0, 20);
+  REQUIRE(whole.taken.size() == 1);
+  const auto refused = [](const Simulation& of, const std::string& text, const char* why) {
+    SimulateOptions options = options_of(0);
+    options.resume = text;
+    try {
+      (void)of.simulate(options);
+      FAIL("it was taken");
+    } catch (const ModelError& error) {
+      CHECK(error.diagnostics.front().code == "BG171");
+      CHECK_THAT(error.diagnostics.front().situation, Contains(why));
+    }
+  };
+  const std::string& text = whole.taken.front().text;
+  refused(model, "{}", "is no snapshot");
+  refused(model, text.substr(0, text.size() / 2), "is no snapshot");
+  refused(Study::from_text(kAtTheEnd, "at_the_end.json").scene("main"), text, "another model, scene");
+  refused(Study::from_text(kChopper, "chopper.json").scene("main", with_relative(1e-7)), text, "another model, scene");
+  refused(Study::from_text(kChopper, "chopper.json").scene("main", with_parameters({"V=23"})), text, "another model");
+  RunInputs shorter = prepare_scene(model.model(), "main");
+  shorter.stop = whole.taken.front().t / 2;
+  refused(Study::from_text(kChopper, "chopper.json").scene(shorter), text, "after the end of the scene");
+  const auto json = nlohmann::ordered_json::parse(text);
+  for (const auto& [key, value] : json["state"].items()) {
+    INFO(key);
+    auto without = json;
+    without["state"].erase(key);
+    refused(model, without.dump(), key == "stretch" ? "given events" : key.c_str());
+    auto other = json;
+    other["state"][key] = "nonsense";
+    refused(model, other.dump(), key == "stretch" ? "is no snapshot" : key.c_str());
+  }
+  auto longer = json;
+  longer["state"]["mode"].push_back(true);
+  refused(model, longer.dump(), "\"mode\"");
+  auto wider = json;
+  wider["state"]["x"].push_back(1.0);
+  refused(model, wider.dump(), "not as long");
+  auto banded = json;
+  banded["state"]["bands"].push_back(1.0);
+  refused(model, banded.dump(), "out of range");
+}
+
+TEST_CASE("a switched run continues from any snapshot bit for bit: models", "[long]") {
+  for (const std::string& path : runnable_models_in("models")) {
+    const Study study(in_project(path));
+    if (switches_of(study.model()).empty()) continue;
+    INFO(path);
+    const Simulation model = study.scene();
+    // Not too often: steps are short after each.
+    check_all(model, std::max<std::uint64_t>(5, model.simulate(options_of(0)).report.steps / 20), 2);
+  }
+}
