@@ -1,6 +1,7 @@
 /// Evaluator: runs a Program for one set of parameters.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -64,6 +65,19 @@ class Evaluator {
   /// the square of the tears times the largest loop.
   bool jacobian(double t, const double* x, Branch& branch, double* values, std::vector<double>& rounding);
   bool outputs(double t, const double* x, Branch& branch, double* values);
+
+  /// Several points at once, on one branch: stages of a step, rows of a trace.
+  struct Points {
+    static constexpr std::size_t kMost = 4;
+    std::size_t count = 0;  ///< 1 to kMost
+    std::array<double, kMost> t{};
+    std::array<const double*, kMost> x{};
+    std::array<double*, kMost> values{};
+  };
+  /// The same values, in a third of the time for short routines. False, without a fault, if they have to be asked for
+  /// one by one: there are loops to solve, the routine is long, a value is not finite, or the run is to end.
+  bool rates(const Points& points, const Branch& branch);
+  bool outputs(const Points& points, const Branch& branch);
 
   // Implicit form: y holds states, then tears; yp their derivatives. Of the branch, the modes alone matter.
   bool residual(double t, const double* y, const Branch& branch, const double* yp, double* r);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "expression/apply.hpp"
 #include "expression/graph.hpp"
 #include "expression/table_cell.hpp"
 
@@ -289,7 +290,7 @@ void Enclosure::evaluate_point(double t, std::span<const double> states, std::sp
     if (node.op == Op::select)
       out = apply(Op::select, a, jets_[node.b].middle, jets_[node.c].middle);
     else if (node.table == nullptr)
-      out = apply(node.op, a, jets_[node.b].middle);
+      out = apply_often(node.op, a, jets_[node.b].middle, 0.0);
     else if (node.cell == kNowhere)
       out = apply_table(node.op, *node.table, a);
     else if (node.op == Op::table)

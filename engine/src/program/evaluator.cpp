@@ -71,6 +71,12 @@ bool Evaluator::Impl::run(const Routine& routine, double t, const double* x, Bra
   return true;
 }
 
+bool Evaluator::Impl::run(const Routine& routine, const Points& points, const Branch& branch) {
+  if (!Lanes::suits(routine) || branch.given || !goes_on()) return false;
+  if (!lanes) lanes.emplace(program, slots);
+  return lanes->run(routine, branch.modes, points);
+}
+
 bool Evaluator::Impl::take(const Routine& routine, double* values, const char* what,
                            const std::vector<std::string>& names) {
   const std::size_t count = routine.results.size();
@@ -247,6 +253,16 @@ bool Evaluator::rates(double t, const double* x, Branch& branch, double* dxdt) {
 bool Evaluator::outputs(double t, const double* x, Branch& branch, double* values) {
   return impl_->run_or_given(impl_->program.outputs, t, x, branch) &&
          impl_->take(impl_->program.outputs, values, "the output", impl_->program.output_names);
+}
+
+bool Evaluator::rates(const Points& points, const Branch& branch) {
+  if (!impl_->run(impl_->program.rates, points, branch)) return false;
+  impl_->counts.rates += points.count;
+  return true;
+}
+
+bool Evaluator::outputs(const Points& points, const Branch& branch) {
+  return impl_->run(impl_->program.outputs, points, branch);
 }
 
 bool Evaluator::powers(double t, const double* x, Branch& branch, double* values) {

@@ -4,11 +4,13 @@
 #include <Eigen/Core>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "program/lanes.hpp"
 #include "program/loop_matrix.hpp"
 
 namespace bgsim {
@@ -69,6 +71,9 @@ struct Evaluator::Impl {
   void run(std::span<const Instruction> code);
   /// In strips, with the same values. (strips.cpp)
   void run(const CodeList& code);
+  /// At several points at once; false if they are to be taken one by one.
+  bool run(const Routine& routine, const Points& points, const Branch& branch);
+  std::optional<Lanes> lanes;
   /// Runs a routine at (t, x) on the branch, with its loops' tears as they are.
   bool run_given(const Routine& routine, double t, const double* x, const Branch& branch);
   /// The same with loops solved, and the solution left in the branch; false at a fault in a loop.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "expression/apply.hpp"
 #include "expression/power.hpp"
 #include "expression/table_cell.hpp"
 #include "program/evaluator_impl.hpp"
@@ -135,21 +136,6 @@ void Evaluator::Impl::run(std::span<const Instruction> code) {
   double* const s = slots.data();
   for (const Instruction& i : code) {
     switch (i.op) {
-      case Op::add:
-        s[i.out] = s[i.a] + s[i.b];
-        break;
-      case Op::sub:
-        s[i.out] = s[i.a] - s[i.b];
-        break;
-      case Op::mul:
-        s[i.out] = s[i.a] * s[i.b];
-        break;
-      case Op::div:
-        s[i.out] = s[i.a] / s[i.b];
-        break;
-      case Op::neg:
-        s[i.out] = -s[i.a];
-        break;
       case Op::table:
       case Op::table_slope: {
         const Table& table = program.pool.table(TableId(i.b));
@@ -161,7 +147,7 @@ void Evaluator::Impl::run(std::span<const Instruction> code) {
         s[i.out] = table_curvature(program.pool.table(TableId(i.b)), s[i.a]);
         break;
       default:
-        s[i.out] = apply(i.op, s[i.a], s[i.b], s[i.c]);  // of arguments that an operator has not, slot 0
+        s[i.out] = apply_often(i.op, s[i.a], s[i.b], s[i.c]);  // of arguments that an operator has not, slot 0
     }
   }
 }

@@ -23,6 +23,12 @@ namespace {
 
 constexpr double kRadauEps = std::numeric_limits<double>::epsilon();
 
+double whole_power(double x, int n) {
+  double result = 1.0;
+  for (int i = 0; i < n; ++i) result *= x;
+  return result;
+}
+
 class RadauIntegrator final : public Integrator {
  public:
   RadauIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
@@ -36,7 +42,7 @@ class RadauIntegrator final : public Integrator {
     order_ = kDegree;
     for (auto* const vector : {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &increment_, &bend_})
       vector->assign(size_, 0.0);
-    for (auto* const vectors : {&z_, &w_, &right_, &divided_})
+    for (auto* const vectors : {&z_, &w_, &right_, &stage_, &divided_})
       for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
     entries_.resize(program.jacobian_pattern.row.size());
     if (systems_->dense()) {
@@ -355,6 +361,27 @@ class RadauIntegrator final : public Integrator {
     return from_polynomial <= from_rest;
   }
 
+  bool rates_of_stages(double h) {
+    Evaluator::Points points;
+    points.count = 3;
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t i = 0; i < size_; ++i) stage_[k][i] = y_[i] + z_[k][i];
+      points.t[k] = time_ + radau::kAt[k] * h;
+      points.x[k] = stage_[k].data();
+      points.values[k] = right_[k].data();
+    }
+    if (!loops_ && !special_rates_ && evaluator_.rates(points, branch_)) {
+      counts_.rates += 3;
+      return true;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (rates(points.t[k], stage_[k].data(), loops_ ? stage_branch_[k] : branch_, right_[k].data())) continue;
+      note_fault(points.t[k]);
+      return false;
+    }
+    return true;
+  }
+
   /// The stages of a step of length h. 1 if they were found, else by how much
   /// the step should be shortened.
   double iterate(double h, bool extrapolated) {
@@ -368,13 +395,7 @@ class RadauIntegrator final : public Integrator {
     bent_ = false;
     double before = 0.0, rate_before = 0.0;
     for (int iteration = 1; iteration <= kIterations; ++iteration) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + z_[k][i];
-        const double t = time_ + radau::kAt[k] * h;
-        if (rates(t, at_.data(), loops_ ? stage_branch_[k] : branch_, right_[k].data())) continue;
-        note_fault(t);
-        return kNoRates;
-      }
+      if (!rates_of_stages(h)) return kNoRates;
       ++counts_.iterations;
       for (std::size_t i = 0; i < size_; ++i) {
         const double f0 = h * right_[0][i], f1 = h * right_[1][i], f2 = h * right_[2][i];
@@ -397,7 +418,7 @@ class RadauIntegrator final : public Integrator {
         if (!(speed_ < 0.99)) return kDiverged;
         converged_ = speed_ / (1.0 - speed_);
         const int left = kIterations - 1 - iteration;
-        const double at_end = converged_ * change * std::pow(speed_, left) / reached;
+        const double at_end = converged_ * change * whole_power(speed_, left) / reached;
         if (at_end >= 1.0) return 0.8 * std::pow(std::clamp(at_end, 1e-4, 20.0), -1.0 / (4.0 + left));
       }
       before = std::max(change, kRadauEps);
@@ -595,7 +616,7 @@ class RadauIntegrator final : public Integrator {
   Counts counts_;
   // Scratch
   std::vector<double> at_, error_, increment_, bend_;
-  std::array<std::vector<double>, 3> right_;
+  std::array<std::vector<double>, 3> right_, stage_;
 };
 
 }  // namespace

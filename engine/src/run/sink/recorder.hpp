@@ -1,6 +1,7 @@
 /// The rows of the trace.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
@@ -39,7 +40,9 @@ class Recorder {
     return next_ < inputs_.output_times.size() &&
            (inclusive ? inputs_.output_times[next_] <= t : inputs_.output_times[next_] < t);
   }
-  Outcome record(double t, const double* y);
+  Outcome record_some(double t, Integrator& integrator);
+  Outcome record(double t, const double* y, std::vector<double>& row);
+  Outcome keep(double t, const double* y, const std::vector<double>& row);
 
   Evaluator& evaluator_;
   EventWatch& events_;
@@ -52,7 +55,7 @@ class Recorder {
   std::uint64_t recorded_ = 0;  ///< rows, before a snapshot included
   double last_row_ = 0.0;
   Branch branch_;
-  std::vector<double> y_, row_;
+  std::array<std::vector<double>, Evaluator::Points::kMost> y_, row_;
   double seconds_ = 0.0;
 };
 
