@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "support/run.hpp"
@@ -185,4 +186,164 @@ TEST_CASE("a delay inside a submodel, and runs side by side") {
   SceneOverrides other;
   other.set = {"T=0.5"};
   CHECK(study.scene({}, other).simulate(untimed()).trace["x"].back() != first.trace["x"].back());
+}
+
+namespace {
+
+/// A model from its elements, bonds and so on.
+std::string circuit(const std::string& signals, const std::string& elements, const std::string& bonds,
+                    const std::string& outputs, const std::string& scene) {
+  return R"x({"bgsim": 1, "name": "delays", "signals": {)x" + signals + R"x(}, "elements": {)x" + elements +
+         R"x(}, "bonds": [)x" + bonds + R"x(], "outputs": {)x" + outputs + R"x(}, "scenes": {"run": {)x" + scene +
+         "}}}";
+}
+
+}  // namespace
+
+TEST_CASE("a thermostat with dead time switches late, from mode to mode, by every method") {
+  // Heated towards 2/3 at 1.5, cooled at 0.5; the switch sees the level 0.3 late.
+  const std::string text = circuit(
+      R"x("y": {"delay": "c.e", "by": 0.3})x",
+      R"x("s": {"kind": "Se", "effort": 1}, "sw": {"kind": "Sw", "close": "y < 0.4", "open": "y > 0.6", "initial": "closed"},
+          "in": {"kind": "1"}, "r": {"kind": "R", "resistance": 1}, "n": {"kind": "0"},
+          "c": {"kind": "C", "capacitance": 1}, "l": {"kind": "R", "resistance": 2})x",
+      R"x({"from": "s", "to": "in"}, {"from": "in", "to": "sw"}, {"from": "in", "to": "r"}, {"from": "in", "to": "n"},
+          {"from": "n", "to": "c"}, {"from": "n", "to": "l"})x",
+      R"x("v": "c.e", "y": "y")x", R"x("stop": 10, "samples": 1001)x");
+  struct Piece {
+    double from, start;
+    bool heats;
+  };
+  std::vector<Piece> pieces;
+  double t = 0.0, v = 0.0;
+  const auto after = [](const Piece& piece, double time) {
+    const double passed = time - piece.from;
+    return piece.heats ? 2.0 / 3.0 + (piece.start - 2.0 / 3.0) * std::exp(-1.5 * passed)
+                       : piece.start * std::exp(-0.5 * passed);
+  };
+  for (bool heats = true; t < 11.0; heats = !heats) {
+    pieces.push_back({t, v, heats});
+    t += 0.3 + (heats ? std::log((2.0 / 3.0 - v) / (2.0 / 3.0 - 0.6)) / 1.5 : std::log(v / 0.4) / 0.5);
+    v = after(pieces.back(), t);
+  }
+  const auto exact = [&](double time) {
+    if (time <= 0.0) return 0.0;
+    std::size_t i = 0;
+    while (i + 1 < pieces.size() && pieces[i + 1].from <= time) ++i;
+    return after(pieces[i], time);
+  };
+  for (const Method method : kMethods) {
+    INFO(facts_of(method).name);
+    const RunResult result = completed(text, method);
+    CHECK(result.report.mode_changes == pieces.size() - 2);
+    double worst = 0.0;
+    for (std::size_t i = 0; i < result.trace.times.size(); ++i) {
+      const double at = result.trace.times[i];
+      worst = std::max(
+          {worst, std::abs(result.trace["v"][i] - exact(at)), std::abs(result.trace["y"][i] - exact(at - 0.3))});
+    }
+    // At 1e-8, over some ten restarts; multistep methods begin each at order 1.
+    CHECK(worst < (is_multistep(method) ? 3e-6 : 5e-7));
+  }
+}
+
+TEST_CASE("the past of a signal outlasts changes of the mode") {
+  // x' = -2 x(t - 0.5) - x while the switch is closed, by RK4 in steps of 1/2000 with cubics between (method of steps).
+  constexpr int kLate = 1000, kPeriod = 2800, kSteps = 19600;
+  constexpr double h = 0.0005;
+  std::vector<double> x(kSteps + 1, 1.0), left(kSteps + 1, 0.0), right(kSteps + 1, 0.0);
+  const auto past = [&](int halves) {  // at halves*h/2
+    if (halves <= 0) return 1.0;
+    const auto i = static_cast<std::size_t>(halves / 2);
+    return halves % 2 == 0 ? x[i] : (x[i] + x[i + 1]) / 2 + h * (right[i] - left[i + 1]) / 8;
+  };
+  for (int n = 0; n < kSteps; ++n) {
+    const double load = n % kPeriod >= kPeriod / 2 ? 1.0 : 0.0;
+    const auto rate = [&](double value, int halves) { return -2.0 * past(halves - 2 * kLate) - load * value; };
+    const auto i = static_cast<std::size_t>(n);
+    const double k1 = rate(x[i], 2 * n), k2 = rate(x[i] + h / 2 * k1, 2 * n + 1);
+    const double k3 = rate(x[i] + h / 2 * k2, 2 * n + 1), k4 = rate(x[i] + h * k3, 2 * n + 2);
+    right[i] = k1;
+    x[i + 1] = x[i] + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    left[i + 1] = rate(x[i + 1], 2 * n + 2);
+  }
+  const std::string text = circuit(
+      R"x("y": {"delay": "c.e", "by": 0.5})x",
+      R"x("s": {"kind": "MSf", "flow": "-2*y"}, "n": {"kind": "0"}, "j": {"kind": "1"}, "r": {"kind": "R", "resistance": 1},
+          "c": {"kind": "C", "capacitance": 1, "initial": {"q": 1}}, "sw": {"kind": "Sw", "closed": "mod(t, 1.4) > 0.7"})x",
+      R"x({"from": "s", "to": "n"}, {"from": "n", "to": "c"}, {"from": "n", "to": "j"}, {"from": "j", "to": "sw"},
+          {"from": "j", "to": "r"})x",
+      R"x("v": "c.e")x", R"x("stop": 9.8, "samples": 99)x");
+  for (const Method method : kMethods) {
+    INFO(facts_of(method).name);
+    const RunResult result = completed(text, method);
+    double worst = 0.0;
+    for (std::size_t i = 0; i < result.trace.times.size(); ++i)
+      worst = std::max(worst, std::abs(result.trace["v"][i] - x[200 * i]));
+    // The reference is right to 1e-12; at 1e-8 over some thirty restarts.
+    CHECK(worst < (is_multistep(method) ? 1e-6 : 2e-7));
+  }
+}
+
+TEST_CASE("behind diodes, contacts and switches a delayed function of time is that function, later") {
+  const auto halfwave = [](const std::string& u, const std::string& signals) {
+    return circuit(signals,
+                   R"x("s": {"kind": "MSe", "effort": ")x" + u +
+                       R"x("}, "in": {"kind": "1"}, "d": {"kind": "D"}, "l": {"kind": "I", "inertance": 1},
+                       "r": {"kind": "R", "resistance": 1})x",
+                   R"x({"from": "s", "to": "in"}, {"from": "in", "to": "d"}, {"from": "in", "to": "l"},
+                       {"from": "in", "to": "r"})x",
+                   R"x("a": "l.f")x", R"x("stop": 8, "samples": 81)x");
+  };
+  const auto peak = [](const std::string& u, const std::string& signals) {
+    return circuit(signals,
+                   R"x("s": {"kind": "MSe", "effort": ")x" + u +
+                       R"x("}, "in": {"kind": "1"}, "d": {"kind": "D"}, "rs": {"kind": "R", "resistance": 0.1},
+                       "n": {"kind": "0"}, "c": {"kind": "C", "capacitance": 1}, "r": {"kind": "R", "resistance": 3})x",
+                   R"x({"from": "s", "to": "in"}, {"from": "in", "to": "d"}, {"from": "in", "to": "rs"},
+                       {"from": "in", "to": "n"}, {"from": "n", "to": "c"}, {"from": "n", "to": "r"})x",
+                   R"x("a": "c.e")x", R"x("stop": 8, "samples": 81)x");
+  };
+  const auto ball = [](const std::string& u, const std::string& signals) {
+    return circuit(signals,
+                   R"x("g": {"kind": "MSe", "effort": "5 + )x" + u +
+                       R"x("}, "b": {"kind": "1"}, "m": {"kind": "I", "inertance": 1},
+                       "k": {"kind": "contact", "gap": 0, "initial": {"q": -1}, "restitution": 0.6})x",
+                   R"x({"from": "g", "to": "b"}, {"from": "b", "to": "m"}, {"from": "b", "to": "k"})x",
+                   R"x("a": "k.q")x", R"x("stop": 6, "samples": 81)x");
+  };
+  const auto charges = [](const std::string& u, const std::string& signals) {  // that jump where the switch ties them
+    return circuit(signals,
+                   R"x("s": {"kind": "MSf", "flow": ")x" + u +
+                       R"x("}, "n1": {"kind": "0"}, "c1": {"kind": "C", "capacitance": 1, "initial": {"q": 3}},
+                       "sw": {"kind": "Sw", "closed": ")x" +
+                       u + R"x( > 0.3"}, "j": {"kind": "1"}, "n2": {"kind": "0"},
+                       "c2": {"kind": "C", "capacitance": 2}, "r": {"kind": "R", "resistance": 2})x",
+                   R"x({"from": "s", "to": "n1"}, {"from": "n1", "to": "c1"}, {"from": "n1", "to": "j"},
+                       {"from": "j", "to": "sw"}, {"from": "j", "to": "n2"}, {"from": "n2", "to": "c2"},
+                       {"from": "n2", "to": "r"})x",
+                   R"x("a": "c1.e")x", R"x("stop": 8, "samples": 79)x");
+  };
+  const auto function = [](const std::string& kind, const std::string& t) {
+    return kind == "sine"     ? "sin(2.3*(" + t + ") + 1)"
+           : kind == "square" ? "(2*step(sin(2.3*(" + t + ") + 1)) - 1)"
+                              : "abs(mod(1.7*(" + t + ") + 0.3, 2) - 1)";
+  };
+  for (const auto& model :
+       {std::function<std::string(const std::string&, const std::string&)>(halfwave), {peak}, {ball}, {charges}})
+    for (const char* kind : {"sine", "square", "triangle"})
+      for (const char* late : {"0.17", "0.83", "1.9"})
+        for (const Method method : {Method::automatic, Method::erk5}) {
+          INFO(kind << " by " << late << ", " << facts_of(method).name);
+          const std::string now = function(kind, "t");
+          const RunResult direct = completed(model(function(kind, std::string("t - ") + late), ""), method);
+          const RunResult delayed = completed(
+              model("y", R"("y": {"delay": ")" + now + R"(", "by": )" + late + R"(, "initial": ")" + now + "\"}"),
+              method);
+          double worst = 0.0;
+          for (std::size_t i = 0; i < direct.trace.times.size(); ++i)
+            worst = std::max(worst, std::abs(direct.trace["a"][i] - delayed.trace["a"][i]));
+          // Both at 1e-8, over some tens of restarts and rebounds that carry errors of instants on.
+          CHECK(worst < 1e-5);
+        }
 }

@@ -26,6 +26,7 @@ TEST_CASE("a spline without a knot at the last points but one is exact for cubic
     CHECK(table_value(table, x) == Approx(cubic(x)).epsilon(0).margin(2e-14));
     CHECK(table_slope(table, x) == Approx(-1.0 + x - 0.75 * x * x).epsilon(0).margin(1e-13));
     CHECK(table_curvature(table, x) == Approx(1.0 - 1.5 * x).epsilon(0).margin(1e-12));
+    CHECK(table_third(table, x) == Approx(-1.5).epsilon(0).margin(1e-10));  // curvatures over a tenth
   }
 }
 

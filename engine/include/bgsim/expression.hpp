@@ -76,6 +76,7 @@ enum class Op : std::uint8_t {
   table,            ///< interpolated value
   table_slope,      ///< derivative of the interpolation
   table_curvature,  ///< second derivative of the interpolation
+  table_third,      ///< third derivative of the interpolation: one number in each cell
   der,              ///< total time derivative of a; only in models, resolved by derive_equations
 };
 
@@ -108,9 +109,10 @@ struct Table {
 double table_value(const Table& table, double x);
 double table_slope(const Table& table, double x);
 double table_curvature(const Table& table, double x);
-/// True for table, table_slope and table_curvature.
-[[nodiscard]] constexpr bool is_table(Op op) { return op >= Op::table && op <= Op::table_curvature; }
-/// The one of the three that @p op asks for.
+double table_third(const Table& table, double x);
+/// True for table and its derivatives.
+[[nodiscard]] constexpr bool is_table(Op op) { return op >= Op::table && op <= Op::table_third; }
+/// The one of the four that @p op asks for.
 double apply_table(Op op, const Table& table, double x);
 /// Fills slope2 (not-a-knot cubic spline; natural with fewer than four knots).
 void prepare_spline(Table& table);

@@ -163,6 +163,7 @@ inline double apply_now(Op op, double a, double b, double c) {
     case Op::table:
     case Op::table_slope:
     case Op::table_curvature:
+    case Op::table_third:
     case Op::der:
       return kNoNumber;
   }

@@ -71,7 +71,9 @@ class Partials {
       case Op::table_slope:
         return Partial{pool_.table(Op::table_curvature, a, TableId(node.b)), {}};
       case Op::table_curvature:
-        throw std::invalid_argument("a third derivative of measured data does not exist");
+        return Partial{pool_.table(Op::table_third, a, TableId(node.b)), {}};
+      case Op::table_third:
+        throw std::invalid_argument("a fourth derivative of measured data does not exist");
       case Op::der:
         throw std::invalid_argument("der(...) must be resolved before an expression is differentiated");
       default:

@@ -118,6 +118,7 @@ Range delayed_range(Op op, const Table& table, const Range& x) {
     const Range part(i == first ? x.lower() : table.x[i], i == last ? x.upper() : table.x[i + 1]);
     const Range values = op == Op::table         ? cell_value(table, i, part)
                          : op == Op::table_slope ? cell_slope(table, i, part)
+                         : op == Op::table_third ? Range(cell_third(table, i))
                                                  : cell_curvature(table, i, part);
     result = i == first ? values : hull(result, values);
   }
@@ -135,6 +136,7 @@ Range table_range(Op op, const Table& table, const Range& x) {
     const Range part(std::max(x.lower(), table.x[i]), std::min(x.upper(), table.x[i + 1]));
     const Range values = op == Op::table         ? cell_value(table, i, part)
                          : op == Op::table_slope ? cell_slope(table, i, part)
+                         : op == Op::table_third ? Range(cell_third(table, i))
                                                  : cell_curvature(table, i, part);
     result = i == first ? values : hull(result, values);
   }

@@ -73,6 +73,7 @@ constexpr std::array kOps{
     OpInfo{Op::table, 1, "table"},
     OpInfo{Op::table_slope, 1, "table_slope"},
     OpInfo{Op::table_curvature, 1, "table_curvature"},
+    OpInfo{Op::table_third, 1, "table_third"},
     OpInfo{Op::der, 1, "der"},
 };
 constexpr bool operators_in_order() {

@@ -271,7 +271,8 @@ ExprId ExprPool::select(ExprId condition, ExprId then, ExprId otherwise) {
 ExprId ExprPool::table(Op op, ExprId argument, TableId table) {
   if (!is_table(op)) throw std::logic_error("ExprPool: not a table operator");
   const Table& data = *tables_.at(table.index());
-  if (op == Op::table_curvature && data.interpolation == Interpolation::linear) return constant(0.0);
+  if ((op == Op::table_curvature || op == Op::table_third) && data.interpolation == Interpolation::linear)
+    return constant(0.0);
   if (is_constant(argument)) {
     const double x = nodes_[argument.index()].constant;
     const double value = apply_table(op, data, x);

@@ -37,8 +37,14 @@ double table_curvature(const Table& table, double x) {
   return cell ? cell_curvature(table, *cell, x) : std::numeric_limits<double>::quiet_NaN();
 }
 
+double table_third(const Table& table, double x) {
+  const auto cell = cell_around(table, x);
+  return cell ? cell_third(table, *cell) : std::numeric_limits<double>::quiet_NaN();
+}
+
 double apply_table(Op op, const Table& table, double x) {
   if (op == Op::table) return table_value(table, x);
+  if (op == Op::table_third) return table_third(table, x);
   return op == Op::table_slope ? table_slope(table, x) : table_curvature(table, x);
 }
 

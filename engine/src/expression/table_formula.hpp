@@ -45,4 +45,9 @@ Number cell_curvature(const Table& table, std::size_t i, const Number& x) {
   return ((table.x[i + 1] - x) * table.slope2[i] + (x - table.x[i]) * table.slope2[i + 1]) / h;
 }
 
+inline double cell_third(const Table& table, std::size_t i) {
+  if (table.interpolation == Interpolation::linear) return 0.0;
+  return (table.slope2[i + 1] - table.slope2[i]) / (table.x[i + 1] - table.x[i]);
+}
+
 }  // namespace bgsim

@@ -45,6 +45,7 @@ bool has_kink(Op op) {
     case Op::table:
     case Op::table_slope:
     case Op::table_curvature:
+    case Op::table_third:
     case Op::der:
       return true;
     default:

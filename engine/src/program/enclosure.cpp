@@ -87,6 +87,8 @@ Range partial(Op op, const Table* table, const Range& a, const Range& v) {
       return range_of(Op::table_slope, table, a, kZero, kZero);
     case Op::table_slope:
       return range_of(Op::table_curvature, table, a, kZero, kZero);
+    case Op::table_curvature:
+      return range_of(Op::table_third, table, a, kZero, kZero);
     default:
       return is_thin(v) ? kZero : kAllNumbers;  // steps, which are frozen wherever they vary
   }

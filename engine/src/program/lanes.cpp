@@ -63,7 +63,7 @@ void Lanes::look_up(const Instruction& table, std::size_t count) {
     const double cell = table.c == kNoSlot ? -1.0 : slots_[table.c][l];
     slots_[table.out][l] = table.op == Op::table         ? value_in_cell(values, x[l], cell)
                            : table.op == Op::table_slope ? slope_in_cell(values, x[l], cell)
-                                                         : table_curvature(values, x[l]);
+                                                         : apply_table(table.op, values, x[l]);
   }
 }
 

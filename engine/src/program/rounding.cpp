@@ -75,6 +75,7 @@ void Evaluator::Impl::carry_errors(const CodeList& code) {
         break;
       }
       case Op::table_curvature:
+      case Op::table_third:
         error = kUnit * std::abs(value);
         break;
       case Op::abs:

@@ -144,7 +144,8 @@ void Evaluator::Impl::run(std::span<const Instruction> code) {
         break;
       }
       case Op::table_curvature:
-        s[i.out] = table_curvature(program.pool.table(TableId(i.b)), s[i.a]);
+      case Op::table_third:
+        s[i.out] = apply_table(i.op, program.pool.table(TableId(i.b)), s[i.a]);
         break;
       default:
         s[i.out] = apply_often(i.op, s[i.a], s[i.b], s[i.c]);  // of arguments that an operator has not, slot 0

@@ -74,25 +74,13 @@ void Reader::parse_delays() {
   }
 }
 
-/// What was before the start is known at the start; and runs that change their program keep no past.
+/// What was before the start is known at the start.
 void Reader::check_delays() {
-  for (const Signal& signal : model_.signals) {
-    if (!signal.delay) continue;
-    if (signal.delay->initial.valid() && variation(signal.delay->initial) == Varies::with_state)
+  for (const Signal& signal : model_.signals)
+    if (signal.delay && signal.delay->initial.valid() && variation(signal.delay->initial) == Varies::with_state)
       problem("BG118", "what the delayed signal " + in_quotes(signal.name) + " was before the start depends on states",
               signal.delay->initial_place, "write an expression of t and parameters",
               "\"initial\" of a delayed signal is what it was before the start");
-    const auto found = std::find_if(model_.elements.begin(), model_.elements.end(),
-                                    [](const Element& element) { return is_switch(element.kind); });
-    if (found == model_.elements.end()) continue;
-    problem("BG629",
-            "the delayed signal " + in_quotes(signal.name) + " is in a model with " + in_quotes(found->name) + ", a " +
-                kind_text(found->kind, false),
-            signal.place, "write a switch as a resistance: if(condition, r_closed, r_open)",
-            "delayed signals are not followed from mode to mode of ideal switches, diodes and contacts",
-            {{found->place, in_quotes(found->name) + " is declared here"}});
-    return;
-  }
 }
 
 }  // namespace bgsim

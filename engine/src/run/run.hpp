@@ -43,9 +43,9 @@ struct ErrorMemory {
 /// accepted step. All that goes on from a point is in the members that carry() names.
 class Run {
  public:
-  /// @param delayed  tables of the delayed signals, which the run fills
+  /// @param delayed  tables of the program's delayed signals, which the run fills
   Run(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock,
-      const std::vector<Table*>& delayed = {})
+      const DelayTables& delayed = {})
       : program_(program),
         inputs_(inputs),
         options_(options),
@@ -85,6 +85,9 @@ class Run {
   /// Of the model's events, from the stretch before and for the one after.
   void know_events(EventMemory memory) { jumps_.remember(std::move(memory)), known_events_ = true; }
   [[nodiscard]] const EventMemory& events() const { return jumps_.memory(); }
+  /// Of the delayed signals, the same.
+  void know_delays(DelayMemory memory) { delays_.remember(std::move(memory)); }
+  [[nodiscard]] const DelayMemory& delays() const { return delays_.memory(); }
   /// Where this run is one of many stretches, the log of all of them; it must outlive the run.
   void share_log(EventLog& log) { log_ = &log; }
   /// Of the mode before, with the errors of this one's states; and of this one, if there is an estimate.

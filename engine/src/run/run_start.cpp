@@ -10,6 +10,7 @@ namespace bgsim {
 /// Initial states, modes and loops; everything that can be at fault before the first step.
 bool Run::begin() {
   t_ = jumped_at_ = inputs_.start;
+  if (!delays_.goes_on()) delays_.clear();
   branch_ = first_branch(program_);
   evaluator_.set_time_modes(t_, branch_);
   x_ = initial_states(evaluator_, inputs_);
@@ -24,10 +25,12 @@ bool Run::begin() {
   if (!evaluator_.explore_loops(t_, x_.data(), branch_, found)) return fail_with_fault();
   for (std::string& line : found) result_.report.notes.push_back(std::move(line));
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
-  for (int again = 0; delays_.any() && again < 2; ++again) {  // conditions may depend on what was before
+  for (int again = 0; delays_.any() && !delays_.goes_on() && again < 2;
+       ++again) {  // conditions may depend on what was before
     if (!delays_.begin(t_, x_.data(), branch_)) return fail(*delays_.failure());
     if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
   }
+  if (delays_.goes_on() && !delays_.changed(t_, x_.data(), branch_, true)) return fail(*delays_.failure());
 
   if (program_.varied_states > 0)
     if (auto refused = VariationEvents::begin(evaluator_, t_, inputs_.stop - inputs_.start, x_, branch_))

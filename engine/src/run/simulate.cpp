@@ -12,6 +12,7 @@
 #include "bgsim/text.hpp"
 #include "run/failures.hpp"
 #include "run/run.hpp"
+#include "run/snapshot.hpp"
 #include "run/watch/onset.hpp"
 #include "run/watch/time_constants.hpp"
 
@@ -384,20 +385,13 @@ RunResult simulate(const Program& program, const RunInputs& inputs, const Simula
 }
 
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock) {
-  if (!program.delays.empty() && (!options.resume.empty() || options.snapshot))
-    throw ModelError({diagnostic_of("BG171", "the run of a model with delayed signals cannot be stored and continued",
-                                    program.delays.front().place, "a snapshot does not hold what signals were before",
-                                    "run the scene as a whole")},
-                     program.model->sources);
+  if (!program.delays.empty() && (!options.resume.empty() || options.snapshot)) refuse_delayed_snapshot(program);
   if (options.measures && (!options.resume.empty() || options.snapshot))
     throw std::invalid_argument("a snapshot does not hold what the outputs are measured to be");
-  std::optional<DelayTables> own;
-  std::vector<Table*> tables;
-  if (!program.delays.empty()) {
-    own.emplace(program);
-    for (const auto& table : own->tables) tables.push_back(table.get());
-  }
-  Run run(own ? own->program : program, inputs, options, std::move(clock), tables);
+  const DelayTables tables = own_tables(program);
+  std::optional<Program> own;
+  if (!tables.empty()) own.emplace(with_tables(program, tables));
+  Run run(own ? *own : program, inputs, options, std::move(clock), tables);
   RunResult result = run.execute();
   if (!run.left_mode() || result.stop != StopReason::completed) return result;
   result.stop = StopReason::failed;

@@ -53,6 +53,13 @@ void refuse_snapshot(const std::string& why, const std::shared_ptr<const Sources
   throw ModelError({std::move(diagnostic)}, sources);
 }
 
+void refuse_delayed_snapshot(const Program& program) {
+  throw ModelError({diagnostic_of("BG171", "the run of a model with delayed signals cannot be stored and continued",
+                                  program.delays.front().place, "a snapshot does not hold what signals were before",
+                                  "run the scene as a whole")},
+                   program.model->sources);
+}
+
 nlohmann::ordered_json state_of_snapshot(const std::string& text, const std::string& fingerprint,
                                          const std::shared_ptr<const Sources>& sources) {
   auto json = nlohmann::ordered_json::parse(text, nullptr, false);

@@ -179,6 +179,9 @@ nlohmann::ordered_json state_of_snapshot(const std::string& text, const std::str
 /// @throws ModelError  BG171.
 [[noreturn]] void refuse_snapshot(const std::string& why, const std::shared_ptr<const Sources>& sources);
 
+/// @throws ModelError  BG171: the program has delayed signals.
+[[noreturn]] void refuse_delayed_snapshot(const Program& program);
+
 /// A snapshot as a text.
 std::string snapshot_text(const std::string& model, const std::string& scene, double t, const std::string& fingerprint,
                           nlohmann::ordered_json state);

@@ -7,6 +7,7 @@
 #include "bgsim/simulate.hpp"
 #include "run/clock.hpp"
 #include "run/diodes.hpp"
+#include "run/watch/delay_lines.hpp"
 
 namespace bgsim {
 
@@ -27,6 +28,7 @@ struct SwitchedPrograms {
   ProgramOfMode program_of;
   NetworkOfMode network_of;  ///< asked for models with diodes or contacts only
   ImpactOfMode impact_of;    ///< asked for models with contacts only
+  DelayTables delayed = {};  ///< those of all these programs
 };
 
 /// Name of the state of a mode in which nothing is stored: the time, so that the run looks for events.

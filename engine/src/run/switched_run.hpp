@@ -35,6 +35,7 @@ class SwitchedRun {
       : program_of_(programs.program_of),
         network_of_(programs.network_of),
         impact_of_(programs.impact_of),
+        delayed_(programs.delayed),
         inputs_(inputs),
         options_(options),
         clock_(clock),
@@ -232,6 +233,7 @@ class SwitchedRun {
   const ProgramOfMode& program_of_;
   const NetworkOfMode& network_of_;
   const ImpactOfMode& impact_of_;
+  const DelayTables& delayed_;
   const RunInputs& inputs_;
   const SimulateOptions& options_;
   const Clock& clock_;
@@ -250,7 +252,8 @@ class SwitchedRun {
   std::uint64_t steps_ = 0, next_snapshot_ = 0;    ///< of all stretches before the present one
   std::optional<nlohmann::ordered_json> at_stop_;  ///< the state before a stretch that begins where the scene ends
   bool snapshot_given_ = false;                    ///< in the present stretch
-  EventMemory events_;                             ///< empty before the first stretch
+  std::optional<DelayMemory> delays_;
+  EventMemory events_;  ///< empty before the first stretch
   std::vector<DiodeState> diodes_;
   std::vector<ContactHistory> contacts_;     ///< by diode
   std::vector<std::optional<double>> kick_;  ///< by diode: see DiodeSides::kick

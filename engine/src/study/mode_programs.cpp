@@ -169,6 +169,10 @@ bool free_of_switches(const Model& model, const EquationSystem& system, ExprId r
     seen[e.index()] = true;
     const ExprNode& node = system.pool[e];
     if (node.op == Op::constant) continue;
+    if (is_table(node.op))
+      for (const EquationSystem::Delay& delay : system.delays)
+        if (model.signals[delay.signal.index()].delay->table == TableId(node.b) && !delay.initial.valid())
+          open.push_back(delay.value);
     if (node.op != Op::symbol) {
       const std::uint32_t children[] = {node.a, node.b, node.c};
       for (int k = 0; k < arity(node.op); ++k) open.emplace_back(children[k]);
@@ -256,6 +260,13 @@ const ImpactProgram& ModePrograms::impact(const Mode& mode) {
 }
 
 SwitchedStart ModePrograms::start(const RunInputs& inputs) {
+  const std::vector<Signal>& signals = model_->signals;
+  const bool delays = std::any_of(signals.begin(), signals.end(), [](const Signal& s) { return s.delay.has_value(); });
+  DelayedPrograms own(delays ? at(mode_of(*model_), inputs.parameters) : Program{});
+  return start(inputs, own);
+}
+
+SwitchedStart ModePrograms::start(const RunInputs& inputs, DelayedPrograms& own) {
   SwitchedStart start{mode_of(*model_), {}, {inputs.start, inputs.initial}, {}};
   for (const ElementId element : switches_of(*model_))
     start.diodes.push_back(model_->elements[element.index()].diode.has_value());
@@ -270,13 +281,13 @@ SwitchedStart ModePrograms::start(const RunInputs& inputs) {
       }
     }
   }
-  if (without_switches_) begin_without_switches(*without_switches_, inputs, start);
-  put_diodes(inputs, start);
+  if (without_switches_) begin_without_switches(*without_switches_, inputs, own, start);
+  put_diodes(inputs, own, start);
   return start;
 }
 
 /// On the sides that the circuit makes them, where it says so; else the run reports why not.
-void ModePrograms::put_diodes(const RunInputs& inputs, SwitchedStart& start) {
+void ModePrograms::put_diodes(const RunInputs& inputs, DelayedPrograms& own, SwitchedStart& start) {
   const auto count = static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true));
   if (count == 0) return;
   const auto put = [&](const auto& conducts) {
@@ -288,12 +299,12 @@ void ModePrograms::put_diodes(const RunInputs& inputs, SwitchedStart& start) {
   try {
     const std::vector<DiodeState> before(count);
     const DiodeSides sides =
-        diode_sides(network(start.mode), inputs.parameters, inputs.start, start.stored, exact, before);
+        diode_sides(own.of(network(start.mode)), inputs.parameters, inputs.start, start.stored, exact, before);
     if (!sides.failure) {
       put([&](std::size_t diode) { return sides.diodes[diode].conducts; });
       return;
     }
-    const auto program_of = [&](const Mode& mode) -> const Program& { return at(mode, inputs.parameters); };
+    const auto program_of = [&](const Mode& mode) -> const Program& { return own.of(at(mode, inputs.parameters)); };
     std::vector<bool> all;  // that are tried: a contact that touches is looked at by the run
     for (const SignalId displacement : network(start.mode).displacements) all.push_back(!displacement.valid());
     if (sides.final) {
@@ -310,13 +321,19 @@ void ModePrograms::put_diodes(const RunInputs& inputs, SwitchedStart& start) {
 }
 
 /// The mode of switches whose conditions know no switch, and what all stores hold.
-void ModePrograms::begin_without_switches(const Made& without, const RunInputs& inputs, SwitchedStart& start) {
-  const Program& program = without.program;
+void ModePrograms::begin_without_switches(const Made& without, const RunInputs& inputs, DelayedPrograms& own,
+                                          SwitchedStart& start) {
+  const Program& program = own.of(without.program);
   Evaluator evaluator(program, completed(inputs.parameters));
   const std::vector<double> x = initial_states(evaluator, inputs);
   Branch branch = first_branch(program);
   std::vector<double> dependent(program.dependent.size());
+  DelayLines delays(program, evaluator, inputs, own.tables());
+  delays.clear();
   if (!evaluator.initialize_modes(inputs.start, x.data(), branch)) return;
+  if (delays.any() &&
+      (!delays.begin(inputs.start, x.data(), branch) || !evaluator.initialize_modes(inputs.start, x.data(), branch)))
+    return;
   if (evaluator.dependents(inputs.start, x.data(), branch, dependent.data())) {
     start.stored.values.clear();
     const auto keep = [&](const StateInfo& state, double value) {
@@ -327,21 +344,23 @@ void ModePrograms::begin_without_switches(const Made& without, const RunInputs& 
     sort_stored(start.stored.values);
   }
   // Conditions that ask for modes follow those that these depend on, one after the other.
-  put_switches(without, inputs, start);
+  put_switches(without, inputs, own, start);
   const bool ask = std::any_of(model_->symbols.begin(), model_->symbols.end(),
                                [](const ModelSymbol& symbol) { return symbol.kind == ModelSymbol::Kind::mode; });
   for (std::size_t i = 0; ask && i < start.mode.size(); ++i) {
     const Mode before = start.mode;
     const std::shared_ptr<const Model> model =
         std::make_shared<const Model>(with_resistors(in_mode(*model_, start.mode)));
-    put_switches(*make(model, {{}, false}), inputs, start);
+    const std::unique_ptr<Made> made = make(model, {{}, false});
+    put_switches(*made, inputs, own, start);
     if (start.mode == before) return;
   }
 }
 
 /// On the sides that their conditions say, where these know no switch.
-void ModePrograms::put_switches(const Made& without, const RunInputs& inputs, SwitchedStart& start) const {
-  const Program& program = without.program;
+void ModePrograms::put_switches(const Made& without, const RunInputs& inputs, DelayedPrograms& own,
+                                SwitchedStart& start) const {
+  const Program& program = own.of(without.program);
   Evaluator evaluator(program, completed(inputs.parameters));
   const std::vector<double> x = initial_states(evaluator, inputs);
   Branch branch = first_branch(program);

@@ -10,6 +10,7 @@
 #include "bgsim/program.hpp"
 #include "run/diodes.hpp"
 #include "run/switched.hpp"
+#include "study/delayed_programs.hpp"
 
 namespace bgsim {
 
@@ -32,7 +33,9 @@ class ModePrograms {
   /// The mode of a scene's start, and what all stores hold there before any switch ties them to each other. Conditions
   /// are evaluated in a model in which a resistor stands for each switch, which every graph allows. A switch whose
   /// condition depends on efforts or flows that switches take part in is open at first; the run goes on from there.
+  /// What delayed signals were before the start is found there, too, and put into the tables of @p own.
   /// @throws ModelError BG405.
+  SwitchedStart start(const RunInputs& inputs, DelayedPrograms& own);
   SwitchedStart start(const RunInputs& inputs);
 
  private:
@@ -43,9 +46,9 @@ class ModePrograms {
     Program program;
     std::vector<bool> certain;  ///< by switch: its condition depends on no effort or flow that switches take part in
   };
-  void begin_without_switches(const Made& without, const RunInputs& inputs, SwitchedStart& start);
-  void put_switches(const Made& without, const RunInputs& inputs, SwitchedStart& start) const;
-  void put_diodes(const RunInputs& inputs, SwitchedStart& start);
+  void begin_without_switches(const Made& without, const RunInputs& inputs, DelayedPrograms& own, SwitchedStart& start);
+  void put_switches(const Made& without, const RunInputs& inputs, DelayedPrograms& own, SwitchedStart& start) const;
+  void put_diodes(const RunInputs& inputs, DelayedPrograms& own, SwitchedStart& start);
   static std::unique_ptr<Made> make(std::shared_ptr<const Model> model, const CompileOptions& options);
 
   /// With those that the programs have more than the model: 0.

@@ -10,6 +10,7 @@
 #include "equations/solvable_causality.hpp"
 #include "graph/law_numbers.hpp"
 #include "run/clock.hpp"
+#include "run/snapshot.hpp"
 #include "study/mode_programs.hpp"
 #include "study/second_run.hpp"
 
@@ -198,11 +199,13 @@ RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& option
 RunResult Simulation::run_once(const RunInputs& inputs, const SimulateOptions& options) const {
   if (!compiled_->modes) return bgsim::simulate(program(), inputs, options);
   ModePrograms& modes = *compiled_->modes;
-  const auto program_of = [&](const Mode& mode) -> const Program& { return modes.at(mode, inputs.parameters); };
-  const auto network_of = [&](const Mode& mode) -> const DiodeNetwork& { return modes.network(mode); };
-  const auto impact_of = [&](const Mode& mode) -> const ImpactProgram& { return modes.impact(mode); };
-  RunResult result =
-      simulate_switched({program_of, network_of, impact_of}, modes.start(inputs), inputs, options, wall_seconds);
+  if (!program().delays.empty() && (!options.resume.empty() || options.snapshot)) refuse_delayed_snapshot(program());
+  DelayedPrograms own(program());
+  const auto program_of = [&](const Mode& mode) -> const Program& { return own.of(modes.at(mode, inputs.parameters)); };
+  const auto network_of = [&](const Mode& mode) -> const DiodeNetwork& { return own.of(modes.network(mode)); };
+  const auto impact_of = [&](const Mode& mode) -> const ImpactProgram& { return own.of(modes.impact(mode)); };
+  RunResult result = simulate_switched({program_of, network_of, impact_of, own.tables()}, modes.start(inputs, own),
+                                       inputs, options, wall_seconds);
   if (!result.trace.names.empty()) return result;
   result.trace.names = program().output_names;  // the run ended before its first mode
   result.trace.units = program().output_units;

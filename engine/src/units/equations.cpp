@@ -395,6 +395,7 @@ class UnitBuilder {
       case Op::table:
       case Op::table_slope:
       case Op::table_curvature:
+      case Op::table_third:
         return from_table(node, part(node.a));
       default:  // exp, sin, ...: of pure numbers
         must_be_pure(node.op, a, part(node.a));
@@ -462,7 +463,10 @@ class UnitBuilder {
     if (!argument.adapts)
       add({UnitEquation::Kind::abscissa, site_, node.op, {}, ExprId(node.a), x, data.file, place_}, argument.form,
           kInside);
-    const double slopes = node.op == Op::table ? 0.0 : node.op == Op::table_slope ? 1.0 : 2.0;
+    const double slopes = node.op == Op::table         ? 0.0
+                          : node.op == Op::table_slope ? 1.0
+                          : node.op == Op::table_third ? 3.0
+                                                       : 2.0;
     return {y / power(x, slopes), false, false, false, false, false};
   }
 

@@ -12,42 +12,45 @@
 
 namespace bgsim {
 
-DelayTables::DelayTables(const Program& shared) : program(shared) {
-  for (const ProgramDelay& delay : program.delays) {
-    auto table = std::make_shared<Table>(program.pool.table(delay.table));
-    tables.push_back(table);
-    program.pool.replace_table(delay.table, std::move(table));
-  }
+DelayTables own_tables(const Program& program) {
+  DelayTables tables;
+  for (const ProgramDelay& delay : program.delays)
+    tables.push_back(std::make_shared<Table>(program.pool.table(delay.table)));
+  return tables;
 }
 
-DelayLines::DelayLines(const Program& program, Evaluator& evaluator, const RunInputs& inputs,
-                       const std::vector<Table*>& tables)
+Program with_tables(const Program& shared, const DelayTables& tables) {
+  Program program = shared;
+  for (std::size_t i = 0; i < tables.size(); ++i) program.pool.replace_table(program.delays[i].table, tables[i]);
+  return program;
+}
+
+DelayLines::DelayLines(const Program& program, Evaluator& evaluator, const RunInputs& inputs, const DelayTables& tables)
     : program_(program),
       evaluator_(evaluator),
-      start_(inputs.start),
       stop_(inputs.stop),
       relative_(inputs.relative),
-      recorded_(inputs.start),
-      passed_at_(-std::numeric_limits<double>::infinity()),
+      tables_(tables),
       values_(kPerDelay * tables.size()),
       y_(program.state_names.size() + program.tear_names.size()) {
-  for (Table* table : tables) lines_.push_back({table, 0.0, 0.0, 0, {}, 0});
-  clear();
+  memory_.lines.resize(tables.size());
+  memory_.start = memory_.recorded = inputs.start;
+  memory_.passed_at = -std::numeric_limits<double>::infinity();
 }
 
 void DelayLines::clear() {
-  for (Line& line : lines_) {
-    line.table->x = {-1.0, 0.0};
-    line.table->y = line.table->slope2 = {0.0, 0.0};
-    frame(line);
+  for (std::size_t i = 0; i < tables_.size(); ++i) {
+    tables_[i]->x = {-1.0, 0.0};
+    tables_[i]->y = tables_[i]->slope2 = {0.0, 0.0};
+    frame(i);
   }
 }
 
 bool DelayLines::evaluate(double t, const double* x, Branch& branch, std::vector<double>& values) {
   std::vector<double>& now = now_;
-  now.resize(2 * lines_.size());
+  now.resize(2 * memory_.lines.size());
   if (evaluator_.delayed(t, x, branch, now.data())) {
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
+    for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
       values[kPerDelay * i] = now[2 * i];
       values[kPerDelay * i + 1] = now[2 * i + 1];
     }
@@ -62,33 +65,32 @@ bool DelayLines::begin(double t, const double* x, Branch& branch) {
   constexpr double kSame = 1e-14;
   if (!any()) return true;
   if (!evaluate(t, x, branch, values_)) return false;
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
-    lines_[i].by = values_[kPerDelay * i + 1];
-    lines_[i].knots.clear();
-    lines_[i].dropped = lines_[i].window = 0;
+  for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
+    memory_.lines[i].by = values_[kPerDelay * i + 1];
+    memory_.lines[i].knots.clear();
+    memory_.lines[i].dropped = memory_.lines[i].window = 0;
   }
   // Where the model says what was before the start, that is sampled; where not, it is what u is at the start.
-  std::vector<bool> constant(lines_.size());
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
+  std::vector<bool> constant(memory_.lines.size());
+  for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
     constant[i] = !program_.delays[i].initial;
-    Line& line = lines_[i];
-    line.table->x.clear();
-    line.table->y.clear();
-    line.table->slope2.clear();
+    tables_[i]->x.clear();
+    tables_[i]->y.clear();
+    tables_[i]->slope2.clear();
     if (constant[i]) {
       const double u = values_[kPerDelay * i];
-      append(i, t - line.by, t, {u, u, u, u});
+      append(i, t - memory_.lines[i].by, t, {u, u, u, u});
     } else if (!sample_before(i, t, x, branch)) {
       return false;
     }
-    frame(line);
+    frame(i);
   }
   for (int step = 0;; ++step) {
     if (!evaluate(t, x, branch, values_)) return false;
     bool same = true;
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
+    for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
       if (!constant[i]) continue;
-      std::vector<double>& y = lines_[i].table->y;
+      std::vector<double>& y = tables_[i]->y;
       const double u = values_[kPerDelay * i];
       same = same && std::abs(u - y.front()) <= kSame * std::max(std::abs(u), std::abs(y.front()));
       std::fill(y.begin(), y.end(), u);
@@ -103,13 +105,13 @@ bool DelayLines::begin(double t, const double* x, Branch& branch) {
                              "add \"initial\": what it was before the start, over t and parameters");
     return false;
   }
-  recorded_ = t;
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
-    Line& line = lines_[i];
-    const double before = line.table->y.back(), u = values_[kPerDelay * i];
+  memory_.recorded = t;
+  for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
+    Line& line = memory_.lines[i];
+    const double before = tables_[i]->y.back(), u = values_[kPerDelay * i];
     line.scale = std::max({line.scale, std::abs(before), std::abs(u)});
-    line.knots.push_back({t, cells(line), std::abs(u - before) > 1e-12 * line.scale ? 0 : 1});
-    frame(line);
+    line.knots.push_back({t, cells(i), std::abs(u - before) > 1e-12 * line.scale ? 0 : 1});
+    frame(i);
   }
   return true;
 }
@@ -119,13 +121,13 @@ bool DelayLines::sample_before(std::size_t line, double t, const double* x, cons
   branch_ = branch;
   const auto before = [&](double at, double* y, Branch&) {
     std::copy_n(x, program_.state_names.size(), y);
-    y[program_.delays[line].clock] = at - start_;
+    y[program_.delays[line].clock] = at - memory_.start;
   };
-  for (double from = t - lines_[line].by; from < t;) {
+  for (double from = t - memory_.lines[line].by; from < t;) {
     evaluator_.set_time_modes(from, branch_);
     const double to = evaluator_.next_time_event(from, t).value_or(t);
     if (!sample(from, to, kPerDelay * line + 2, 0, before)) return false;
-    if (to < t) lines_[line].knots.push_back({to, cells(lines_[line]), 0});
+    if (to < t) memory_.lines[line].knots.push_back({to, cells(line), 0});
     from = to;
   }
   return true;
@@ -145,19 +147,19 @@ bool DelayLines::evaluate_before(double t, const double* x, std::vector<double>&
 /// Two times that are nearer than this are one.
 double DelayLines::resolved(double t) const {
   constexpr double kRoundings = 32.0 * std::numeric_limits<double>::epsilon();
-  return kRoundings * std::max({std::abs(t), std::abs(start_), stop_ - start_});
+  return kRoundings * std::max({std::abs(t), std::abs(memory_.start), stop_ - memory_.start});
 }
 
 double DelayLines::longest() const {
   double least = 0.0;
-  for (const Line& line : lines_) least = least == 0.0 ? line.by : std::min(least, line.by);
+  for (const Line& line : memory_.lines) least = least == 0.0 ? line.by : std::min(least, line.by);
   return least;
 }
 
 std::optional<double> DelayLines::next(double t) const {
   std::optional<double> first;
-  for (const Line& line : lines_)
-    for (const Knot& knot : line.knots) {
+  for (const Line& line : memory_.lines)
+    for (const DelayMemory::Knot& knot : line.knots) {
       const double at = knot.t + line.by;
       if (!(at > t + resolved(t))) continue;
       if (at <= stop_ && (!first || at < *first)) first = at;
@@ -167,22 +169,25 @@ std::optional<double> DelayLines::next(double t) const {
 }
 
 void DelayLines::pass(double t) {
-  for (Line& line : lines_) {
+  for (std::size_t i = 0; i < tables_.size(); ++i) {
+    Line& line = memory_.lines[i];
     std::size_t passed = 0;
     while (passed < line.knots.size() && line.knots[passed].t + line.by <= t + resolved(t)) {
-      passing_ = passed_at_ == t ? std::min(passing_, line.knots[passed].level) : line.knots[passed].level;
-      passed_at_ = t;
+      memory_.passing =
+          memory_.passed_at == t ? std::min(memory_.passing, line.knots[passed].level) : line.knots[passed].level;
+      memory_.passed_at = t;
       line.window = line.knots[passed++].cell;
     }
     line.knots.erase(line.knots.begin(), line.knots.begin() + static_cast<std::ptrdiff_t>(passed));
-    forget(line, t);
-    frame(line);
+    forget(i, t);
+    frame(i);
   }
 }
 
 /// Where the table is to be looked up: from the last knot that was passed to the next.
-void DelayLines::frame(Line& line) const {
-  Table& table = *line.table;
+void DelayLines::frame(std::size_t index) {
+  const Line& line = memory_.lines[index];
+  Table& table = *tables_[index];
   const std::size_t first = 2 * (line.window - line.dropped);
   const std::size_t end = line.knots.empty() ? table.x.size() : 2 * (line.knots.front().cell - line.dropped);
   table.first = std::min(first, table.x.size() < 2 ? 0 : table.x.size() - 2);
@@ -190,12 +195,13 @@ void DelayLines::frame(Line& line) const {
 }
 
 /// Cells that y has left.
-void DelayLines::forget(Line& line, double t) const {
+void DelayLines::forget(std::size_t index, double t) {
   constexpr std::size_t kWorthIt = 4096;
-  Table& table = *line.table;
+  Line& line = memory_.lines[index];
+  Table& table = *tables_[index];
   std::size_t old = 0;
   const std::size_t window = line.window - line.dropped;
-  const double oldest = t - start_ - 2.0 * line.by;
+  const double oldest = t - memory_.start - 2.0 * line.by;
   while (old < window && table.x[2 * old + 1] < oldest) ++old;
   if (2 * old < kWorthIt) return;
   const auto gone = static_cast<std::ptrdiff_t>(2 * old);
@@ -207,10 +213,10 @@ void DelayLines::forget(Line& line, double t) const {
 
 /// The cubic through values at both ends and at the thirds between them.
 void DelayLines::append(std::size_t line, double from, double to, const double (&values)[4]) {
-  Table& table = *lines_[line].table;
+  Table& table = *tables_[line];
   const double h = to - from, third = h / 3.0;
-  table.x.push_back(from - start_);
-  table.x.push_back(to - start_);
+  table.x.push_back(from - memory_.start);
+  table.x.push_back(to - memory_.start);
   table.y.push_back(values[0]);
   table.y.push_back(values[3]);
   table.slope2.push_back((2.0 * values[0] - 5.0 * values[1] + 4.0 * values[2] - values[3]) / (third * third));
@@ -219,18 +225,19 @@ void DelayLines::append(std::size_t line, double from, double to, const double (
 
 bool DelayLines::add(double to, const Branch& branch, const Solution& solution) {
   // Two events a rounding apart: over that nothing has a slope. It becomes part of what comes next.
-  if (!any() || !(to > recorded_ + resolved(to))) return true;
+  if (!any() || !(to > memory_.recorded + resolved(to))) return true;
   branch_ = branch;
-  if (!sample(recorded_, to, 0, 0, solution)) return false;
-  recorded_ = to;
-  for (Line& line : lines_) {
+  if (!sample(memory_.recorded, to, 0, 0, solution)) return false;
+  memory_.recorded = to;
+  for (std::size_t i = 0; i < tables_.size(); ++i) {
+    Line& line = memory_.lines[i];
     if (line.knots.empty()) {
       // What is behind the last knot is one piece; what y has left of it is behind the window.
-      const double left = to - start_ - 2.0 * line.by;
-      while (line.window + 1 < cells(line) && line.table->x[2 * (line.window - line.dropped) + 1] < left) ++line.window;
-      forget(line, to);
+      const double left = to - memory_.start - 2.0 * line.by;
+      while (line.window + 1 < cells(i) && tables_[i]->x[2 * (line.window - line.dropped) + 1] < left) ++line.window;
+      forget(i, to);
     }
-    frame(line);
+    frame(i);
   }
   return true;
 }
@@ -248,10 +255,10 @@ bool DelayLines::sample(double from, double to, std::size_t which, int depth, co
     if (which == 0 ? !evaluate(t, y_.data(), branch_, at[k]) : !evaluate_before(t, y_.data(), at[k])) return false;
   }
   bool fine = true;
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
+  for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
     const std::size_t result = which == 0 ? kPerDelay * i : which;
     if (which != 0 && i != which / kPerDelay) continue;
-    Line& line = lines_[i];
+    Line& line = memory_.lines[i];
     for (const auto& values : at) line.scale = std::max(line.scale, std::abs(values[result]));
     const double tolerance = std::max(kOfTolerance * relative_, kLeast) * line.scale;
     const auto cubic = [&](double s) {
@@ -267,7 +274,7 @@ bool DelayLines::sample(double from, double to, std::size_t which, int depth, co
     if (middle > from && middle < to)
       return sample(from, middle, which, depth + 1, solution) && sample(middle, to, which, depth + 1, solution);
   }
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
+  for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
     const std::size_t result = which == 0 ? kPerDelay * i : which;
     if (which != 0 && i != which / kPerDelay) continue;
     append(i, from, to, {at[0][result], at[2][result], at[4][result], at[6][result]});
@@ -275,23 +282,23 @@ bool DelayLines::sample(double from, double to, std::size_t which, int depth, co
   return true;
 }
 
-bool DelayLines::changed(double t, const double* x, Branch& branch) {
+bool DelayLines::changed(double t, const double* x, Branch& branch, bool mode) {
   constexpr double kJump = 1e-9;
   if (!any()) return true;
   if (!evaluate(t, x, branch, values_)) return false;
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
-    Line& line = lines_[i];
+  for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
+    Line& line = memory_.lines[i];
     const double u = values_[kPerDelay * i];
     line.scale = std::max(line.scale, std::abs(u));
-    const bool jumps = std::abs(u - line.table->y.back()) > kJump * line.scale;
-    int level = jumps ? 0 : passed_at_ == t ? passing_ + 1 : 1;
-    if (!line.knots.empty() && line.knots.back().cell == cells(line)) {
+    const bool jumps = std::abs(u - tables_[i]->y.back()) > kJump * line.scale;
+    int level = jumps ? 0 : memory_.passed_at == t && !mode ? memory_.passing + 1 : 1;
+    if (!line.knots.empty() && line.knots.back().cell == cells(i)) {
       line.knots.back().level = std::min(line.knots.back().level, level);
       continue;  // nothing has been recorded since the one before
     }
     if (level >= kSmooth) continue;
-    line.knots.push_back({t, cells(line), level});
-    frame(line);
+    line.knots.push_back({t, cells(i), level});
+    frame(i);
   }
   return true;
 }

@@ -6,17 +6,39 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
 
 namespace bgsim {
 
-/// The program with tables of its own for its delayed signals: what they hold is a matter of one run.
-struct DelayTables {
-  explicit DelayTables(const Program& shared);
-  Program program;
-  std::vector<std::shared_ptr<Table>> tables;  ///< by Program::delays
+/// Tables of one run for its delayed signals, by Program::delays: what they hold is a matter of that run.
+using DelayTables = std::vector<std::shared_ptr<Table>>;
+
+DelayTables own_tables(const Program& program);
+/// A copy of @p shared, a program of the same model, with these tables.
+Program with_tables(const Program& shared, const DelayTables& tables);
+
+/// What is known of the delayed signals beside their tables; the same in all programs of a model.
+struct DelayMemory {
+  struct Knot {
+    double t;          ///< of u
+    std::size_t cell;  ///< first one after it, counted from the first that there ever was
+    int level;         ///< 0: u jumps, 1: its slope does, ...
+  };
+  struct Line {
+    double by = 0.0;
+    double scale = 0.0;       ///< largest magnitude of u so far
+    std::size_t dropped = 0;  ///< cells that are no longer in the table
+    std::vector<Knot> knots;  ///< not passed yet
+    std::size_t window = 0;   ///< first cell that y may be in
+  };
+  std::vector<Line> lines;  ///< by Program::delays
+  double start = 0.0;       ///< of the scene
+  double recorded = 0.0;    ///< up to here
+  int passing = 0;          ///< level of what comes through at passed_at
+  double passed_at = 0.0;
 };
 
 /// y(t) = u(t - T): u is kept as piecewise cubics over as long as T asks for, in each step as fine as its tolerance
@@ -30,9 +52,14 @@ class DelayLines {
   /// At a time within the last step: the states there, or the branch.
   using Solution = std::function<void(double t, double* y, Branch& branch)>;
 
-  DelayLines(const Program& program, Evaluator& evaluator, const RunInputs& inputs, const std::vector<Table*>& tables);
+  DelayLines(const Program& program, Evaluator& evaluator, const RunInputs& inputs, const DelayTables& tables);
 
-  [[nodiscard]] bool any() const { return !lines_.empty(); }
+  [[nodiscard]] bool any() const { return !tables_.empty(); }
+  /// Of another mode's run, which this one goes on from with the same tables.
+  void remember(DelayMemory memory) { memory_ = std::move(memory), goes_on_ = true; }
+  [[nodiscard]] const DelayMemory& memory() const { return memory_; }
+  /// Whether there is a memory from before the run.
+  [[nodiscard]] bool goes_on() const { return goes_on_; }
   /// Before the start there is nothing: the tables are 0, so that the rest can be evaluated for the first time.
   void clear();
   /// What was before the start: as the model says, or the value at the start, which may depend on itself. False:
@@ -46,24 +73,12 @@ class DelayLines {
   void pass(double t);
   /// What the run has come to from where it was before, up to @p to. False: failure().
   bool add(double to, const Branch& branch, const Solution& solution);
-  /// Something has changed at once at @p t. False: failure().
-  bool changed(double t, const double* x, Branch& branch);
+  /// Something has changed at once at @p t. False: failure(). @param mode  of the switches: rates may jump
+  bool changed(double t, const double* x, Branch& branch, bool mode = false);
   [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
 
  private:
-  struct Knot {
-    double t;          ///< of u
-    std::size_t cell;  ///< first one after it, counted from the first that there ever was
-    int level;         ///< 0: u jumps, 1: its slope does, ...
-  };
-  struct Line {
-    Table* table;
-    double by = 0.0;
-    double scale = 0.0;       ///< largest magnitude of u so far
-    std::size_t dropped = 0;  ///< cells that are no longer in the table
-    std::vector<Knot> knots;  ///< not passed yet
-    std::size_t window = 0;   ///< first cell that y may be in
-  };
+  using Line = DelayMemory::Line;
 
   static constexpr std::size_t kPerDelay = 3;  ///< results: u, T, what was before the start
   static constexpr int kSmooth = 5;            ///< levels from here on are left to the control of errors
@@ -73,18 +88,19 @@ class DelayLines {
   bool evaluate_before(double t, const double* x, std::vector<double>& values);
   bool sample(double from, double to, std::size_t which, int depth, const Solution& solution);
   void append(std::size_t line, double from, double to, const double (&values)[4]);
-  void frame(Line& line) const;
-  void forget(Line& line, double t) const;
-  [[nodiscard]] std::size_t cells(const Line& line) const { return line.dropped + line.table->x.size() / 2; }
+  void frame(std::size_t line);
+  void forget(std::size_t line, double t);
+  [[nodiscard]] std::size_t cells(std::size_t line) const {
+    return memory_.lines[line].dropped + tables_[line]->x.size() / 2;
+  }
   [[nodiscard]] double resolved(double t) const;
 
   const Program& program_;
   Evaluator& evaluator_;
-  double start_, stop_, relative_;
-  std::vector<Line> lines_;
-  double recorded_ = 0.0;  ///< up to here
-  int passing_ = 0;        ///< level of what comes through at passed_at_
-  double passed_at_;
+  double stop_, relative_;
+  DelayTables tables_;
+  DelayMemory memory_;
+  bool goes_on_ = false;
   std::vector<double> values_, y_, now_;
   Branch branch_;
   std::optional<Diagnostic> failure_;
