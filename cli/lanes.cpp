@@ -13,7 +13,7 @@ namespace {
 /// What a lane fills, and what the other side is called. "free" is the other side of "locked" or of "closed".
 bool fills(Lane::Kind kind, const std::string& side) {
   return side == "closed" || side == "locked" || side == "conducts" || (kind == Lane::Kind::latch && side == "true") ||
-         (kind == Lane::Kind::friction && side == "held");
+         (kind == Lane::Kind::friction && (side == "held" || side == "0"));
 }
 
 std::string side_word(Lane::Kind kind, const std::string& side) {
@@ -29,7 +29,10 @@ std::string side_word(Lane::Kind kind, const std::string& side) {
   }
 }
 
-bool is_friction(const RunEvent& event) { return event.from == "held" || event.to == "held"; }
+/// Held at its border, with a force or without one.
+bool is_friction(const RunEvent& event) {
+  return fills(Lane::Kind::friction, event.from) || fills(Lane::Kind::friction, event.to);
+}
 
 std::string names_of(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 4;

@@ -133,6 +133,10 @@ class Evaluator {
 
   /// How far each output can be off at this point where the states are off by so much, and all operations are rounded.
   void output_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors, double* bounds);
+  /// How far each of the values of diodes() can be off at this point where states and time are off by so much, and all
+  /// operations are rounded.
+  void diode_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors,
+                      double time_error, double* bounds);
   /// By Program::switch_elements: 1 where a switch leaves the side that it is on in this program, else 0.
   bool switches(double t, const double* x, Branch& branch, double* values);
   /// Four values by Program::diode_elements: effort and flow, counted the way that it passes, threshold, and 1 where it

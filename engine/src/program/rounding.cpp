@@ -232,6 +232,16 @@ void Evaluator::output_rounding(double t, const double* x, Branch& branch, std::
   impl.carry_errors_of(impl.program.outputs, branch, bounds);
 }
 
+void Evaluator::diode_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors,
+                               double time_error, double* bounds) {
+  Impl& impl = *impl_;
+  impl.begin_errors();
+  impl.set_point(t, x, branch);
+  impl.errors[impl.program.time_slot] = time_error;
+  std::copy(state_errors.begin(), state_errors.end(), impl.errors.begin() + impl.program.first_state);
+  impl.carry_errors_of(impl.program.diodes, branch, bounds);
+}
+
 bool Evaluator::continuous(double t, const double* x, Branch& branch, double time_error, double* values,
                            double* bounds) {
   Impl& impl = *impl_;

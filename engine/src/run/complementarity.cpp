@@ -189,7 +189,19 @@ class Lemke {
 ComplementarySides solve_complementarity(const Complementarity& problem, const std::vector<bool>& first,
                                          const std::vector<bool>& held) {
   if (problem.size == 0) return {true, {}, {}, {}};
-  return Lemke(problem, first, held).run();
+  const ComplementarySides sides = Lemke(problem, first, held).run();
+  if (sides.solved) return sides;
+  // Rounding grows with each pivot, and may make a ray: the way is gone again from where it ended, in numbers that have
+  // none.
+  constexpr int kTimes = 3;
+  std::vector<bool> from = sides.takes_z;
+  for (int i = 0; i < kTimes; ++i) {
+    ComplementarySides again = Lemke(problem, from, held).run();
+    if (again.solved) return again;
+    if (again.takes_z == from) break;
+    from = std::move(again.takes_z);
+  }
+  return sides;
 }
 
 }  // namespace bgsim

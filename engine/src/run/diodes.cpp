@@ -244,6 +244,9 @@ class Sides {
       for (std::size_t k = 0; k < kOrders; ++k)
         for (std::size_t j = 0; j < n_; ++j)
           largest[k] = std::max(largest[k], std::abs(slope_[(i * kOrders + k) * n_ + j]));
+      // With a resistance of r in series no slope is larger than 1/r; a row that is nothing but rounding is so beside
+      // that: the flow into a part that nothing else connects.
+      largest[0] = std::max(largest[0], 1.0 / result_.diodes[i].resistance);
       std::array<double, kOrders> right{}, right_rounding{};
       for (std::size_t j = 0; j < n_; ++j) {
         std::array<double, kOrders> slope{}, rounding{};

@@ -22,7 +22,7 @@ std::string condition_side(const Relation& relation, double mode) {
       return mode != 0.0 ? "true" : "false";
     case Relation::Kind::sign:
       // Between its two sides a sign is held at its border, wherever that is.
-      return std::abs(mode) == 1.0 || mode == 0.0 ? number_text(mode) : "held";
+      return std::abs(mode) == 1.0 || mode == 0.0 ? number_text(mode + 0.0) : "held";  // -0 is 0
     default:
       return number_text(relation.negated ? 0.0 - mode : mode);
   }

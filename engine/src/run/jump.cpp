@@ -61,7 +61,7 @@ class Projection {
 
   /// Newton's iteration; with linear stores its first step is exact.
   bool solve(const Eigen::MatrixXd& w, Jump& jump) {
-    constexpr int kMostSteps = 100;
+    constexpr int kMostSteps = 100, kRoundedAfter = 3;
     constexpr double kConverged = 1e-13, kGood = 1e-9;
     const auto n = static_cast<Eigen::Index>(x_.size()), m = static_cast<Eigen::Index>(dependent_.size());
     if (n == 0) return true;
@@ -103,9 +103,25 @@ class Projection {
       }
       if (!evaluate()) return fault(jump);
       if (relative <= kConverged || (relative <= kGood && relative >= last)) return true;
+      if (step >= kRoundedAfter && only_rounding(w, change)) return true;
       last = relative;
     }
     return fail(jump, no_jump_failure("the stores' laws have no common solution that was found", t_));
+  }
+
+  /// Whether a change is what rounding makes of the dependent stores: a store that is nearly empty, beside one that is
+  /// the difference of large efforts, comes no nearer.
+  bool only_rounding(const Eigen::MatrixXd& w, const Eigen::VectorXd& change) {
+    constexpr double kUnit = std::numeric_limits<double>::epsilon(), kTimes = 64.0;
+    std::vector<double> off(x_.size()), bounds(dependent_.size());
+    for (std::size_t i = 0; i < x_.size(); ++i) off[i] = kUnit * std::abs(x_[i]);
+    evaluator_.dependent_rounding(t_, x_.data(), branch_, off, {}, bounds.data());
+    for (Eigen::Index i = 0; i < change.size(); ++i) {
+      double noise = off[static_cast<std::size_t>(i)];
+      for (Eigen::Index d = 0; d < w.cols(); ++d) noise += std::abs(w(i, d)) * bounds[static_cast<std::size_t>(d)];
+      if (!(std::abs(change[i]) <= kTimes * noise) || !std::isfinite(noise)) return false;
+    }
+    return true;
   }
 
   /// Energies of the instant.

@@ -80,9 +80,10 @@ const Program* SwitchedRun::enter_mode() {
   const Program* program = nullptr;
   constexpr std::size_t kMostJumps = 100;
   std::vector<Mode> met;
+  bool tried = false, settled = false;
   while (true) {
     const Mode last = mode_;
-    if (!settle_diodes()) return nullptr;
+    if (!std::exchange(settled, false) && !settle_diodes()) return nullptr;
     if (!kick_.empty()) {
       if (met.size() >= kMostJumps) break;
       if (!one_at_a_time()) met.push_back(mode_);
@@ -90,7 +91,11 @@ const Program* SwitchedRun::enter_mode() {
       program = nullptr;
       continue;
     }
-    if (program != nullptr && mode_ == last) return hold_bands(*program) ? program : nullptr;
+    if (program != nullptr && mode_ == last) {
+      if (hold_or_try(*program, tried)) return program;
+      if (result_.failure) return nullptr;
+      settled = true;
+    }
     if (met.size() >= kMostJumps) break;
     met.push_back(mode_);
     program = program_here();
@@ -101,7 +106,12 @@ const Program* SwitchedRun::enter_mode() {
     bool moved = false;
     if (!jump_into_mode(*program, moved)) return nullptr;
     if (!diodes) return program;
-    if (!moved) return hold_bands(*program) ? program : nullptr;
+    if (!moved) {
+      if (hold_or_try(*program, tried)) return program;
+      if (result_.failure) return nullptr;
+      settled = true;
+      continue;
+    }
     if (!store_jumped(*program, parameters_, x_)) return nullptr;
   }
   fail(diagnostic_of("BG604",

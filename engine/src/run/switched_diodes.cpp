@@ -19,16 +19,18 @@ void SwitchedRun::take_diodes(const std::vector<double>& values) {
   }
 }
 
+double SwitchedRun::resolution_of(const StateInfo& state) const {
+  // A part of the tolerance, and what follows from it is a part of it as well.
+  constexpr double kOfTolerance = 1e-3;
+  const auto found = tolerance_.find(key(state));
+  return found == tolerance_.end() ? 0.0 : kOfTolerance * found->second;
+}
+
 bool SwitchedRun::settle_diodes() {
   if (diodes_.empty()) return true;
   try {
     const DiodeNetwork& network = network_of_(mode_);
-    // A part of the tolerance, and what follows from it is a part of it as well.
-    constexpr double kOfTolerance = 1e-3;
-    const auto resolution = [this](const StateInfo& state) {
-      const auto found = tolerance_.find(key(state));
-      return found == tolerance_.end() ? 0.0 : kOfTolerance * found->second;
-    };
+    const auto resolution = [this](const StateInfo& state) { return resolution_of(state); };
     DiodeSides sides =
         diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, one_at_a_time());
     if (!goes_on_alone(sides))
@@ -121,6 +123,44 @@ bool SwitchedRun::try_sides(const std::function<double(const StateInfo&)>& resol
   return true;
 }
 
+bool SwitchedRun::hold_or_try(const Program& program, bool& tried) {
+  const std::vector<double> bands = bands_, parameters = parameters_;
+  try_others_ = !tried;
+  const bool holds = hold_bands(program);
+  try_others_ = false;
+  if (holds || result_.failure) return holds;
+  tried = true;
+  bands_ = bands;
+  parameters_ = parameters;
+  const auto resolution = [this](const StateInfo& state) { return resolution_of(state); };
+  const Mode found = mode_;
+  const DiodeNetwork& network = network_of_(mode_);
+  const std::vector<ElementId> elements = diode_elements(*network.program.model);
+  const bool contacts = std::any_of(elements.begin(), elements.end(), [&](ElementId id) {
+    return network.program.model->elements[id.index()].contact.has_value();
+  });
+  if (!contacts && try_sides(resolution, may_be_tried(network)) && mode_ != found) return false;
+  mode_ = found;
+  return hold_bands(program);  // for its message
+}
+
+std::vector<double> SwitchedRun::diode_rounding(Evaluator& evaluator, Branch& branch) const {
+  // What a jump computes from is as large as what the stores held before it.
+  constexpr double kRoundings = 16.0 * std::numeric_limits<double>::epsilon(), kSafety = 4.0;
+  const Program& program = evaluator.program();
+  std::vector<double> off(program.states.size());
+  for (std::size_t i = 0; i < off.size(); ++i) {
+    const auto scale = scale_.find(key(program.states[i]));
+    off[i] = resolution_of(program.states[i]) +
+             kRoundings * std::max({std::abs(x_[i]), std::abs(value_of(stored_, program.states[i])),
+                                    scale == scale_.end() ? 0.0 : scale->second});
+  }
+  std::vector<double> bounds(4 * diodes_.size());
+  evaluator.diode_rounding(stored_.t, x_.data(), branch, off, kRoundings * std::abs(stored_.t), bounds.data());
+  for (double& bound : bounds) bound = kSafety * bound + std::numeric_limits<double>::min();
+  return bounds;
+}
+
 bool SwitchedRun::hold_bands(const Program& program) {
   constexpr double kTwice = 2.0, kMore = 4.0;
   // The mode that was left because of a diode turns out to be the right one.
@@ -128,7 +168,7 @@ bool SwitchedRun::hold_bands(const Program& program) {
   bands_.resize(diodes_.size(), 0.0);
   Evaluator evaluator(program, parameters_);
   Branch branch = first_branch(program);
-  std::vector<double> values(4 * diodes_.size());
+  std::vector<double> values(4 * diodes_.size()), rounding;
   if (!evaluator.initialize_modes(stored_.t, x_.data(), branch) ||
       !evaluator.diodes(stored_.t, x_.data(), branch, values.data()))
     return fail(fault_failure(evaluator.fault()));
@@ -152,6 +192,10 @@ bool SwitchedRun::hold_bands(const Program& program) {
     parameters_[element.diode->band.index()] = band;
     if (room) continue;
     if (!matters || !(beyond > (conducts ? flow_off_[i] : effort_off_[i]))) continue;
+    // Where the terms that cancel do not stand in the network of the diodes: what rounding makes of them in this mode.
+    if (rounding.empty()) rounding = diode_rounding(evaluator, branch);
+    if (beyond <= rounding[4 * i + (conducts ? 1 : 0)]) continue;
+    if (try_others_) return false;
     return fail(diagnostic_of("BG622",
                               "at t = " + number_text(stored_.t) + " the sides of the diodes could not be found: \"" +
                                   element.name + "\" " + side_text(element, conducts) + " with the " +

@@ -162,7 +162,18 @@ class SwitchedRun {
   void lose_errors(const std::string& why, bool possible);
 
   /// A flow or effort that is 0, or comes from 0, may be beyond its border by rounding: by so much the border is moved.
+  /// False if a value is farther beyond: with a failure, or, if `try_others_`, without.
   bool hold_bands(const Program& program);
+
+  /// Where the sides that were found do not hold in their mode, those that tried_sides() finds, once an instant. False
+  /// with a failure if there are none.
+  bool hold_or_try(const Program& program, bool& tried);
+
+  /// What a state is known to.
+  [[nodiscard]] double resolution_of(const StateInfo& state) const;
+
+  /// By value of Evaluator::diodes(): what rounding of the states, the time and all operations can have made of it.
+  std::vector<double> diode_rounding(Evaluator& evaluator, Branch& branch) const;
 
   // --- the program of a mode, and the jump into it
 
@@ -244,6 +255,7 @@ class SwitchedRun {
   EventLog log_;
   Mode logged_;  ///< the mode that the log knows
   bool logged_start_ = false;
+  bool try_others_ = false;  ///< sides that do not hold are no failure yet
   Headway headway_;
   double begin_;
   std::shared_ptr<const Model> names_;
