@@ -69,7 +69,7 @@ constexpr std::array kCodes{
     Code{"BG183", kError, "An initial effort or flow that does not determine what is stored"},
     Code{"BG184", kError, "Two initial values for one store"},
     Code{"BG185", kError, "A quantity that an event cannot set"},
-    Code{"BG186", kError, "A sampling time that is not positive"},
+    Code{"BG186", kError, "A sampling time that is not positive, or too short"},
     Code{"BG187", kWarning, "A sampling time longer than the scene"},
     Code{"BG190", kError, "A parameter file sets something that does not exist"},
     Code{"BG191", kError, "A parameter file has another unit"},

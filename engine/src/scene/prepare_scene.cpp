@@ -316,6 +316,7 @@ void prepare_sampling(const SceneParts& parts, RunInputs& inputs, std::vector<Di
           signal.delay->by_place, "a step does not ask for what it computes itself",
           "make the scene's \"step\" shorter than the delay"));
   }
+  constexpr double kMostSamples = 1e9;  // far more than runs have, and less than the digits of their times tell apart
   for (const Signal& signal : parts.model.signals) {
     if (!signal.every.valid()) continue;
     const std::string what = "the sampling time of " + in_quotes(signal.name);
@@ -325,6 +326,20 @@ void prepare_sampling(const SceneParts& parts, RunInputs& inputs, std::vector<Di
       problems.push_back(diagnostic_of("BG186", what + " is " + number_text(*every, 6), signal.every_place,
                                        "samples are taken at offset + n every, n = 0, 1, 2, ...",
                                        "give \"every\" a positive time"));
+    else if ((inputs.stop - inputs.start) / *every > kMostSamples)
+      problems.push_back(diagnostic_of(
+          "BG186",
+          what + ", " + number_text(*every, 6) + ", asks for " + number_text((inputs.stop - inputs.start) / *every, 2) +
+              " samples in the scene " + in_quotes(inputs.scene),
+          signal.every_place, "a scene has at most 1e9 samples of a signal",
+          "check the unit of \"every\"; a value that is to be known at every time is no sampled signal"));
+    else if (const auto offset = parts.number(signal.offset, what, signal.every_place, problems);
+             offset && *offset > inputs.stop)
+      inputs.warnings.push_back(
+          diagnostic_of("BG187",
+                        "the first sample of " + in_quotes(signal.name) + ", at t = " + number_text(*offset, 6) +
+                            ", is after the end of the scene " + in_quotes(inputs.scene),
+                        signal.every_place, "samples are taken at offset + n every, n = 0, 1, 2, ..."));
     else if (inputs.stop > inputs.start && *every > inputs.stop - inputs.start)
       inputs.warnings.push_back(diagnostic_of(
           "BG187", what + ", " + number_text(*every, 6) + ", is longer than the scene " + in_quotes(inputs.scene),
