@@ -158,7 +158,11 @@ const checks = {
     await lanes.scrollIntoViewIfNeeded();
     await lanes.locator("canvas").waitFor();
     const full = () => lanes.locator("canvas").evaluate((canvas) => {
-      const {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+      const copy = document.createElement("canvas"); // it is read twice, which a canvas on the screen is not for
+      [copy.width, copy.height] = [canvas.width, canvas.height];
+      const context = copy.getContext("2d", {willReadFrequently: true});
+      context.drawImage(canvas, 0, 0);
+      const {data} = context.getImageData(0, 0, copy.width, copy.height);
       const wanted = getComputedStyle(document.documentElement).getPropertyValue("--c0").trim().slice(1).match(/../g).map((part) => parseInt(part, 16));
       let count = 0;
       for (let i = 0; i < data.length; i += 4) if (wanted.every((value, k) => Math.abs(data[i + k] - value) < 3)) ++count;
