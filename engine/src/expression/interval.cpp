@@ -25,10 +25,14 @@ Range widened(double a, double b) { return {below(std::min(a, b)), above(std::ma
 
 /// A monotone function.
 Range monotone(Op op, const Range& x) { return widened(apply(op, x.lower()), apply(op, x.upper())); }
-/// A monotone function with the domain [least, most].
+/// A monotone function with the domain [least, most]. Ranges are wider than their values by roundings: what these add
+/// beyond the domain (-1e-20 of a level from 0 to 1e-5, under a root) is not taken for values there.
 Range monotone(Op op, const Range& x, double least, double most) {
+  constexpr double kRoundings = 0x1p-44;
   if (x.upper() < least || x.lower() > most) return Range::empty();
-  return x.lower() < least || x.upper() > most ? kAllNumbers : monotone(op, x);
+  const double room = kRoundings * std::max(std::fabs(x.lower()), std::fabs(x.upper()));
+  if (x.lower() < least - room || x.upper() > most + room) return kAllNumbers;
+  return monotone(op, Range(std::max(x.lower(), least), std::min(x.upper(), most)));
 }
 /// A monotone step function, whose values are exact.
 Range stepping(Op op, const Range& x) { return {apply(op, x.lower()), apply(op, x.upper())}; }

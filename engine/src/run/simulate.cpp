@@ -190,7 +190,18 @@ bool Run::take_step() {
     if (leave_law()) return jump_ ? fail(std::move(*jump_)) : settle_instant();
     return eliminate_loops() || take_multistep() || fail_as_stuck("time no longer advances");
   }
+  const Fault& fault = integrator_->last_fault();
+  if (fault.kind != Fault::Kind::none &&
+      vitality_.blocked(integrator_->step(), t_, fault.time, inputs_.stop - inputs_.start) && leave_law())
+    return jump_ ? fail(std::move(*jump_)) : settle_instant();
   const double* end = integrator_->end();
+  // Of a state that was not watched the step says how large it is, and no more: neither where it has crossed a border.
+  if (!facts_of(inputs_.method).fixed_step() && take_first_scales(x_, end, tolerances_)) {
+    constexpr double kShorter = 0.1;
+    integrator_->begin_with(kShorter * integrator_->step());
+    fresh_ = true;
+    return true;
+  }
   const double* tears = integrator_->branch().given ? end + x_.size() : integrator_->branch().tears.data();
   const StepEnds ends{t_, integrator_->time(), x_.data(), end, branch_.tears.data(), tears};
   switch (events_.search(*integrator_, ends)) {
@@ -203,12 +214,6 @@ bool Run::take_step() {
       return !holds(ends, events_.event_time(), true) || take_state_event();
     case EventWatch::Search::none:
       break;
-  }
-  if (!facts_of(inputs_.method).fixed_step() && take_first_scales(x_, end, tolerances_)) {
-    constexpr double kShorter = 0.1;
-    integrator_->begin_with(kShorter * integrator_->step());
-    fresh_ = true;
-    return true;
   }
   const double t = integrator_->time();
   if (!holds(ends, t, false)) return true;

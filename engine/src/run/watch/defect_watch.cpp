@@ -22,7 +22,9 @@ DefectWatch::DefectWatch(const Program& program, const RunInputs& inputs, Evalua
     return true;
   };
   step_.tolerance = [this, &tolerances](std::size_t i) {
-    return step_.relative * std::fabs(step_.ends.states_at_begin[i]) + tolerances.resolved(i);
+    const double known = step_.relative * std::fabs(step_.ends.states_at_begin[i]) + tolerances.resolved(i);
+    // One that was 0 until this step has no other size than the one it gets there.
+    return known > 0.0 ? known : step_.relative * std::fabs(step_.ends.states_at_end[i]);
   };
 }
 

@@ -375,9 +375,10 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
   constexpr std::uintmax_t kMostEvaluations = 200;
   bool fault = false;
   // near t = 0 the doubles never end: there the scene's own length gives the measure
+  constexpr double epsilon = 2.0 * std::numeric_limits<double>::epsilon();
   const double least = 1e-3 * span_;
   const auto neighbours = [least](double a, double b) {
-    return b - a <= 2.0 * std::numeric_limits<double>::epsilon() * std::max({std::abs(a), std::abs(b), least});
+    return b - a <= epsilon * std::max({std::abs(a), std::abs(b), least});
   };
   event_time_ = to;
   if (!evaluate(integrator, to, end_)) return fail_with_fault();
@@ -401,7 +402,10 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
     std::uintmax_t evaluations = kMostEvaluations;
     const auto bracket = toms748_solve(distance, from, event_time_, at_from, at_to, neighbours, evaluations);
     if (fault) return fail_with_fault();
-    event_time_ = bracket.second;
+    // Next to a point that lies on its border itself (0 at t = 0) the doubles never end, either: 1e-308 s later a root
+    // has a slope of 1e153, which no method gets on from.
+    const double nearest = from + epsilon * std::max({std::abs(from), std::abs(bracket.second), least});
+    event_time_ = std::max(bracket.second, std::min(event_time_, nearest));
     if (!evaluate(integrator, event_time_, end_)) return fail_with_fault();
   }
   return true;

@@ -302,7 +302,8 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
     if (divisible) middle = point_at(step, at);
     ++points;
     if (!divisible || !middle.good) continue;
-    if (!smooth && length > 1e-13 * std::max(std::fabs(a.t), std::fabs(b.t))) {
+    const bool shortest = length <= 1e-13 * std::max(std::fabs(a.t), std::fabs(b.t));
+    if (!smooth && !shortest) {
       if (points < kMostPoints) {
         stack.emplace_back(middle, std::move(b));
         stack.emplace_back(std::move(a), std::move(middle));
@@ -311,6 +312,17 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
       if (!verdict.undecided && a.t - step.begin >= kPrefix * (until - step.begin)) {
         cut = true;
         break;
+      }
+    }
+    // Over a few roundings of the time a range may be unknown because a difference is known to its roundings only (a
+    // level that has just passed the crest, to the power of 1.5). What the rates are there is nothing.
+    if (!smooth && shortest) {
+      smooth = true;
+      for (std::size_t i = 0; i < affected_.size() && smooth; ++i) {
+        const std::uint32_t state = affected_[i];
+        const double rate =
+            std::max({std::fabs(a.rate[state]), std::fabs(middle.rate[state]), std::fabs(b.rate[state])});
+        smooth = length * rate <= kSmall * limit[i];
       }
     }
     verdict.undecided = verdict.undecided || !smooth;

@@ -12,15 +12,21 @@ class Vitality {
  public:
   /// An accepted step that ends at @p time. False: time no longer advances.
   bool look(double step, double time);
+  /// An accepted step from @p from, and where the laws last had no value. True each time after a number of steps in a
+  /// row that ended shortly before such a place, and are roundings of the scene's length: at t = 0, or where a state is
+  /// a large number and differs from a border by its own roundings only, they are none of the time.
+  bool blocked(double step, double from, double fault, double span);
 
   template <class Archive>
   void carry(Archive& archive) {
     archive("tiny steps", tiny_);
     archive("empty steps", empty_);
+    archive("blocked steps", blocked_);
   }
 
  private:
   std::uint64_t tiny_ = 0, empty_ = 0;  ///< in a row: within rounding of the time; of no length
+  std::uint64_t blocked_ = 0;           ///< in a row: shortly before laws without a value
 };
 
 }  // namespace bgsim
