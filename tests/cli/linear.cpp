@@ -187,7 +187,8 @@ TEST_CASE("what linear analysis cannot do is refused with a fix") {
   CHECK_THAT(here.bgsim("poles free.json").out, Contains("free (poles at 0): body.p"));
 }
 
-TEST_CASE("of a large system the poles nearest to a number are asked for, and without that the message says how") {
+TEST_CASE("of a large system the poles nearest to a number are asked for, and without that the message says how",
+          "[long]") {
   const Workplace here;
   // 600 sections of 1 ohm and 1 F, open at the end: the slowest pole is -4 sin^2(pi/(4 n + 2)).
   here.write("line.json", R"({ "bgsim": 1, "name": "line", "elements": { "src": { "kind": "Se", "effort": 0 },

@@ -237,7 +237,7 @@ TEST_CASE("the model in the README runs as the README says") {
   CHECK_THAT(here.bgsim("equations rc.json").out, Contains("store.q' = (5 - store.q/C)/R"));
 }
 
-TEST_CASE("scenes that end at 0 are as right and as quick as others") {
+TEST_CASE("scenes that end at 0 are as right and as quick as others", "[long]") {
   const Workplace place;
   // Nothing in the cradle depends on t.
   const std::string cradle = BGSIM_SOURCE_DIR "/models/cradle.json --scene two --quiet -o ";

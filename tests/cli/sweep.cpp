@@ -162,8 +162,8 @@ TEST_CASE("a picture shows the results of a sweep over what is varied") {
   CHECK_THAT(here.read("map/results.svg"), Contains("<svg"));
 }
 
-TEST_CASE(
-    "a sweep with the sample for it ends with indices of sensitivity, the same from one thread, many, and parts") {
+TEST_CASE("a sweep with the sample for it ends with indices of sensitivity, the same from one thread, many, and parts",
+          "[long]") {
   Workplace here;
   with_model(here);
   // Ishigami's function of parameters: first 0.3139, 0.4424, 0, total 0.5576, 0.4424, 0.2437.

@@ -185,7 +185,8 @@ TEST_CASE("six diodes rectify three phases") {
   }
 }
 
-TEST_CASE("six diodes commutate behind coils: each phase does what the one before did a third of a period earlier") {
+TEST_CASE("six diodes commutate behind coils: each phase does what the one before did a third of a period earlier",
+          "[long]") {
   // While two diodes of a side conduct, their coils depend on each other, and the series of the one that has just come
   // to 0 reach no further than its order 0. The order of elements decides which coil is the dependent one.
   std::string elements, bonds;

@@ -109,7 +109,7 @@ TEST_CASE("a ball that comes to rest ends the run at the limit of its bounces") 
   }
 }
 
-TEST_CASE("no method loses a ball through the floor in flights below its tolerance") {
+TEST_CASE("no method loses a ball through the floor in flights below its tolerance", "[long]") {
   for (const char* method : {"bdf", "adams", "ida", "erk5", "dirk4", "radau"})
     for (const char* floor : {"0", "1000"})
       for (const char* e : {"0.3", "0.9", "0.99"}) {

@@ -33,7 +33,7 @@ const std::vector<double> kTolerances{1e-4, 1e-6, 1e-8, 1e-10};
 
 }  // namespace
 
-TEST_CASE("circuits at rest behind leaks end within some hundred steps") {
+TEST_CASE("circuits at rest behind leaks end within some hundred steps", "[long]") {
   for (const double leak : {1e9, 1e12, 1e15, 1e18})
     for (const Method method : kMethods)
       for (const double relative : kTolerances) {

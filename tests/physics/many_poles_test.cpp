@@ -31,7 +31,7 @@ std::string ladder() {
 
 }  // namespace
 
-TEST_CASE("the slowest poles of a line of a thousand sections are those of its closed form") {
+TEST_CASE("the slowest poles of a line of a thousand sections are those of its closed form", "[long]") {
   constexpr int n = 1000;
   const std::vector<Pole> found = poles(linear(ladder()), PolesNear{0.0, 12});
   REQUIRE(found.size() == 12);
@@ -47,7 +47,7 @@ TEST_CASE("the slowest poles of a line of a thousand sections are those of its c
   }
 }
 
-TEST_CASE("equal poles of a square grid come out as often as they are there") {
+TEST_CASE("equal poles of a square grid come out as often as they are there", "[long]") {
   // Capacitors of 1 F at the points of a grid, joined by 1 ohm, the border open: -(a_i + a_j), a_k = 4 sin^2(k pi/(2
   // m)).
   constexpr int m = 25;
@@ -89,7 +89,7 @@ TEST_CASE("equal poles of a square grid come out as often as they are there") {
   CHECK(free_states(slow).size() > 500);
 }
 
-TEST_CASE("vibrations of a long chain that is free at both ends begin with its free motion") {
+TEST_CASE("vibrations of a long chain that is free at both ends begin with its free motion", "[long]") {
   // 400 masses of 1 kg with springs of 1 N/m between them and no loss: 0, +- 2j sin(k pi/(2 n)).
   constexpr int n = 400;
   const std::string chain = R"x("elements": {
@@ -110,7 +110,7 @@ TEST_CASE("vibrations of a long chain that is free at both ends begin with its f
   }
 }
 
-TEST_CASE("eigenvalues nearest to a number are those of the dense solver") {
+TEST_CASE("eigenvalues nearest to a number are those of the dense solver", "[long]") {
   std::mt19937_64 random(7);
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);

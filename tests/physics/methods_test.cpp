@@ -155,7 +155,7 @@ TEST_CASE("every method but IDA and Störmer-Verlet lets dry friction hold a mas
   }
 }
 
-TEST_CASE("implicit Runge-Kutta methods take a stiff system with long steps") {
+TEST_CASE("implicit Runge-Kutta methods take a stiff system with long steps", "[long]") {
   // a mode that dies within 1e-6 beside one of 1
   const std::string text = R"json({ "bgsim": 1, "name": "stiff",
     "elements": { "s": { "kind": "Se", "effort": "sin(t)" }, "a": { "kind": "1" }, "r1": { "kind": "R", "resistance": 1 },

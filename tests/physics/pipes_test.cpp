@@ -173,7 +173,7 @@ TEST_CASE("a grid of a thousand turbulent pipes has the solution of its laws", "
   check(pipes, "Se", "10 + t", {}, {}, "3");
 }
 
-TEST_CASE("a grid of pipes with stores at nodes has the solution of its laws at every moment") {
+TEST_CASE("a grid of pipes with stores at nodes has the solution of its laws at every moment", "[long]") {
   std::vector<Part> stores;
   for (int k = 0; k < 3; ++k)
     stores.push_back({"c" + std::to_string(k), "C", "n" + std::to_string(k + 1) + "_1", "0",

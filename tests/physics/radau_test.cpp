@@ -251,7 +251,8 @@ TEST_CASE("Radau takes linear circuits of a hundred cells with sparse matrices")
 // tolerances. With the slopes of a step's beginning for all stages Newton's iteration failed about as often as it
 // succeeded, and a looser tolerance took more steps: 1,332 at 1e-5 and 475 at 1e-7 on `bellow` `step`. Now the worst is
 // one failure in nine steps (a body that hits a stop of 1e5 N/m, at 1e-3).
-TEST_CASE("Radau's steps at kinks follow from the tolerance, not from where Newton's iteration still converges") {
+TEST_CASE("Radau's steps at kinks follow from the tolerance, not from where Newton's iteration still converges",
+          "[long]") {
   struct Kinked {
     std::string name;
     std::vector<FedState> states;

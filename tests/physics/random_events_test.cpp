@@ -261,7 +261,7 @@ int check(const Function& flow, bool jumps, double tolerance, double tolerances,
 
 }  // namespace
 
-TEST_CASE("random conditions on smooth states hold as long as they should, by every method") {
+TEST_CASE("random conditions on smooth states hold as long as they should, by every method", "[long]") {
   // Windows that open for less than a piece of the quadrature, 5e-5 of the run, are within a thousandth of it.
   Random random(2611);
   int in_doubt = 0;
@@ -269,7 +269,7 @@ TEST_CASE("random conditions on smooth states hold as long as they should, by ev
   CHECK(in_doubt == 0);
 }
 
-TEST_CASE("random narrow laws of smooth states are seen by every method") {
+TEST_CASE("random narrow laws of smooth states are seen by every method", "[long]") {
   // Each passage may add some ten tolerances of the state that is fed, up to some hundred passages. Where a law is
   // narrower than its states are known, a run may say so instead: in one of fifty.
   Random random(1126);

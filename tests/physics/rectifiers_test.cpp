@@ -51,7 +51,8 @@ std::vector<Part> bridge_between(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-TEST_CASE("a bridge of diodes with a smoothing capacitor agrees with bisection at every instant, by all methods") {
+TEST_CASE("a bridge of diodes with a smoothing capacitor agrees with bisection at every instant, by all methods",
+          "[long]") {
   std::vector<Part> parts = bridge_between("a", "b");
   parts.push_back({"s", "Se", "x", "b", kMains});
   parts.push_back({"rs", "R", "x", "a", resistor("0.5")});
@@ -77,7 +78,8 @@ TEST_CASE("a bridge of diodes with a smoothing capacitor agrees with bisection a
   }
 }
 
-TEST_CASE("six diodes on a star of sources whose neutral floats: all methods come to one voltage, and energy is kept") {
+TEST_CASE("six diodes on a star of sources whose neutral floats: all methods come to one voltage, and energy is kept",
+          "[long]") {
   std::vector<Part> parts{{"c", "C", "plus", "minus", "\"capacitance\": 1e-3"},
                           {"r", "R", "plus", "minus", resistor("20")}};
   for (int k = 0; k < 3; ++k) {
@@ -124,7 +126,7 @@ TEST_CASE("a diode that charges a capacitor from an ideal source passes no peak 
   }
 }
 
-TEST_CASE("voltage multipliers lose no time of conduction, by stiff and explicit methods") {
+TEST_CASE("voltage multipliers lose no time of conduction, by stiff and explicit methods", "[long]") {
   // Diodes and capacitors at an ideal source: a diode conducts for a hundredth of a period, and at its peak a predicted
   // scale without the slope there would be 1e141 V.
   const auto stages = [](int count) {
@@ -155,7 +157,7 @@ TEST_CASE("voltage multipliers lose no time of conduction, by stiff and explicit
   }
 }
 
-TEST_CASE("diodes without stores: a bridge on a resistor, a string, a clipper, a bridge on a coil") {
+TEST_CASE("diodes without stores: a bridge on a resistor, a string, a clipper, a bridge on a coil", "[long]") {
   const std::string scene = R"("stop": 0.02, "samples": 41)";
   std::vector<Part> bridge = bridge_between("a", "b");
   bridge.push_back({"s", "Se", "a", "b", kMains});
@@ -212,7 +214,8 @@ TEST_CASE("a loop that starts at zero comes to a solution as exact as its laws a
   }
 }
 
-TEST_CASE("grids of diodes and resistors, to a thousand branches, balance the currents of their laws at every node") {
+TEST_CASE("grids of diodes and resistors, to a thousand branches, balance the currents of their laws at every node",
+          "[long]") {
   for (const int side : {6, 12, 23}) {
     std::mt19937_64 random(static_cast<std::uint64_t>(side));
     std::uniform_real_distribution<double> part(0.0, 1.0);

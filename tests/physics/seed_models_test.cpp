@@ -32,7 +32,7 @@ RunResult run_part(const Study& study, const std::string& scene, double stop, st
 constexpr double kQuarterPeriod = 1.6;
 constexpr double kRelative = 1e-9;
 
-TEST_CASE("with M = 2 m and J = 2 m l^2 each side of the actuator moves as a bellow on its own") {
+TEST_CASE("with M = 2 m and J = 2 m l^2 each side of the actuator moves as a bellow on its own", "[long]") {
   const auto actuator =
       run_part(study_of("models/actuator.json"), "bending", kQuarterPeriod, 81, kRelative, {"phase_right=pi/2"});
   const auto bellow = study_of("models/bellow.json");
@@ -172,7 +172,7 @@ TEST_CASE("the paper's Eqs. 3 and 4 agree with the graph while the wall is quasi
   CHECK(largest_difference(column(heavy_graph, "P2"), column(heavy_paper, "P2")) > 0.05 * largest_magnitude(p));
 }
 
-TEST_CASE("delta, ten times more or less, moves x by less than a micrometre") {
+TEST_CASE("delta, ten times more or less, moves x by less than a micrometre", "[long]") {
   const auto study = study_of("models/bellow.json");
   for (const std::string scene : {"tracking", "step"}) {
     const double stop = scene == "step" ? 0.5 : kQuarterPeriod;
@@ -198,7 +198,7 @@ TEST_CASE("at vanishing pressure drop the closed loop has a pair of poles at 3.7
   CHECK(std::abs(p[2]) < 1e-3 * std::abs(p[0]));
 }
 
-TEST_CASE("packets with masses of their own leave two of four inertias dependent and move as the sum does") {
+TEST_CASE("packets with masses of their own leave two of four inertias dependent and move as the sum does", "[long]") {
   const auto masses = study_of("models/actuator_masses.json");
   std::size_t inertias = 0;
   for (const auto& store : masses.equations().dependent) inertias += store.name.back() == 'p';

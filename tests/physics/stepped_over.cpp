@@ -112,7 +112,7 @@ TEST_CASE("narrow smooth laws of states are seen by every method", "[long]") {
         1e-6, 1e-3);
 }
 
-TEST_CASE("a law far beyond the border at which it ends never enters the result") {
+TEST_CASE("a law far beyond the border at which it ends never enters the result", "[long]") {
   // The states after a border begin from what BDF of first order makes of a steep law: some hundred tolerances.
   check({{"(c.q - floor(c.q))^40", [](double c, double) { return std::pow(c - std::floor(c), 40); }},
          {"if(c.q < 5, (c.q/5)^60, 0)", [](double c, double) { return c < 5 ? std::pow(c / 5, 60) : 0.0; }},

@@ -191,7 +191,8 @@ TEST_CASE("an RL chopper of two switches is exact at every output") {
   CHECK(steady.report.mode_changes == 81);
 }
 
-TEST_CASE("a buck converter is as exact as its tolerance by the default method, after thousands of changes, too") {
+TEST_CASE("a buck converter is as exact as its tolerance by the default method, after thousands of changes, too",
+          "[long]") {
   const std::string elements = R"("v": {"kind": "Se", "effort": 24}, "in": {"kind": "1"}, "n": {"kind": "0"},
       "high": {"kind": "Sw", "closed": "t/2e-5 - floor(t/2e-5) < 0.5"}, "low": {"kind": "Sw", "closed": "t/2e-5 - floor(t/2e-5) >= 0.5"},
       "loop": {"kind": "1"}, "l": {"kind": "I", "inertance": 1e-4}, "out": {"kind": "0"},

@@ -68,7 +68,7 @@ TEST_CASE("instants of two runs are compared with the nearest of their kind, in 
   CHECK_FALSE(none.what.empty());
 }
 
-TEST_CASE("a trade of a rectifier measures the instants of its diode, and its references agree to 1e-9") {
+TEST_CASE("a trade of a rectifier measures the instants of its diode, and its references agree to 1e-9", "[long]") {
   const Study study = study_of("models/half_wave.json");
   const Simulation scene = study.scene();
   TradeOptions options;

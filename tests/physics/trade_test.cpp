@@ -50,7 +50,7 @@ const TradeRow& row_of(const Trade& trade, Method method, double relative, int m
 
 }  // namespace
 
-TEST_CASE("a trade tells errors as they are, marks the front, and picks from it") {
+TEST_CASE("a trade tells errors as they are, marks the front, and picks from it", "[long]") {
   const CompiledModel model = compile_text(oscillator("0.2"));
   const Trade trade = trade_of(model, 8.0);
   CHECK(trade.reference.error < 1e-8);
@@ -114,14 +114,14 @@ TEST_CASE("a trade tells errors as they are, marks the front, and picks from it"
   CHECK(json["outputs"][1]["why_not"] == "zero throughout");
 }
 
-TEST_CASE("a lossless graph is measured with Störmer-Verlet too") {
+TEST_CASE("a lossless graph is measured with Störmer-Verlet too", "[long]") {
   const Trade trade = trade_of(compile_text(oscillator("")), 4.0);
   const auto found = std::find_if(trade.rows.begin(), trade.rows.end(),
                                   [](const TradeRow& row) { return row.setting.method == Method::verlet; });
   CHECK(found != trade.rows.end());
 }
 
-TEST_CASE("on a stiff scene explicit methods are cut or unstable, and the table says why") {
+TEST_CASE("on a stiff scene explicit methods are cut or unstable, and the table says why", "[long]") {
   const Trade trade = trade_of(compile_text(kStiff), 6.0);
   CHECK(trade.fastest_rate == Approx(1e6).epsilon(1e-3));
   const TradeRow& erk = row_of(trade, Method::erk5, 1e-2);
@@ -193,7 +193,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("an output that is zero except for rounding is not judged, and prevents no accuracy") {
+TEST_CASE("an output that is zero except for rounding is not judged, and prevents no accuracy", "[long]") {
   const CompiledModel model = compile_text(discharge("c.q - exp(-t)"));
   const Trade trade = trade_of(model, 5.0);
   CHECK(trade.outputs[0].judged());
@@ -218,7 +218,8 @@ TEST_CASE("a setting that is asked for is measured to its end, whatever the limi
   CHECK(asked.steps > 40'000);
 }
 
-TEST_CASE("tolerances that leave more than a hundredth of error are passed over, and the curve goes on below") {
+TEST_CASE("tolerances that leave more than a hundredth of error are passed over, and the curve goes on below",
+          "[long]") {
   // a hundred periods: each adds its error
   std::string text = oscillator("");
   text.replace(text.find("\"stop\": 6"), 9, "\"stop\": 628.32");

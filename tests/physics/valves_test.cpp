@@ -53,7 +53,7 @@ TEST_CASE("a check valve behind an orifice lets a store fill, come level and sta
   }
 }
 
-TEST_CASE("a check valve is the same as a law that is 0 the other way") {
+TEST_CASE("a check valve is the same as a law that is 0 the other way", "[long]") {
   const std::pair<const char*, const char*> laws[] = {
       {"f = 0.7*sign(e)*sqrt(abs(e))", "f = 0.7*sqrt(max(e, 0))"},
       {"f = 0.7*sign(e)*abs(e)^0.3", "f = 0.7*max(e, 0)^0.3"},

@@ -39,7 +39,7 @@ TEST_CASE("members that do not enter are passed over, also where an arc back shu
   CHECK(finished == std::vector<std::size_t>{3, 2, 1, 0});
 }
 
-TEST_CASE("a chain of a million needs no stack of the program") {
+TEST_CASE("a chain of a million needs no stack of the program", "[long]") {
   constexpr std::size_t kLong = 1'000'000;
   const auto next = [](std::size_t i) {
     return i + 1 < kLong ? std::vector<std::size_t>{i + 1} : std::vector<std::size_t>{};

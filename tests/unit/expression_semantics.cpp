@@ -239,7 +239,7 @@ TEST_CASE("substitution and translation replace symbols and keep the rest") {
   CHECK(other.pool.tables().size() == 2);
 }
 
-TEST_CASE("a chain of a hundred thousand operators is no trouble for any of the algorithms") {
+TEST_CASE("a chain of a hundred thousand operators is no trouble for any of the algorithms", "[long]") {
   World w;
   const ExprId x = w.symbol("x"), y = w.symbol("y");
   ExprId chain = x;

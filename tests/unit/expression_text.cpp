@@ -2,6 +2,7 @@
 #include <stdexcept>
 
 #include "support/expression_world.hpp"
+#include "support/rounds.hpp"
 
 using bgsim::ExprId;
 using bgsim::Op;
@@ -10,7 +11,7 @@ using bgsim::test::World;
 
 TEST_CASE("what is written reads back as the same expression") {
   World world;
-  for (unsigned seed = 0; seed < 20; ++seed) {
+  for (unsigned seed = 0; seed < bgsim::test::share_of(20); ++seed) {
     RandomExpressions random(world, seed);
     for (int i = 0; i < 500; ++i) {
       const ExprId e = random.number(1 + i % 40);
@@ -61,7 +62,7 @@ TEST_CASE("text has the parentheses it needs and no others") {
   }
 }
 
-TEST_CASE("a sum of a hundred thousand terms is parsed and evaluated without deep recursion") {
+TEST_CASE("a sum of a hundred thousand terms is parsed and evaluated without deep recursion", "[long]") {
   World w;
   std::string text = "x";
   for (int i = 1; i < 100000; ++i) text += i % 2 == 0 ? " + sin(x)" : " - y*x";

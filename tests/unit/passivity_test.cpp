@@ -67,7 +67,7 @@ TEST_CASE("resistors that give power are refuted with an interval in which they 
   CHECK(std::max(std::abs(pol.from), std::abs(pol.to)) == Approx(std::sqrt(3.0)).epsilon(1e-6));
 }
 
-TEST_CASE("what is not decided is not claimed") {
+TEST_CASE("what is not decided is not claimed", "[long]") {
   // exp(e) - 1 is rounded where e is small.
   const PassivityFinding diode = resistor("f = 1e-12*(exp(e/0.025) - 1)");
   CHECK(diode.proof == Proof::undecided);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "support/expression_world.hpp"
+#include "support/rounds.hpp"
 
 using namespace bgsim;
 using bgsim::test::World;
@@ -176,7 +177,7 @@ TEST_CASE("a million periods into a run the next edge is still found") {
 TEST_CASE("random relations change only where sampling sees them change") {
   World world;
   std::vector<double> values(8, 0.4);
-  for (unsigned seed = 0; seed < 25; ++seed) {
+  for (unsigned seed = 0; seed < test::share_of(25); ++seed) {
     test::RandomExpressions random(world, seed);
     const ExprId e = random.condition(6);
     std::vector<double> changes;

@@ -444,7 +444,7 @@ bool uses(const Model& model, SymbolId parameter) {
 
 }  // namespace
 
-TEST_CASE("one wrong unit in a shipped model is found wherever it is") {
+TEST_CASE("one wrong unit in a shipped model is found wherever it is", "[long]") {
   for (const auto& file : std::filesystem::directory_iterator(BGSIM_SOURCE_DIR "/models")) {
     if (file.path().extension() != ".json") continue;
     Model model = read_model(file.path().string());
@@ -480,7 +480,7 @@ TEST_CASE("one wrong unit that many equations contradict is reported once, with 
   CHECK(c.report.problems.front().help == "all of them hold if it is in V");
 }
 
-TEST_CASE("units of a long model take time in proportion") {
+TEST_CASE("units of a long model take time in proportion", "[long]") {
   const auto seconds = [](std::size_t cells, bool with_units) {
     std::string elements = R"("s": { "kind": "Se", "effort": "U" }, "j0": { "kind": "1" })",
                 bonds = R"({ "from": "s", "to": "j0" })";

@@ -73,7 +73,7 @@ double relative_offset(const FitJacobian& jacobian, const std::vector<char>& hel
     if (held[j] == 0) columns.push_back(j);
   if (columns.empty()) return 0.0;
   const UnitColumns scaled(jacobian, columns);
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(scaled.unit, Eigen::ComputeThinU);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled.unit, Eigen::ComputeThinU);
   const Eigen::Map<const Eigen::VectorXd> residuals(jacobian.residuals.data(),
                                                     static_cast<Eigen::Index>(jacobian.rows));
   double taken = 0.0, rank = 0.0;
@@ -131,7 +131,7 @@ FitStatistics fit_statistics(const FitPlan& plan, const FitJacobian& jacobian, c
   const UnitColumns scaled(jacobian, columns);
   const Eigen::MatrixXd& unit = scaled.unit;
   const std::vector<double>& lengths = scaled.lengths;
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(unit, Eigen::ComputeThinV);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(unit, Eigen::ComputeThinV);
   const Eigen::VectorXd& singular = svd.singularValues();
   const Eigen::MatrixXd& directions = svd.matrixV();
   const double least = least_singular(k, accuracy) * singular(0);
