@@ -68,6 +68,49 @@ TEST_CASE("instants of two runs are compared with the nearest of their kind, in 
   CHECK_FALSE(none.what.empty());
 }
 
+TEST_CASE("a side that is taken back within roundings of the scene is no instant of its own") {
+  const auto changes = [](const std::vector<std::pair<double, std::string>>& sides) {
+    EventTimes result;
+    std::string from = "closed";
+    for (const auto& [t, to] : sides) {
+      RunEvent event;
+      event.kind = RunEvent::Kind::switching;
+      event.t = t;
+      event.name = "s";
+      event.from = std::exchange(from, to);
+      event.to = to;
+      result.take(event);
+    }
+    return result;
+  };
+  const EventTimes plain = changes({{1.0, "open"}, {2.0, "closed"}});
+  CHECK(event_distance(plain, changes({{1e-20, "open"}, {1e-17, "closed"}, {1.0, "open"}, {2.0, "closed"}}), 10.0)
+            .largest == 0.0);
+  // There, back and there again lasts.
+  CHECK(event_distance(plain, changes({{1.0, "open"}, {1.0 + 1e-13, "closed"}, {1.0 + 2e-13, "open"}, {2.0, "closed"}}),
+                       10.0)
+            .largest < 1e-12);
+  CHECK(
+      event_distance(plain, changes({{0.5, "open"}, {0.6, "closed"}, {1.0, "open"}, {2.0, "closed"}}), 10.0).largest ==
+      1.4);
+}
+
+TEST_CASE("a run from a condition that holds with equality gets no note about instants") {
+  // The second run, at a tenth of the tolerance, opens the switch for 1e-17 s.
+  const Study study = Study::from_text(R"x({"bgsim": 1, "name": "equal",
+    "elements": {"n": {"kind": "0"}, "s": {"kind": "Sf", "flow": "t"}, "c": {"kind": "C", "capacitance": 1.5},
+                 "j": {"kind": "1"}, "sw": {"kind": "Sw", "closed": "c.e >= 0"}, "r": {"kind": "R", "resistance": 2}},
+    "bonds": [{"from": "s", "to": "n"}, {"from": "n", "to": "c"}, {"from": "n", "to": "j"}, {"from": "j", "to": "sw"},
+              {"from": "j", "to": "r"}],
+    "scenes": {"s": {"stop": 20, "samples": 6}}, "outputs": {"u": "c.e"}})x");
+  const RunResult run = study.scene().simulate(study.scene().inputs(), untimed());
+  REQUIRE(run.stop == StopReason::completed);
+  CHECK_FALSE(run.report.errors.second_run.empty());
+  // u = 2 t - 6 + 6 exp(-t/3)
+  CHECK(last(run, "u") == Approx(34.0 + 6.0 * std::exp(-20.0 / 3.0)).epsilon(1e-5));  // ten tolerances
+  for (const std::string& note : run.report.notes) CHECK(note.find("instants") == std::string::npos);
+}
+
 TEST_CASE("a trade of a rectifier measures the instants of its diode, and its references agree to 1e-9", "[long]") {
   const Study study = study_of("models/half_wave.json");
   const Simulation scene = study.scene();

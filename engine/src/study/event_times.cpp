@@ -26,9 +26,30 @@ void EventTimes::take(const RunEvent& event) {
     case Kind::diode:
     case Kind::contact:
       what += " (" + event.to + ")";
+      if (const auto before = last_.find(event.name); before != last_.end() && before->second.from == event.to)
+        returns_.push_back({event.name + " (" + before->second.to + ")", what, before->second.t, event.t});
+      last_[event.name] = {event.t, event.from, event.to};
       break;
   }
   times_[what].push_back(event.t);
+}
+
+std::map<std::string, std::vector<double>> EventTimes::lasting(double shortest) const {
+  std::map<std::string, std::vector<double>> kept = times_;
+  const auto drop = [&kept](const std::string& what, double t) {
+    std::vector<double>& times = kept[what];
+    const auto at = std::lower_bound(times.begin(), times.end(), t);
+    if (at != times.end() && *at == t) times.erase(at);
+    if (times.empty()) kept.erase(what);
+  };
+  double until = -std::numeric_limits<double>::infinity();
+  for (const Return& each : returns_) {
+    if (each.until - each.at > shortest || each.at <= until) continue;
+    drop(each.there, each.at);
+    drop(each.back, each.until);
+    until = each.until;  // there, back and there again is one change that lasts
+  }
+  return kept;
 }
 
 bool has_events(const Model& model) {
@@ -78,22 +99,24 @@ void merge(std::vector<std::pair<double, double>>& intervals) {
 }  // namespace
 
 EventDistance event_distance(const EventTimes& one, const EventTimes& other, double span) {
+  constexpr double kShortest = 1e-12;
   EventDistance distance;
+  const auto ours = one.lasting(kShortest * span), theirs = other.lasting(kShortest * span);
   const auto missing = [&](const std::string& what) {
     if (distance.largest < span) distance.what = what;
     distance.largest = std::max(distance.largest, span);
   };
-  for (const auto& [what, times] : one.all()) {
-    const auto found = other.all().find(what);
-    if (found == other.all().end()) {
+  for (const auto& [what, times] : ours) {
+    const auto found = theirs.find(what);
+    if (found == theirs.end()) {
       missing(what);
       continue;
     }
     look(times, found->second, what, distance);
     look(found->second, times, what, distance);
   }
-  for (const auto& [what, times] : other.all())
-    if (!one.all().contains(what)) missing(what);
+  for (const auto& [what, times] : theirs)
+    if (!ours.contains(what)) missing(what);
   merge(distance.between);
   return distance;
 }

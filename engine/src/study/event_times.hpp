@@ -18,9 +18,22 @@ class EventTimes {
 
   /// By what happened, in order of time.
   [[nodiscard]] const std::map<std::string, std::vector<double>>& all() const { return times_; }
+  /// The same without changes of a side that were taken back within @p shortest: a condition that holds with equality
+  /// at the start (c.e >= 0 of an empty store) may fail there for some roundings, in one run and not in the other.
+  [[nodiscard]] std::map<std::string, std::vector<double>> lasting(double shortest) const;
 
  private:
+  struct Change {
+    double t;
+    std::string from, to;
+  };
+  struct Return {
+    std::string there, back;  ///< as in times_
+    double at, until;
+  };
   std::map<std::string, std::vector<double>> times_;
+  std::map<std::string, Change> last_;  ///< by element
+  std::vector<Return> returns_;
 };
 
 /// Whether something can happen at instants that a run finds by itself.
