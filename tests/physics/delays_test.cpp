@@ -285,7 +285,7 @@ TEST_CASE("the past of a signal outlasts changes of the mode") {
   }
 }
 
-TEST_CASE("behind diodes, contacts and switches a delayed function of time is that function, later") {
+TEST_CASE("behind diodes, contacts and switches a delayed function of time is that function, later", "[long]") {
   const auto halfwave = [](const std::string& u, const std::string& signals) {
     return circuit(signals,
                    R"x("s": {"kind": "MSe", "effort": ")x" + u +

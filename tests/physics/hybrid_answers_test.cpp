@@ -158,7 +158,7 @@ TEST_CASE("an RL chopper is where it has to be after 1e5 periods", "[long]") {
   CHECK(run.result.report.modes <= 3);
 }
 
-TEST_CASE("a buck converter with a freewheel diode, from rest and in its periodic state") {
+TEST_CASE("a buck converter with a freewheel diode, from rest and in its periodic state", "[long]") {
   nlohmann::json buck = nlohmann::json::parse(file_text(in_project("models/buck.json")));
   buck["scenes"] = {{"run", {{"relative", 1e-11}, {"stop", 0.04001}, {"times", {2e-5, 4e-5, 6e-5, 0.04, 0.04001}}}}};
   const Answer run = answer(buck.dump());
@@ -244,7 +244,7 @@ TEST_CASE("friction that stops a block and lets it go at once turns its force ov
     }
 }
 
-TEST_CASE("bounces with restitution 0.999 come to their limit after a quarter of an hour") {
+TEST_CASE("bounces with restitution 0.999 come to their limit after a quarter of an hour", "[long]") {
   const Answer run = answer(model(kBall + "0.999}", "weight>fall fall>ball fall>ground", R"x("h": "-ground.q")x",
                                   R"x("times": [0, 950], "stop": 950)x"));
   const double first = std::sqrt(2.0 / 9.81), limit = first * 1.999 / 0.001;

@@ -47,7 +47,7 @@ const std::vector<Method> kMethods{Method::bdf,   Method::adams, Method::ida,   
 
 }  // namespace
 
-TEST_CASE("a tank that is filled from where its law changes fills as its law says, by every method") {
+TEST_CASE("a tank that is filled from where its law changes fills as its law says, by every method", "[long]") {
   struct Outflow {
     std::string text;
     double power;
