@@ -55,7 +55,7 @@ class LaneBook {
   std::vector<double> jumps_;
 };
 
-/// The stretch from @p from to @p to, with no more stretches than can be told apart there: the time is cut into
+/// The stretch from @p from to @p to, with no more stretches than can be drawn there one by one: the time is cut into
 /// @p buckets, and those that a stretch shorter than a bucket reaches have the part of their time that is on, above 0
 /// and below 1: nothing that happened looks like nothing. All other changes keep their times.
 Lane merged(const Lane& lane, double from, double to, std::size_t buckets);

@@ -282,6 +282,32 @@ std::vector<Vector<N>> follow(const Method& method, const std::vector<Stretch<N>
   return result;
 }
 
+/// Follows the stretches by both integrations, and writes the table of the first where all columns of both agree to
+/// 1e-9.
+/// @param table  a table of the states at @p times.
+template <std::size_t N, class MakeTable>
+void write_where_they_agree(const std::string& folder, const std::string& name,
+                            const std::vector<Stretch<N>>& stretches, const Vector<N>& scale,
+                            const std::vector<Real>& times, const MakeTable& table) {
+  const Table radau = table(follow<N>([&](const Rates<N>& r, const Vector<N>& y,
+                                          const std::vector<Real>& at) { return by_radau<N>(r, y, scale, at, 1e-15L); },
+                                      stretches, {}, times));
+  const Table second =
+      table(follow<N>([&](const Rates<N>& r, const Vector<N>& y,
+                          const std::vector<Real>& at) { return by_extrapolation<N>(r, y, scale, at, 1e-16L); },
+                      stretches, {}, times));
+  std::printf("%-28s", name.c_str());
+  Real worst = 0;
+  for (std::size_t c = 1; c < radau.names.size(); ++c) {
+    const Real difference = scaled_difference(radau, second, c);
+    worst = std::max(worst, difference);
+    std::printf(" %s %.1Le", radau.names[c].c_str(), difference);
+  }
+  std::printf("\n");
+  if (!(worst < 1e-9L)) throw std::runtime_error(name + ": the two methods disagree");
+  write_csv(folder + "/" + name + ".csv", radau);
+}
+
 /// Air, extension, speed. It is filled until the wall meets the object, fills on, holds, and lets the air out until the
 /// wall leaves the object.
 void gripper(const std::string& folder) {
@@ -324,23 +350,7 @@ void gripper(const std::string& folder) {
     }
     return result;
   };
-  const Table radau = table(follow<3>([&](const Rates<3>& r, const Vector<3>& y,
-                                          const std::vector<Real>& at) { return by_radau<3>(r, y, scale, at, 1e-15L); },
-                                      stretches, {}, times));
-  const Table second =
-      table(follow<3>([&](const Rates<3>& r, const Vector<3>& y,
-                          const std::vector<Real>& at) { return by_extrapolation<3>(r, y, scale, at, 1e-16L); },
-                      stretches, {}, times));
-  std::printf("%-28s", "gripper.cycle");
-  Real worst = 0;
-  for (std::size_t c = 1; c < columns.size(); ++c) {
-    const Real difference = scaled_difference(radau, second, c);
-    worst = std::max(worst, difference);
-    std::printf(" %s %.1Le", columns[c].c_str(), difference);
-  }
-  std::printf("\n");
-  if (!(worst < 1e-9L)) throw std::runtime_error("gripper.cycle: the two methods disagree");
-  write_csv(folder + "/gripper.cycle.csv", radau);
+  write_where_they_agree<3>(folder, "gripper.cycle", stretches, scale, times, table);
 }
 
 /// Air and extension of both packets, speed of the body's centre, its angular speed. The left wall strikes the object
@@ -402,23 +412,7 @@ void actuator_object(const std::string& folder) {
     }
     return result;
   };
-  const Table radau = table(follow<6>([&](const Rates<6>& r, const Vector<6>& y,
-                                          const std::vector<Real>& at) { return by_radau<6>(r, y, scale, at, 1e-15L); },
-                                      stretches, {}, times));
-  const Table second =
-      table(follow<6>([&](const Rates<6>& r, const Vector<6>& y,
-                          const std::vector<Real>& at) { return by_extrapolation<6>(r, y, scale, at, 1e-16L); },
-                      stretches, {}, times));
-  std::printf("%-28s", "actuator_object.press");
-  Real worst = 0;
-  for (std::size_t c = 1; c < columns.size(); ++c) {
-    const Real difference = scaled_difference(radau, second, c);
-    worst = std::max(worst, difference);
-    std::printf(" %s %.1Le", columns[c].c_str(), difference);
-  }
-  std::printf("\n");
-  if (!(worst < 1e-9L)) throw std::runtime_error("actuator_object.press: the two methods disagree");
-  write_csv(folder + "/actuator_object.press.csv", radau);
+  write_where_they_agree<6>(folder, "actuator_object.press", stretches, scale, times, table);
 }
 
 }  // namespace
