@@ -48,9 +48,11 @@ Complementarity posed(std::mt19937_64& random, const Matrix& m, const Vector& q)
   Complementarity problem;
   problem.size = n;
   for (int i = 0; i < q.size(); ++i) {
+    problem.z.emplace_back();
+    problem.w.emplace_back();
     for (int j = 0; j < q.size(); ++j) {
-      problem.z.push_back(plain(z(i, j)));
-      problem.w.push_back(plain(mix(i, j)));
+      problem.z.back().push_back({static_cast<std::size_t>(j), plain(z(i, j))});
+      problem.w.back().push_back({static_cast<std::size_t>(j), plain(mix(i, j))});
     }
     problem.r.push_back(plain(r(i)));
   }
@@ -141,11 +143,12 @@ TEST_CASE("a mode that is found with a small parameter holds at small numbers") 
     problem.size = static_cast<std::size_t>(n);
     const std::array<double, 2> none{};
     for (int i = 0; i < n; ++i) {
-      for (int j = 0; j < n; ++j) {
-        problem.z.push_back(
-            PowerSeries::of<2>({static_cast<double>(-m[0](i, j)), static_cast<double>(-m[1](i, j))}, none, true));
-        problem.w.push_back(plain(i == j ? 1.0 : 0.0));
-      }
+      problem.z.emplace_back();
+      for (int j = 0; j < n; ++j)
+        problem.z.back().push_back(
+            {static_cast<std::size_t>(j),
+             PowerSeries::of<2>({static_cast<double>(-m[0](i, j)), static_cast<double>(-m[1](i, j))}, none, true)});
+      problem.w.push_back({{static_cast<std::size_t>(i), plain(1.0)}});
       problem.r.push_back(PowerSeries::of<2>({static_cast<double>(q[0](i)), static_cast<double>(q[1](i))}, none, true));
     }
     const ComplementarySides sides =

@@ -2,6 +2,8 @@
 
 #include <optional>
 
+#include "run/block_pivoting.hpp"
+
 namespace bgsim {
 namespace {
 
@@ -11,10 +13,8 @@ class Tableau {
   explicit Tableau(const Complementarity& problem)
       : n_(problem.size), columns_(2 * n_ + 2), cells_(n_ * columns_), basis_(n_, kNone), is_basic_(2 * n_ + 1, false) {
     for (std::size_t i = 0; i < n_; ++i) {
-      for (std::size_t j = 0; j < n_; ++j) {
-        at(i, j) = problem.z[i * n_ + j];
-        at(i, n_ + j) = problem.w[i * n_ + j];
-      }
+      for (const Complementarity::Entry& entry : problem.z[i]) at(i, entry.column) = entry.value;
+      for (const Complementarity::Entry& entry : problem.w[i]) at(i, n_ + entry.column) = entry.value;
       at(i, right()) = problem.r[i];
     }
   }
@@ -189,6 +189,7 @@ class Lemke {
 ComplementarySides solve_complementarity(const Complementarity& problem, const std::vector<bool>& first,
                                          const std::vector<bool>& held) {
   if (problem.size == 0) return {true, {}, {}, {}};
+  if (auto sides = solve_by_blocks(problem, first, held)) return std::move(*sides);
   const ComplementarySides sides = Lemke(problem, first, held).run();
   if (sides.solved) return sides;
   // Rounding grows with each pivot, and may make a ray: the way is gone again from where it ended, in numbers that have

@@ -8,10 +8,15 @@
 
 namespace bgsim {
 
-/// Z z + W w = r with n rows; z >= 0, w >= 0 and z_i w_i = 0 are wanted. Row-major.
+/// Z z + W w = r with n rows; z >= 0, w >= 0 and z_i w_i = 0 are wanted.
 struct Complementarity {
+  struct Entry {
+    std::size_t column = 0;
+    PowerSeries value;
+  };
   std::size_t size = 0;
-  std::vector<PowerSeries> z, w, r;
+  std::vector<std::vector<Entry>> z, w;  ///< by row: what is not 0
+  std::vector<PowerSeries> r;
 };
 
 struct ComplementarySides {

@@ -208,16 +208,18 @@ class Sides {
 
   /// Resistances of about what the diodes see, so that neither of both is lost in rounding.
   bool choose_resistances() {
+    // In a row or side by side diodes see each other, and a share of 1/n says nothing of the circuit.
+    const double small = std::min(1e-2, 0.5 / static_cast<double>(n_));
     for (int step = 0; step < 6; ++step) {
       if (!linearize()) return false;
       bool changed = false;
       for (std::size_t i = 0; i < n_; ++i) {
         double& r = result_.diodes[i].resistance;
         const double share = -slope_[i * kOrders * n_ + i] * r;  // of r in what the source sees
-        if (share < 1e-2 && share > 1e-15) {
+        if (share < small && share > 1e-15) {
           r /= std::max(share, 1e-12);
           changed = true;
-        } else if (1.0 - share < 1e-2 && 1.0 - share > 1e-13) {
+        } else if (1.0 - share < small && 1.0 - share > 1e-13) {
           r *= 1.0 - share;
           changed = true;
         }
@@ -231,8 +233,8 @@ class Sides {
     // z - F(s) = 0 with s = e0 - r z - w gives (1 + F' r) z + F' w = F(0) + F' e0.
     Complementarity problem;
     problem.size = n_;
-    problem.z.resize(n_ * n_);
-    problem.w.resize(n_ * n_);
+    problem.z.resize(n_);
+    problem.w.resize(n_);
     problem.r.resize(n_);
     effort_size_.assign(n_, 0.0);
     result_.flow_off.assign(n_, 0.0);
@@ -256,10 +258,13 @@ class Sides {
           right[k] += slope[k] * threshold(j);
           right_rounding[k] += kOfTerms * std::abs(slope[k] * threshold(j));
         }
+        if (i != j && slope == std::array<double, kOrders>{}) continue;
         const PowerSeries f = PowerSeries::of<kOrders>(slope, rounding, false);
-        problem.w[i * n_ + j] = f;
-        problem.z[i * n_ + j] = f * PowerSeries::number(result_.diodes[j].resistance);
-        if (i == j) problem.z[i * n_ + j] = problem.z[i * n_ + j] + PowerSeries::number(1.0);
+        PowerSeries z = f * PowerSeries::number(result_.diodes[j].resistance);
+        if (i == j) z = z + PowerSeries::number(1.0);
+        // A contact that is away has no effort and any flow: the other way round than what is held.
+        problem.w[i].push_back({j, away_[j] ? z : f});
+        problem.z[i].push_back({j, away_[j] ? f : z});
       }
       for (std::size_t k = 0; k < kOrders; ++k) {
         const std::size_t row = i * kOrders + k;
@@ -278,12 +283,9 @@ class Sides {
       result_.effort_off[i] = kOfSize * effort_size_[i] + result_.effort_error[i];
       problem.r[i] = PowerSeries::of<kOrders>(right, right_rounding, false);
       // Speeds of separation are counted from those of the rebound.
-      for (std::size_t j = 0; j < n_; ++j)
-        if (rebound(j) > 0.0) problem.r[i] = problem.r[i] - problem.z[i * n_ + j] * PowerSeries::number(rebound(j));
+      for (const auto& [j, z] : problem.z[i])
+        if (!away_[j] && rebound(j) > 0.0) problem.r[i] = problem.r[i] - z * PowerSeries::number(rebound(j));
     }
-    // A contact that is away has no effort and any flow: the other way round than what is held.
-    for (std::size_t j = 0; j < n_; ++j)
-      for (std::size_t i = 0; away_[j] && i < n_; ++i) std::swap(problem.z[i * n_ + j], problem.w[i * n_ + j]);
     return problem;
   }
 

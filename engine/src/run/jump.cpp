@@ -65,6 +65,7 @@ class Projection {
     constexpr double kConverged = 1e-13, kGood = 1e-9;
     const auto n = static_cast<Eigen::Index>(x_.size()), m = static_cast<Eigen::Index>(dependent_.size());
     if (n == 0) return true;
+    const bool coupled = (w.array().abs() > 0.0).any();
     double last = std::numeric_limits<double>::infinity();
     for (int step = 0; step < kMostSteps; ++step) {
       Eigen::VectorXd residual(n), size(n);
@@ -79,8 +80,7 @@ class Projection {
       }
       const std::vector<double> dependent = dependent_;
       Eigen::MatrixXd jacobian = Eigen::MatrixXd::Identity(n, n);
-      for (Eigen::Index i = 0; i < n; ++i) {
-        if (!(w.array().abs() > 0.0).any()) break;
+      for (Eigen::Index i = 0; i < n && coupled; ++i) {
         const auto at = static_cast<std::size_t>(i);
         const double x = x_[at];
         const double delta = size[i] > 0.0 ? std::max(kShake * size[i], kOfOthers * size.maxCoeff()) : kShake;
@@ -94,7 +94,7 @@ class Projection {
           jacobian.col(i) -= w.col(d) * ((dependent_[k] - dependent[k]) / moved);
         }
       }
-      const Eigen::VectorXd change = solve_with_full_pivots(jacobian, residual);
+      const Eigen::VectorXd change = coupled ? solve_with_full_pivots(jacobian, residual) : residual;
       double relative = 0.0;
       for (Eigen::Index i = 0; i < n; ++i) {
         x_[static_cast<std::size_t>(i)] -= change[i];

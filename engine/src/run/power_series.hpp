@@ -34,6 +34,20 @@ struct PowerSeries {
     return s;
   }
   static PowerSeries number(double value) { return of<1>({value}, {0.0}, true); }
+  /// Times h^power.
+  [[nodiscard]] PowerSeries times_power(int power) const {
+    PowerSeries s = *this;
+    if (!zero) s.order += power;
+    if (known != kExact) s.known += power;
+    return s;
+  }
+  /// The same, known below h^power at most.
+  [[nodiscard]] PowerSeries known_below(int power) const {
+    PowerSeries s = *this;
+    s.known = std::min(known, power);
+    s.normalize();
+    return s;
+  }
 
   [[nodiscard]] int sign() const { return zero ? 0 : coefficient[0] > 0.0 ? 1 : -1; }
   /// The coefficient of h^0 where nothing of lower order stands before it; else infinite.
@@ -54,7 +68,8 @@ struct PowerSeries {
     s.order = a.zero ? b.order : b.zero ? a.order : std::min(a.order, b.order);
     s.zero = false;
     s.known = std::min({s.known, a.cut(s.order), b.cut(s.order)});
-    for (int k = 0; k < kTerms; ++k) {
+    const int terms = s.terms();
+    for (int k = 0; k < terms; ++k) {
       const auto at = static_cast<std::size_t>(k);
       const auto [av, ar] = a.term(s.order + k);
       const auto [bv, br] = b.term(s.order + k);
@@ -72,13 +87,16 @@ struct PowerSeries {
     s.zero = false;
     s.order = a.order + b.order;
     if (a.last() + b.last() >= kTerms) s.known = std::min(s.known, s.order + kTerms);
-    for (std::size_t i = 0; i < kTerms; ++i)
-      for (std::size_t j = 0; i + j < kTerms; ++j) {
+    const auto terms = static_cast<std::size_t>(s.terms());
+    for (std::size_t i = 0; i < terms; ++i) {
+      if (a.coefficient[i] == 0.0 && a.rounding[i] == 0.0) continue;
+      for (std::size_t j = 0; i + j < terms; ++j) {
         const double product = a.coefficient[i] * b.coefficient[j];
         s.coefficient[i + j] += product;
         s.rounding[i + j] += std::abs(a.coefficient[i]) * b.rounding[j] + a.rounding[i] * std::abs(b.coefficient[j]) +
                              2.0 * kUnit * std::abs(product);
       }
+    }
     s.normalize();
     return s;
   }
@@ -96,6 +114,9 @@ struct PowerSeries {
     const auto at = static_cast<std::size_t>(power - order);
     return {coefficient[at], rounding[at]};
   }
+
+  /// How many terms from the leading one on are known.
+  [[nodiscard]] int terms() const { return known == kExact ? kTerms : std::clamp(known - order, 0, kTerms); }
 
   /// The last term that is not zero.
   [[nodiscard]] int last() const {
@@ -122,7 +143,8 @@ struct PowerSeries {
     s.known = known == kExact ? kExact : known - 2 * order;
     if (last() > 0) s.known = std::min(s.known, s.order + kTerms);
     const double lead = coefficient[0];
-    for (std::size_t k = 0; k < kTerms; ++k) {
+    const auto terms = static_cast<std::size_t>(s.terms());
+    for (std::size_t k = 0; k < terms; ++k) {
       double sum = k == 0 ? 1.0 : 0.0, off = 0.0;
       for (std::size_t j = 1; j <= k; ++j) {
         sum -= coefficient[j] * s.coefficient[k - j];

@@ -8,12 +8,14 @@ namespace bgsim {
 
 void SwitchedRun::take_diodes(const std::vector<double>& values) {
   if (values.empty()) return;
+  if (diodes_.empty()) return;
+  const DiodeNetwork& network = network_of_(mode_);
   std::size_t next = 0;
   for (std::size_t i = 0; i < diodes_.size(); ++i) {
     while (!is_diode_[next]) ++next;
     DiodeState& diode = diodes_[i];
     diode.conducts = mode_[next++];
-    const bool contact = network_of_(mode_).displacements[i].valid();
+    const bool contact = network.displacements[i].valid();
     diode.source = values[4 * i] - (contact ? 0.0 : diode.resistance * values[4 * i + 1]);
     diode.may_begin = values[4 * i + 3] != 0.0;
   }
