@@ -31,6 +31,7 @@ class ArkodeIntegrator final : public OdeBy<Arkode> {
     if (!begin(t, x, branch, limit)) return fault(t);
     if (!facts_.implicit() && !facts_.fixed_step()) look(t);
     begin_here();
+    first_ = true;
     if (facts_.fixed_step()) {
       const double length = even_step(t, limit, fixed_step_);
       left_ = static_cast<std::uint64_t>(std::llround((limit - t) / length));
@@ -54,12 +55,14 @@ class ArkodeIntegrator final : public OdeBy<Arkode> {
       const int flag = ARKStepEvolve(memory(), limit_ / unit_, y_.get(), &reached, ARK_ONE_STEP);
       if (flag >= 0) {
         stepped(flag, reached);
+        first_ = false;
         order_ = degree();
         if (!facts_.implicit() && !facts_.fixed_step() && ++steps_since_look_ >= kStepsBetweenLooks) look(time_);
         return true;
       }
-      // ARKODE's explicit stages do not try again with a shorter step where the equations have no value.
-      const bool retry = faulted_ && !facts_.implicit() && !facts_.fixed_step() && attempt < kMostRetries;
+      // ARKODE's explicit stages do not try again with a shorter step where the equations have no value, nor the search
+      // for the first step of a stretch.
+      const bool retry = faulted_ && (!facts_.implicit() || first_) && !facts_.fixed_step() && attempt < kMostRetries;
       if (!retry || !shorten()) return stepped(flag, reached);
     }
   }
@@ -127,8 +130,10 @@ class ArkodeIntegrator final : public OdeBy<Arkode> {
 
   /// From the step's beginning again, with a quarter of the step. False when there is nothing left to be shortened.
   bool shorten() {
+    constexpr double kFirst = 1e-3;
     double tried = 0.0;
     ARKStepGetCurrentStep(memory(), &tried);
+    if (tried == 0.0) tried = kFirst * (limit_ - time_) / unit_;  // there was none yet
     const double step = std::min(tried * unit_, limit_ - time_) / 4.0;
     if (!(step > std::numeric_limits<double>::epsilon() * std::abs(time_))) return false;
     N_VScale(1.0, begin_.get(), y_.get());
@@ -149,6 +154,7 @@ class ArkodeIntegrator final : public OdeBy<Arkode> {
   double fixed_step_;  ///< step of a fixed-step method
   ButcherTableHandle table_;
   VectorHandle begin_;  ///< state at the step's beginning
+  bool first_ = true;   ///< no step since the restart
   int steps_since_look_ = 0;
   std::uint64_t left_ = 0;  ///< steps of one length to the limit
 };

@@ -28,6 +28,7 @@ class IdaIntegrator final : public SundialsIntegrator<Ida, SundialsObjects> {
     limit_ = limit;
     branch_ = branch;
     branch_.given = false;
+    border_.begin();
     std::fill(rate, rate + size_, 0.0);
     if (!evaluator_.rates(t, x, branch_, rate)) return fault(t);
     std::copy(branch_.tears.begin(), branch_.tears.end(), y + states_);
@@ -105,15 +106,25 @@ class IdaIntegrator final : public SundialsIntegrator<Ida, SundialsObjects> {
                                                                                                  : me.recoverable(t);
   }
 
-  static int on_jacobian(double s, double cj, N_Vector y, N_Vector, N_Vector, SUNMatrix matrix, void* self, N_Vector,
-                         N_Vector, N_Vector) {
+  static int on_jacobian(double s, double cj, N_Vector y, N_Vector yp, N_Vector residual, SUNMatrix matrix, void* self,
+                         N_Vector, N_Vector, N_Vector) {
     auto& me = of<IdaIntegrator>(self);
     const Sparsity& pattern = me.program_.implicit_pattern;
     const bool dense = me.algebra_.pattern == nullptr;
     const double t = s * me.unit_;
     double* entries = dense ? me.entries_.data() : sparse_values(matrix, pattern);
-    if (!me.evaluator_.residual_jacobian(t, cj / me.unit_, values(y), me.branch_, entries)) return me.recoverable(t);
-    me.see(t, values(y), entries);
+    const auto evaluate = [&](const double* x, double* out) {
+      return me.evaluator_.residual_jacobian(t, cj / me.unit_, x, me.branch_, out);
+    };
+    const bool known = evaluate(values(y), entries);
+    if (known) me.see(t, values(y), entries);
+    // A state that is 0 and has no scale yet has that of what its rate moves it by within the step.
+    const auto tolerance = [&](std::size_t j) {
+      const double scale = j < me.states_ ? std::abs(values(yp)[j] - values(residual)[j]) / cj : 0.0;
+      return std::max(me.tolerance_at(values(y), j), me.tolerances_.relative() * scale);
+    };
+    const bool replaced = me.border_.replace(values(y), tolerance, evaluate, entries, known);
+    if (!known && !replaced) return me.recoverable(t);
     if (dense) scatter(matrix, pattern, entries);
     return 0;
   }

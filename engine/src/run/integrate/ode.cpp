@@ -11,6 +11,7 @@ bool OdeIntegrator::begin(double t, const double* x, const Branch& branch, doubl
   branch_ = branch;
   time_ = previous_ = t;
   limit_ = limit;
+  border_.begin();
   return rates(t, x, values(scratch_.get()));
 }
 
@@ -37,6 +38,14 @@ int OdeIntegrator::scaled_jacobian(double s, N_Vector y, N_Vector rates, SUNMatr
     }
   }
   see({t, values(y), pattern, entries, rounding_});
+  if (!special_rates_)
+    border_.replace(
+        values(y), [&](std::size_t j) { return tolerance_at(values(y), j); },
+        [&](const double* x, double* out) {
+          aside_ = branch_;
+          return evaluator_.jacobian(t, x, aside_, out);
+        },
+        entries);
   if (unit_ != 1.0)
     for (std::size_t i = 0; i < pattern.row.size(); ++i) entries[i] *= unit_;
   if (dense) scatter(matrix, pattern, entries);

@@ -32,6 +32,8 @@ class OdeIntegrator : public SundialsObjects {
   bool step_by_hand();
 
  private:
+  Branch aside_;  ///< scratch
+
   bool difference_jacobian(double t, const double* x, const double* at_x, SUNMatrix matrix);
 };
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "run/integrate/border_slopes.hpp"
 #include "run/integrate/dense_jacobian.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/integrate/packages.hpp"
@@ -37,7 +38,8 @@ class RadauIntegrator final : public Integrator {
         evaluator_(evaluator),
         tolerances_(tolerances),
         systems_(make_radau_systems(program.jacobian_pattern)),
-        loops_(!program.blocks.empty()) {
+        loops_(!program.blocks.empty()),
+        border_(program.state_names.size(), program.jacobian_pattern.row.size()) {
     size_ = program.state_names.size();
     order_ = kDegree;
     for (auto* const vector : {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &increment_, &bend_})
@@ -73,6 +75,7 @@ class RadauIntegrator final : public Integrator {
     rejected_ = false;
     extrapolates_ = false;
     from_rest_ = false;
+    border_.begin();
     stale_ = kNoJacobian;
     factored_ = 0.0;
     speed_ = kNoSpeed;
@@ -301,6 +304,7 @@ class RadauIntegrator final : public Integrator {
       tolerances_.see({time_, y_.data(), pattern, entries_.data(), rounding_},
                       [this](double t, const double* x, double* f) { return evaluator_.rates(t, x, branch_, f); });
     }
+    if (!special_rates_) slopes_beside_border(time_, y_.data(), branch_);
     if (entries_ == seen_) factored_ = factored;
     seen_ = entries_;
     if (systems_->dense()) spread_entries(pattern, entries_.data(), full_.data());
@@ -470,8 +474,19 @@ class RadauIntegrator final : public Integrator {
       note_fault(t);
       return false;
     }
+    slopes_beside_border(t, x, loops_ ? stage_branch_[k] : branch_);
     spread_entries(program_.jacobian_pattern, entries_.data(), full);
     return true;
+  }
+  /// In entries_.
+  void slopes_beside_border(double t, const double* x, const Branch& branch) {
+    border_.replace(
+        x, [&](std::size_t j) { return tolerances_.relative() * std::abs(x[j]) + tolerances_.absolute(j); },
+        [&](const double* at, double* out) {
+          aside_ = branch;
+          return evaluator_.jacobian(t, at, aside_, out);
+        },
+        entries_.data());
   }
 
   [[nodiscard]] double safety() const {
@@ -518,6 +533,7 @@ class RadauIntegrator final : public Integrator {
   }
 
   void finish(double h, double error, double quotient) {
+    border_.stepped();
     if (from_rest_ && extrapolation_is_nearer(h)) from_rest_ = false;
     order_ = kDegree;
     by_hand_ = false;
@@ -590,7 +606,9 @@ class RadauIntegrator final : public Integrator {
   std::unique_ptr<RadauStages> stages_;  ///< null for sparse systems
   double stages_step_ = 0.0;             ///< that stages_ solves for
   bool loops_;                           ///< rates solve loops, each stage from its own last solution
-  double looser_ = 1.0;                  ///< than the tolerances: what the error of order 3 may be
+  BorderSlopes border_;
+  Branch aside_;         ///< scratch
+  double looser_ = 1.0;  ///< than the tolerances: what the error of order 3 may be
   double newton_part_ = kNewtonPart;
   double limit_ = 0.0;
   std::vector<double> y_, begin_, rate_, rate_at_begin_, weight_;

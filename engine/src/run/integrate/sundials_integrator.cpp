@@ -15,7 +15,8 @@ SundialsObjects::SundialsObjects(const Program& program, Evaluator& evaluator, T
       scratch_(make_vector(context_.get(), size)),
       entries_(pattern.row.size()),
       algebra_(size <= kDenseStates ? make_dense(context_.get(), y_.get())
-                                    : make_sparse(context_.get(), y_.get(), pattern)) {
+                                    : make_sparse(context_.get(), y_.get(), pattern)),
+      border_(size, pattern.row.size()) {
   size_ = size;
 }
 

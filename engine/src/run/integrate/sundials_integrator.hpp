@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "run/integrate/border_slopes.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/integrate/packages.hpp"
 
@@ -27,6 +28,10 @@ class SundialsObjects : public Integrator {
   void note_fault(double t);
   /// The limit is too near for an integrator that measures time in roundings: the change is one of roundings, too.
   [[nodiscard]] bool limit_is_at_hand() const;
+  /// Of unknown @p j at @p y, as the error test has it.
+  [[nodiscard]] double tolerance_at(const double* y, std::size_t j) const {
+    return tolerances_.relative() * std::abs(y[j]) + tolerances_.absolute(j);
+  }
   /// The unknowns are moved to the limit without SUNDIALS.
   void moved_to_limit();
   [[nodiscard]] std::string linear_algebra() const {
@@ -43,6 +48,7 @@ class SundialsObjects : public Integrator {
   std::vector<double> entries_;
   std::vector<double> rounding_;  ///< of the rates, where the Jacobian was taken
   LinearAlgebra algebra_;
+  BorderSlopes border_;
   bool initialized_ = false;
   bool faulted_ = false;  ///< a point within the step could not be evaluated
   bool by_hand_ = false;  ///< the last step was not SUNDIALS'
@@ -77,9 +83,9 @@ class SundialsIntegrator : public Base {
 
  protected:
   using Base::Base;
-  using Base::by_hand_, Base::context_, Base::failure_, Base::faulted_, Base::first_step_, Base::initialized_,
-      Base::limit_, Base::longest_, Base::messages_, Base::order_, Base::scratch_, Base::size_, Base::time_,
-      Base::tolerances_, Base::total_, Base::unit_, Base::y_;
+  using Base::border_, Base::by_hand_, Base::context_, Base::failure_, Base::faulted_, Base::first_step_,
+      Base::initialized_, Base::limit_, Base::longest_, Base::messages_, Base::order_, Base::scratch_, Base::size_,
+      Base::time_, Base::tolerances_, Base::total_, Base::unit_, Base::y_;
 
   [[nodiscard]] void* memory() const { return memory_.get(); }
   /// The integrator that SUNDIALS hands to the functions that it calls.
@@ -120,6 +126,7 @@ class SundialsIntegrator : public Base {
       return false;
     }
     by_hand_ = false;
+    border_.stepped();
     time_ = flag == Package::kAtLimit ? limit_ : reached * unit_;
     if constexpr (requires { Package::last_order; }) Package::last_order(memory(), &order_);
     return true;

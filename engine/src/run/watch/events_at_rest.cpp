@@ -178,6 +178,35 @@ bool EventWatch::is_kink(std::size_t guard, double t, const double* x, const Bra
   return true;
 }
 
+/// The same with each side's rates where they hold, a tolerance away from the border.
+bool EventWatch::meets_at_border(std::size_t guard, double t, const double* x, const Branch& branch) {
+  const std::size_t states = program_.state_names.size();
+  probe_ = branch;
+  if (!evaluator_.guards(t, x, probe_, values_.data())) return false;
+  std::vector<double> moved(x, x + states), uphill(states);
+  for (std::size_t j = 0; j < states; ++j) {
+    moved[j] = x[j] + tolerances_.absolute(j);
+    if (evaluator_.guards(t, moved.data(), probe_, at_probe_.data()))
+      uphill[j] = sign_of(at_probe_[guard] - values_[guard]) * tolerances_.absolute(j);
+    moved[j] = x[j];
+  }
+  std::vector<double> rates(states), first, noise(states, 0.0);
+  for (const int side : {-1, 1}) {
+    for (std::size_t j = 0; j < states; ++j) moved[j] = x[j] + side * uphill[j];
+    Branch there = branch;
+    std::vector<int> direction(side_.size(), 0);
+    direction[guard] = side;
+    evaluator_.cross(direction, there);
+    if (!evaluator_.rates(t, moved.data(), there, rates.data())) return false;
+    const std::vector<double> by_tolerance = shaken(t, moved.data(), there, rates);
+    for (std::size_t k = 0; k < states; ++k) noise[k] += by_tolerance[k];
+    if (side < 0) first = rates;
+  }
+  for (std::size_t k = 0; k < states; ++k)
+    if (!(std::abs(rates[k] - first[k]) <= kClearlyOut * noise[k])) return false;
+  return true;
+}
+
 /// Borders that are crossed in a row although the rates differ on both sides by no more than what the tolerances make
 /// of them: what is at rest near a kink crosses it by what the tolerance leaves open (a transistor without a voltage
 /// across it). Each is given a band of some tolerances, within which it does not change, until it has clearly left
@@ -188,10 +217,18 @@ bool EventWatch::rest_at_kinks(double t, const double* x, const Branch& branch) 
   if (doubt.empty()) return false;
   bool any = false;
   for (std::size_t i = 0; i < side_.size(); ++i) {
-    if (border_[i] || side_[i] == 0 || stiction_.held(i) || denominators_.has(i) || !(doubt[i] > 0.0)) continue;
+    if (border_[i] || followed_[i] || stiction_.held(i) || denominators_.has(i) || !(doubt[i] > 0.0)) continue;
     if (std::find(relations_.begin(), relations_.end(), relation_[i]) == relations_.end()) continue;
     if (!(std::abs(values_[i]) <= kClearlyOut * std::max(doubt[i], band_[i]))) continue;
-    if (!is_kink(i, t, x, branch) || band_[i] > kWidest * doubt[i]) continue;
+    if (side_[i] == 0 || !is_kink(i, t, x, branch)) {
+      // The law of one side has no value on the other, as a root has none: that of each point holds there.
+      if (!may_hold_ || !meets_at_border(i, t, x, branch)) continue;
+      followed_[i] = followed_any_ = any = true;
+      hold_[i] = std::max(hold_[i], kOfTolerances * doubt[i]);
+      away_[i] = kClearlyOut * doubt[i];
+      continue;
+    }
+    if (band_[i] > kWidest * doubt[i]) continue;
     band_[i] = std::max(2.0 * band_[i], kOfTolerances * doubt[i]);
     any = true;
   }
