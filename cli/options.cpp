@@ -95,25 +95,41 @@ void add_set_option(CLI::App& app, SceneOverrides& overrides) {
       ->allow_extra_args(false);
 }
 
+void add_method_option(CLI::App& app, SceneOverrides& overrides, const std::map<std::string, bool*>& others,
+                       const std::string& words) {
+  const auto take = [&overrides, others, words](const std::string& name) {
+    if (const auto other = others.find(name); other != others.end()) {
+      *other->second = true;
+      return;
+    }
+    overrides.method = method_from(name);
+    if (overrides.method) return;
+    const std::string near = likely_method(name);
+    throw CLI::ValidationError("--method", "there is no method \"" + name + "\"; " +
+                                               (near.empty() ? "" : "did you mean " + near + "? ") + "There are " +
+                                               (words.empty() ? "" : words + "; and of integration ") + method_list());
+  };
+  app.add_option_function<std::string>(
+         "--method",
+         [take, several = !others.empty()](const std::string& names) {
+           if (!several) return take(names);
+           for (const std::string& name : CLI::detail::split(names, ',')) take(name);
+         },
+         (words.empty() ? "" : words + "; and with a comma, or alone, that of integration: ") + method_list())
+      ->type_name(others.empty() ? "NAME" : "LIST");
+}
+
 void add_solver_options(CLI::App& app, SceneOverrides& overrides) {
+  add_method_option(app, overrides, {}, {});
+  add_tolerance_options(app, overrides);
+}
+
+void add_tolerance_options(CLI::App& app, SceneOverrides& overrides) {
   const CLI::Validator positive = positive_number();
   app.add_option("--relative", overrides.relative, "relative tolerance")->type_name("X")->check(positive);
   app.add_option("--absolute", overrides.absolute, "absolute tolerance of every state")
       ->type_name("X")
       ->check(positive);
-  app.add_option_function<std::string>(
-         "--method",
-         [&overrides](const std::string& name) {
-           overrides.method = method_from(name);
-           if (!overrides.method) {
-             const std::string near = likely_method(name);
-             throw CLI::ValidationError("--method", "there is no method \"" + name + "\"; " +
-                                                        (near.empty() ? "" : "did you mean " + near + "? ") +
-                                                        "There are " + method_list());
-           }
-         },
-         method_list())
-      ->type_name("NAME");
   app.add_option("--step", overrides.step, "length of the steps of euler, implicit_euler, rk4 and verlet")
       ->type_name("H")
       ->check(positive);

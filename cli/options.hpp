@@ -22,6 +22,13 @@ void add_set_option(CLI::App& app, SceneOverrides& overrides);
 
 /// --relative, --absolute, --method, --step and --max-order.
 void add_solver_options(CLI::App& app, SceneOverrides& overrides);
+/// All of these but --method.
+void add_tolerance_options(CLI::App& app, SceneOverrides& overrides);
+/// --method of commands that have others beside those of integration.
+/// @param others  by name: what is set to true by it
+/// @param words   what is said of them
+void add_method_option(CLI::App& app, SceneOverrides& overrides, const std::map<std::string, bool*>& others,
+                       const std::string& words);
 
 /// What ends a run that goes on for too long.
 struct RunLimits {

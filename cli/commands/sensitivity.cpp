@@ -33,6 +33,7 @@ struct SensitivityArguments {
   RunLimits limits;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
   bool no_error_estimate = false;
+  bool forward = false, adjoint = false;
   std::vector<std::string> files;
 };
 
@@ -41,7 +42,7 @@ SensitivityArguments parse(const Arguments& arguments) {
   LinearArguments& model = options.model;
   CLI::App app(
       "By how much the outputs of a scene change with parameters and initial values: exact derivatives by the "
-      "variational equations.",
+      "variational equations, or by the adjoint equations.",
       "bgsim sensitivity");
   app.footer(
       "Example: bgsim sensitivity models/bellow.json --scene step --of x --to k,m --norm peak\n"
@@ -59,10 +60,10 @@ SensitivityArguments parse(const Arguments& arguments) {
       ->type_name("LIST")
       ->allow_extra_args(false);
   app.add_option("--norm", options.norm,
-                 "which number of an output: final (its last value), rms (root of the mean square) or peak (largest "
-                 "magnitude); default: final")
+                 "which number of an output: final (its last value), rms (root of the mean square), peak (largest "
+                 "magnitude), integral (over time) or mean; default: final")
       ->type_name("NORM")
-      ->check(CLI::IsMember({"final", "rms", "peak"}));
+      ->check(CLI::IsMember({"final", "rms", "peak", "integral", "mean"}));
   app.add_option("-o", options.files,
                  "writes the outputs and their derivatives over time (.csv), or draws what matters most (.svg); may be "
                  "repeated")
@@ -74,14 +75,25 @@ SensitivityArguments parse(const Arguments& arguments) {
   add_set_option(app, model.overrides);
   add_parameters_option(app, model.reading);
   add_time_options(app, model.reading);
-  add_solver_options(app, model.overrides);
+  add_tolerance_options(app, model.overrides);
+  add_method_option(app, model.overrides, {{"forward", &options.forward}, {"adjoint", &options.adjoint}},
+                    "forward (a run for each parameter, the default) or adjoint (one run back for all of them, each "
+                    "output by itself)");
   add_limit_options(app, options.limits);
   app.add_flag("--no-error-estimate", options.no_error_estimate,
                "no second run at ten times the tolerance, by which errors are estimated");
   app.add_flag("--quiet", model.quiet, "print warnings and errors only, beside the result");
   parse_arguments(app, arguments);
+  if (options.forward && options.adjoint) throw UsageError("--method names both forward and adjoint");
   take_outputs(model);
   return options;
+}
+
+SensitivityNorm norm_of(const std::string& name) {
+  if (name == "rms") return SensitivityNorm::rms;
+  if (name == "peak") return SensitivityNorm::peak;
+  if (name == "integral") return SensitivityNorm::integral;
+  return name == "mean" ? SensitivityNorm::mean : SensitivityNorm::final;
 }
 
 /// Parameters that the model, not another parameter, gives a value.
@@ -164,10 +176,8 @@ void print(const SensitivityTable& table, const std::string& norm) {
     std::cout << '\n'
               << (norm == "final" ? "" : norm + " of ") << short_name(table.outputs[i]) << " = "
               << number_text(table.values[i], 9) << unit;
-    if (norm == "rms")
-      std::cout << '\n';
-    else
-      std::cout << " at t = " << number_text(table.times[i], 6) << '\n';
+    if (norm == "final" || norm == "peak") std::cout << " at t = " << number_text(table.times[i], 6);
+    std::cout << '\n';
     const std::vector<std::size_t> order = importance_of(table, i).order;
     TextTable text({"p", "value", "d/dp", "within", "unit", "% by %"});
     for (const std::size_t p : order) {
@@ -186,6 +196,8 @@ Exit sensitivity_command(const Arguments& arguments) {
   SensitivityArguments options = parse(arguments);
   LinearArguments& given = options.model;
   for (const std::string& file : options.files) {
+    if (options.adjoint && file.ends_with(".csv"))
+      throw UsageError("-o " + short_path(file) + ": derivatives over time are those of --method forward");
     if (!file.ends_with(".csv") && !file.ends_with(".svg"))
       throw UsageError("-o " + short_path(file) + ": the file is to end in .csv or .svg");
     if (file.ends_with(".svg")) require_program(kGnuplot, "-o FILE.csv writes the derivatives instead");
@@ -206,9 +218,7 @@ Exit sensitivity_command(const Arguments& arguments) {
   for (const std::string& file : options.files) outputs.push_back({file, "-o"});
   check_outputs(outputs, files_of(model));
 
-  const SensitivityNorm norm = options.norm == "rms"    ? SensitivityNorm::rms
-                               : options.norm == "peak" ? SensitivityNorm::peak
-                                                        : SensitivityNorm::final;
+  const SensitivityNorm norm = norm_of(options.norm);
   SensitivityTable table;
   {
     const RunWatch watch(inputs.start, inputs.stop, true);
@@ -216,14 +226,19 @@ Exit sensitivity_command(const Arguments& arguments) {
     how.progress = [](double) { return !was_interrupted(); };
     options.limits.apply(how);
     try {
-      table = sensitivities(study, given.scene, given.overrides, to, norm, how, options.threads,
-                            !options.no_error_estimate);
+      const bool errors = !options.no_error_estimate;
+      table = options.adjoint
+                  ? adjoint_sensitivities(study, given.scene, given.overrides, to, norm, how, errors)
+                  : sensitivities(study, given.scene, given.overrides, to, norm, how, options.threads, errors);
     } catch (const ModelError& error) {
       // A name of the command line.
       if (error.diagnostics.front().code == "BG413") throw UsageError(render(error));
       throw;
     }
   }
+  if (norm == SensitivityNorm::integral)
+    for (std::string& unit : table.output_units)
+      if (!unit.empty()) unit = unit == "1" ? "s" : unit + "*s";
   for (const std::string& note : table.notes)
     if (!given.quiet) std::cerr << "note: " << visible_line(note) << '\n';
   print(table, options.norm);

@@ -48,6 +48,18 @@ TEST_CASE("by default sensitivities are those of the outputs of the scene to all
   CHECK_THAT(twice.out, Contains("double = "));
 }
 
+TEST_CASE("by the adjoint equations the same table comes of one run back") {
+  Workplace here;
+  const Outcome forward = with_model(here).bgsim("sensitivity rc.json --norm integral --method forward,radau --quiet");
+  const Outcome adjoint = here.bgsim("sensitivity rc.json --norm integral --method adjoint,radau --quiet");
+  CAPTURE(forward.err, adjoint.err);
+  CHECK(adjoint.code == 0);
+  // Of u: 3 (T - tau (1 - e^-T/tau)), by R: -3 (dtau/dR) (1 - e^-4 (1 + 4)) = -1.36263.
+  for (const Outcome* each : {&forward, &adjoint})
+    CHECK_THAT(each->out, Contains("integral of u = 9.05494692 V*s\n") && Contains("-1.362632") && Contains("V*s/ohm"));
+  CHECK(here.bgsim("sensitivity rc.json --method adjoint --norm final -o s.svg").code == 0);
+}
+
 TEST_CASE("what cannot be derived is refused with a reason") {
   Workplace here;
   with_model(here);
@@ -66,6 +78,10 @@ TEST_CASE("what cannot be derived is refused with a reason") {
   refused("rc.json --to R -o du.txt", 2, ".csv or .svg");
   refused("rc.json --to R --scene none", 2, "BG140");
   refused("rc.json --to R --max-steps 3", 3, "BG607");
+  refused("rc.json --to R --method adjoint,forward", 2, "both forward and adjoint");
+  refused("rc.json --to R --method adjoit", 2, "no method \"adjoit\"");
+  refused("rc.json --to R --method adjoint -o du.csv", 2, "--method forward");
+  refused("rc.json --to R --method adjoint --max-steps 3", 3, "BG607");
   refused("", 2, "model.json");
   here.write("switched.json", R"({ "bgsim": 1, "name": "w", "parameters": { "k": 1 },
     "elements": { "s": { "kind": "Se", "effort": 1 }, "w": { "kind": "Sw", "closed": "t > 1" }, "one": { "kind": "1" },

@@ -17,11 +17,6 @@ using namespace bgsim::test;
 
 namespace {
 
-std::uint64_t from_environment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
-
 struct Tally {
   std::size_t compared = 0, refused = 0, unsure = 0, constant = 0;
   double largest = 0.0;

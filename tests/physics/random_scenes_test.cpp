@@ -242,11 +242,6 @@ using Family = ExactScene (*)(Dice&);
 constexpr Family kFamilies[] = {logistic, seasons,        gompertz,      turning, epidemic,
                                 chain,    two_capacitors, charging_leak, diodes};
 
-std::uint64_t from_environment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
-
 struct Tally {
   std::size_t runs = 0, failed = 0, noted = 0, wrong = 0;
   double largest = 0.0;
@@ -256,8 +251,8 @@ struct Tally {
 
 TEST_CASE("Populations, leaks and diodes over many decades follow their closed forms") {
   constexpr std::size_t kSamples = 41;
-  const std::uint64_t rounds = from_environment("BGSIM_RANDOM_ROUNDS", test::share_of(90)),
-                      first = from_environment("BGSIM_RANDOM_SEED", 1);
+  const std::uint64_t rounds = test::from_environment("BGSIM_RANDOM_ROUNDS", test::share_of(90)),
+                      first = test::from_environment("BGSIM_RANDOM_SEED", 1);
   std::map<std::string, Tally> tallies;
   for (std::uint64_t seed = first; seed < first + rounds; ++seed) {
     Dice dice(seed);

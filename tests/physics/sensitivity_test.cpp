@@ -23,30 +23,48 @@ SensitivityTable table_of(const std::string& body, const std::vector<std::string
   return sensitivities(Study::from_text(model_text(body)), "", overrides, to, norm);
 }
 
-std::vector<double> derivatives(const std::string& body, const std::vector<std::string>& to,
-                                SensitivityNorm norm = SensitivityNorm::final) {
-  const SensitivityTable table = table_of(body, to, norm);
-  std::vector<double> all;
-  for (const OutputSensitivity& each : table.of.front()) all.push_back(each.derivative);
-  return all;
-}
-
-std::string refusal(const std::string& body, const std::vector<std::string>& to,
-                    SensitivityNorm norm = SensitivityNorm::final) {
-  try {
-    table_of(body, to, norm);
-  } catch (const ModelError& error) {
-    return error.what();
-  }
-  return {};
-}
-
 void check_all(const std::vector<double>& found, const std::vector<double>& exact) {
   REQUIRE(found.size() == exact.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     INFO("number " << i << ": " << found[i] << " for " << exact[i]);
     CHECK(std::abs(found[i] - exact[i]) <= kExact * std::max(std::abs(exact[i]), 1e-3));
   }
+}
+
+std::vector<double> first_row(const SensitivityTable& table) {
+  std::vector<double> all;
+  for (const OutputSensitivity& each : table.of.front()) all.push_back(each.derivative);
+  return all;
+}
+
+SensitivityTable adjoint_table_of(const std::string& body, const std::vector<std::string>& to,
+                                  SensitivityNorm norm = SensitivityNorm::final) {
+  SceneOverrides overrides;
+  overrides.relative = kRelative;
+  return adjoint_sensitivities(Study::from_text(model_text(body)), "", overrides, to, norm);
+}
+
+/// By both methods, which are to agree.
+std::vector<double> derivatives(const std::string& body, const std::vector<std::string>& to,
+                                SensitivityNorm norm = SensitivityNorm::final) {
+  const SensitivityTable table = table_of(body, to, norm), adjoint = adjoint_table_of(body, to, norm);
+  INFO("adjoint against forward");
+  CHECK(adjoint.values.front() == Approx(table.values.front()).epsilon(kExact).margin(1e-11));
+  check_all(first_row(adjoint), first_row(table));
+  return first_row(table);
+}
+
+/// By both methods the same.
+std::string refusal(const std::string& body, const std::vector<std::string>& to,
+                    SensitivityNorm norm = SensitivityNorm::final) {
+  std::string words[2];
+  for (const bool adjoint : {false, true}) try {
+      adjoint ? adjoint_table_of(body, to, norm) : table_of(body, to, norm);
+    } catch (const ModelError& error) {
+      words[adjoint ? 1 : 0] = error.what();
+    }
+  CHECK(words[1] == words[0]);
+  return words[0];
 }
 
 /// A model of integrals alone; the elements beside them are there since a model has some.
@@ -326,6 +344,37 @@ TEST_CASE("what has no sensitivity is refused") {
   CHECK_THAT(refusal(integrals(R"x("a": 1)x", R"x("x": { "integral": "if(t < a, 1, -1)" })x", "x", 1.5), {"a"},
                      SensitivityNorm::peak),
              Contains("BG414") && Contains("corner"));
+  // A peak that the output jumps away from, to where it is flat.
+  CHECK_THAT(refusal(integrals(R"x("a": 1)x", R"x("x": { "integral": "1" })x", "if(t > a, 0.5, x)", 1.5), {"a"},
+                     SensitivityNorm::peak),
+             Contains("BG414") && Contains("corner: it jumps there, from 1 to 0.5"));
+}
+
+TEST_CASE("integrals and means of outputs that jump") {
+  // y = x until t = a, then c: integral of t + c (T - a).
+  const std::string body =
+      integrals(R"x("a": 1, "c": 5, "b": 1)x", R"x("x": { "integral": "b" })x", "if(t > a, c, x)", 3.0);
+  check_all(derivatives(body, {"a", "b", "c"}, SensitivityNorm::integral), {1.0 - 5.0, 0.5, 2.0});
+  check_all(derivatives(body, {"a", "b", "c"}, SensitivityNorm::mean), {-4.0 / 3, 0.5 / 3, 2.0 / 3});
+  // The square: t^2 until a, then c^2; rms = sqrt(J/T).
+  const double rms = std::sqrt((1.0 / 3 + 25 * 2) / 3);
+  check_all(derivatives(body, {"a", "b", "c"}, SensitivityNorm::rms),
+            {(1.0 - 25) / (6 * rms), (2.0 / 3) / (6 * rms), 20.0 / (6 * rms)});
+}
+
+TEST_CASE("what the adjoint equations alone do not have is refused") {
+  // Two conditions on different states that change at one instant, by symmetry, whatever the parameter.
+  const std::string twins = integrals(
+      R"x("k": 1)x",
+      R"x("x": { "integral": "k" }, "y": { "integral": "k" }, "z": { "integral": "if(x > 1, 2, 1)*if(y > 1, 3, 1)" })x",
+      "z", 2.0);
+  check_all(first_row(table_of(twins, {"k"})), {5.0});
+  CHECK_THROWS_WITH(adjoint_table_of(twins, {"k"}), Contains("BG414") && Contains("at the same time"));
+  // Nothing that is stored.
+  const std::string stateless = integrals(R"x("k": 2)x", R"x("x": { "integral": "1" })x", "k^2*sin(t)", 2.0);
+  check_all(first_row(table_of(stateless, {"k"})), {4.0 * std::sin(2.0)});
+  CHECK_THROWS_WITH(adjoint_table_of(stateless, {"k"}),
+                    Contains("BG414") && Contains("nothing that the outputs depend on is stored"));
 }
 
 TEST_CASE("a peak that is as large to both sides has no derivative where the two change differently") {

@@ -16,4 +16,10 @@ inline std::uint64_t share_of(std::uint64_t usual) {
                                  static_cast<std::uint64_t>(static_cast<double>(usual) * std::strtod(text, nullptr)));
 }
 
+/// A number of the environment: BGSIM_RANDOM_ROUNDS, BGSIM_RANDOM_SEED.
+inline std::uint64_t from_environment(const char* name, std::uint64_t otherwise) {
+  const char* text = std::getenv(name);
+  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
+}
+
 }  // namespace bgsim::test

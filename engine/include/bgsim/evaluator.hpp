@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -155,6 +156,19 @@ class Evaluator {
 
   /// By Program::crossings: two values for each relation, which may be infinite or NaN.
   bool crossings(double t, const double* x, Branch& branch, double* values);
+
+  // Transposed derivatives, of a program with a TransposedPlan.
+  /// Takes the partials of rates, loops and outputs (or guards) at a point, for the calls of pull_back that follow.
+  enum class Rows : std::uint8_t { outputs, guards };
+  bool take_partials(double t, const double* x, Branch& branch, Rows rows);
+  /// The gradient of a sum of rates and outputs (or guards) by states, parameters and time, with the loops' variables
+  /// as functions of these: one pass backward, whatever the number of parameters. After take_partials.
+  /// @param of_rates   weights by state; empty: all 0
+  /// @param of_rows    weights by output, or by relation
+  /// @param by_states  the gradient by state
+  /// @param by_columns by TransposedPlan::columns, then by time
+  void pull_back(std::span<const double> of_rates, std::span<const double> of_rows, std::span<double> by_states,
+                 std::span<double> by_columns);
 
   /// The quantities of Program::must_not_jump, and how far each can be off if the time is off by @p time_error and all
   /// operations are rounded.

@@ -108,6 +108,20 @@ struct JacobianPlan {
   bool explicit_form = true;  ///< false where elimination would fill too much: only the implicit form can be integrated
 };
 
+/// Partial derivatives by parameters and by time, and those of outputs and guards: what the adjoint equations need
+/// beside the Jacobian's (see Evaluator::pull_back). Empty unless asked for (CompileOptions::columns).
+struct TransposedPlan {
+  std::vector<std::uint32_t> columns;  ///< ParameterIds; the last column of all, behind them, is time
+  struct Rows {
+    std::vector<JacobianPlan::Entry> by_states, by_tears, by_columns;
+  };
+  Rows outputs, guards;                                  ///< by output; by relation
+  std::vector<JacobianPlan::Entry> rates;                ///< by columns; by states and tears: JacobianPlan's
+  std::vector<std::vector<JacobianPlan::Entry>> blocks;  ///< by block: by columns
+  Routine routine;         ///< solves the loops and computes all slots above but those of guards
+  Routine guards_routine;  ///< the same for guards
+};
+
 /// The laws of a store without a closed-form energy: efforts (flows) of its ports over what they store.
 struct LawsOfStore {
   std::vector<SymbolId> displacements;
@@ -212,6 +226,7 @@ struct Program {
   std::vector<std::uint32_t>
       guarded;  ///< relations that are not time_only: result i of `guards` is of relation guarded[i]
   JacobianPlan plan;
+  TransposedPlan transposed;
   Sparsity jacobian_pattern;  ///< df/dx with loops eliminated
   Sparsity implicit_pattern;  ///< of y = (states, tears), residual (x' - f(x, z), F(x, z))
   SystemClass system_class = SystemClass::explicit_ode;
@@ -230,6 +245,8 @@ struct CompileOptions {
   std::vector<std::size_t> outputs;        ///< positions in Model::outputs, in the order of the trace's columns
   bool energies = true;                    ///< the energy audit's powers and stored energies
   const Variations* variations = nullptr;  ///< none in most systems
+  /// Parameters by which partials are taken for the adjoint equations (Program::transposed); null: no such equations.
+  const std::vector<std::uint32_t>* columns = nullptr;
 };
 
 /// Compiles. Cost linear in the expressions, plus the Jacobian's symbolic partials.

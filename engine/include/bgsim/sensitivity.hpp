@@ -11,8 +11,9 @@ namespace bgsim {
 
 /// What is derived beside the outputs' sensitivities.
 struct SensitivityParts {
-  bool squares = false;  ///< the integrals over time of the outputs' squares, and their sensitivities
-  bool slopes = false;   ///< the outputs' derivatives by time
+  bool squares = false;    ///< the integrals over time of the outputs' squares, and their sensitivities
+  bool slopes = false;     ///< the outputs' derivatives by time
+  bool integrals = false;  ///< the integrals over time of the outputs, and their sensitivities; not with squares
 };
 
 /// A scene with the derivatives of its outputs by one parameter, or by one initial value: the variational equations,
@@ -38,7 +39,7 @@ class SensitivityScene {
   [[nodiscard]] const std::string& unit() const;  ///< of the parameter; empty where not known
 
   /// Runs. The columns of the trace are the n outputs x, then dx/dp of each, then, if asked for, dx/dt of each, then
-  /// the integrals of x^2, then their derivatives by p.
+  /// the integrals of x^2 or x, then their derivatives by p.
   /// BG414 is among the failures: the derivative does not exist, or is not found, at an event of this run.
   [[nodiscard]] RunResult run(const SimulateOptions& how = {}) const;
   /// With other values, of the same names set as those the scene was made with, and recorded at @p times.
@@ -52,9 +53,11 @@ class SensitivityScene {
 
 /// One number of an output over time.
 enum class SensitivityNorm {
-  final,  ///< its value at the end
-  rms,    ///< root of the mean square over the scene
-  peak,   ///< its largest magnitude, with its sign
+  final,     ///< its value at the end
+  rms,       ///< root of the mean square over the scene
+  peak,      ///< its largest magnitude, with its sign
+  integral,  ///< over the time of the scene
+  mean,      ///< that over the scene's length
 };
 
 struct OutputSensitivity {
@@ -83,5 +86,14 @@ struct SensitivityTable {
 SensitivityTable sensitivities(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                                const std::vector<std::string>& to, SensitivityNorm norm,
                                const SimulateOptions& how = {}, unsigned threads = 1, bool errors = true);
+
+/// The same by the adjoint equations: one run, and one back over it, for all parameters together. Its cost hardly grows
+/// with their number, but with the outputs'. No derivatives over time: the trace holds the outputs alone.
+/// @throws ModelError as sensitivities; BG414 also where conditions on different states change at one instant and both
+///         matter, and for a system whose loops are too large to be eliminated or that has no states.
+/// @note Memory: the states at some six points of each step of the run.
+SensitivityTable adjoint_sensitivities(const Study& study, const std::string& scene, const SceneOverrides& overrides,
+                                       const std::vector<std::string>& to, SensitivityNorm norm,
+                                       const SimulateOptions& how = {}, bool errors = true);
 
 }  // namespace bgsim

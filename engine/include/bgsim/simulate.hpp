@@ -168,6 +168,8 @@ using Progress = std::function<bool(double time)>;
 /// Takes a row of the trace as soon as it is known: the time and the outputs. What it throws ends simulate().
 using RowSink = std::function<void(double time, std::span<const double> values)>;
 
+class Trajectory;
+
 struct SimulateOptions {
   bool energy_audit = true;
   bool error_estimate = true;
@@ -193,6 +195,9 @@ struct SimulateOptions {
   /// The integrator restarts after each, so that a run goes on exactly as it does when resumed from there.
   std::function<void(double t, const std::string& snapshot)> snapshot;
   std::uint64_t snapshot_steps = 0;
+  /// If given, takes the whole solution, for a run back over it (see sensitivities by the adjoint equations). What has
+  /// no derivatives ends the run with BG414.
+  Trajectory* trajectory = nullptr;
 };
 
 /// Integrates one scene. Radau IIA up to eight states, else BDF, with an analytic Jacobian (dense up to 50 states, then

@@ -54,7 +54,7 @@ class Varying {
 
   VariedSystem run(GivenValues& given, const Seed& seed, const VariedParts& parts) {
     made_.own_states = order().rates.size();
-    if (parts.squares) add_squares();
+    if (parts.squares || parts.integrals) add_integrals(parts.squares);
     const std::size_t n = order().rates.size();
     made_.variations.states = n;
     take_parameters(given, seed);
@@ -82,9 +82,9 @@ class Varying {
     }
     for (std::size_t i = 0; i < count && parts.slopes; ++i)
       add_output("d(" + system().outputs[asked_[i]].name + ")/dt", change(order().outputs[asked_[i]], by_time_));
-    for (const std::size_t state : squares_)
+    for (const std::size_t state : integrals_)
       add_output(system().states[state].name, pool().symbol(system().states[state].symbol));
-    for (const std::size_t state : squares_)
+    for (const std::size_t state : integrals_)
       add_output(system().states[n + state].name, pool().symbol(system().states[n + state].symbol));
     made_.variations.by_parameter.assign(by_parameter_.begin(), by_parameter_.end());
     made_.variations.by_time.assign(by_time_.begin(), by_time_.end());
@@ -142,13 +142,13 @@ class Varying {
     order().outputs.push_back(value);
   }
 
-  void add_squares() {
+  void add_integrals(bool of_squares) {
     for (const std::size_t i : asked_) {
       const ExprId value = order().outputs[i];
-      squares_.push_back(system().states.size());
-      const SymbolId symbol = add_symbol("integral of " + system().outputs[i].name + "^2", SystemSymbol::Kind::state,
-                                         system().states.size());
-      add_state(symbol, pool().mul(value, value));
+      integrals_.push_back(system().states.size());
+      const SymbolId symbol = add_symbol("integral of " + system().outputs[i].name + (of_squares ? "^2" : ""),
+                                         SystemSymbol::Kind::state, system().states.size());
+      add_state(symbol, of_squares ? pool().mul(value, value) : value);
       fill_origins(value);
     }
   }
@@ -206,7 +206,7 @@ class Varying {
   const std::vector<std::size_t>& asked_;
   VariedSystem made_;
   Changes by_parameter_, by_time_;
-  std::vector<std::size_t> squares_;  ///< the states that are integrals of squares
+  std::vector<std::size_t> integrals_;  ///< the states that are integrals of outputs, or of squares
 };
 
 /// Values of the model's symbols at a scene's start: parameters, the time, what stores hold.
@@ -306,7 +306,10 @@ class ParameterKinks {
   std::vector<char> moves_;
 };
 
-void refuse_kinks(const Model& model, const VariedSystem& varied, GivenValues& given, const Seed& seed,
+}  // namespace
+
+void refuse_kinks(const Model& model, const EquationSystem& system, const BlockOrder& order, std::size_t rates,
+                  const std::vector<std::size_t>& outputs, GivenValues& given, const Seed& seed,
                   const RunInputs& inputs) {
   if (!seed.parameter.valid()) return;
   std::vector<char> moves(given.parameters.size(), 0);
@@ -343,14 +346,15 @@ void refuse_kinks(const Model& model, const VariedSystem& varied, GivenValues& g
   look(
       given.pool, model.symbols.size(), [&](std::size_t i) { return model.parameters[i].symbol; }, roots,
       [&](SymbolId s) { return symbol_name(model, s); });
-  const BlockOrder& order = varied.order;
-  roots.assign(order.rates.begin(), order.rates.begin() + static_cast<std::ptrdiff_t>(varied.variations.states));
+  roots.assign(order.rates.begin(), order.rates.begin() + static_cast<std::ptrdiff_t>(rates));
   for (const Block& block : order.blocks) roots.insert(roots.end(), block.residuals.begin(), block.residuals.end());
-  for (const std::size_t i : varied.outputs) roots.push_back(order.outputs[i]);
+  for (const std::size_t i : outputs) roots.push_back(order.outputs[i]);
   look(
-      order.pool, varied.system.symbols.size(), [&](std::size_t i) { return varied.system.parameters[i]; }, roots,
-      [&](SymbolId s) { return varied.system.symbols[s.index()].name; });
+      order.pool, system.symbols.size(), [&](std::size_t i) { return system.parameters[i]; }, roots,
+      [&](SymbolId s) { return system.symbols[s.index()].name; });
 }
+
+namespace {
 
 /// What initial values change by, by state.
 class StartChanges {
@@ -362,6 +366,12 @@ class StartChanges {
     for (std::size_t i = 0; i < parameters.size(); ++i)
       if (parameters[i].valid())
         slopes_[model.parameters[i].symbol.index()] = evaluate(given.pool, parameters[i], values_);
+  }
+
+  [[nodiscard]] std::vector<double> parameters() const {
+    std::vector<double> result;
+    for (const Parameter& parameter : model_.parameters) result.push_back(slopes_[parameter.symbol.index()]);
+    return result;
   }
 
   std::map<StateKey, double> run() {
@@ -500,9 +510,14 @@ VariedSystem with_variations(const Model& model, const EquationSystem& system, c
   return Varying(model, system, order, outputs).run(given, seed, parts);
 }
 
+SeedSlopes seed_slopes(const Model& model, GivenValues& given, const Seed& seed, const RunInputs& inputs) {
+  StartChanges changes(model, given, seed, inputs);
+  return {changes.parameters(), changes.run()};
+}
+
 RunInputs varied_inputs(const Model& model, const VariedSystem& varied, GivenValues& given, const Seed& seed,
                         const RunInputs& inputs) {
-  refuse_kinks(model, varied, given, seed, inputs);
+  refuse_kinks(model, varied.system, varied.order, varied.variations.states, varied.outputs, given, seed, inputs);
   const std::map<StateKey, double> changes = StartChanges(model, given, seed, inputs).run();
   RunInputs result = inputs;
   result.outputs = varied.outputs;

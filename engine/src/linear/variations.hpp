@@ -1,6 +1,7 @@
 /// The derivatives of a scene's states, loops and outputs by one parameter, as states, loops and outputs of one system.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,11 +29,12 @@ std::vector<ExprId> parameter_variations(const Model& model, GivenValues& given,
 
 /// What is derived beside the sensitivities of the outputs.
 struct VariedParts {
-  bool squares = false;  ///< the integrals of the outputs' squares
-  bool slopes = false;   ///< the outputs' derivatives by time
+  bool squares = false;    ///< the integrals of the outputs' squares
+  bool slopes = false;     ///< the outputs' derivatives by time
+  bool integrals = false;  ///< the integrals of the outputs; not with squares
 };
 
-/// A system with the derivatives by a seed. Its states are those of the model, then the integrals of squares, then the
+/// A system with the derivatives by a seed. Its states are those of the model, then integrals, then the
 /// derivatives of all of them in the same order.
 struct VariedSystem {
   std::shared_ptr<const Model> model;  ///< with an integral for each added state, and the added outputs
@@ -41,7 +43,7 @@ struct VariedSystem {
   Variations variations;
   std::size_t own_states = 0;  ///< those of the model: the first ones
   /// Positions among the outputs: those asked for, then their derivatives by the seed, then by time (VariedParts), then
-  /// the integrals of squares and the derivatives of these.
+  /// the integrals and the derivatives of these.
   std::vector<std::size_t> outputs;
 };
 
@@ -49,6 +51,21 @@ struct VariedSystem {
 VariedSystem with_variations(const Model& model, const EquationSystem& system, const BlockOrder& order,
                              GivenValues& given, const Seed& seed, const std::vector<std::size_t>& outputs,
                              const VariedParts& parts);
+
+/// @throws ModelError BG414 an expression of parameters alone, among the first @p rates, the loops or the @p outputs,
+/// or
+///         in what parameters and initial values are computed from, has a kink or a jump at this value of the seed.
+void refuse_kinks(const Model& model, const EquationSystem& system, const BlockOrder& order, std::size_t rates,
+                  const std::vector<std::size_t>& outputs, GivenValues& given, const Seed& seed,
+                  const RunInputs& inputs);
+
+/// By how much parameters and initial values change with a seed, at the start of a scene.
+struct SeedSlopes {
+  std::vector<double> parameters;     ///< by ParameterId
+  std::map<StateKey, double> states;  ///< of stores and integrals with a given value
+};
+/// @throws ModelError BG414 a law that gives an initial value has no slope there.
+SeedSlopes seed_slopes(const Model& model, GivenValues& given, const Seed& seed, const RunInputs& inputs);
 
 /// The start of a run of @p varied: what the model's states begin with changes with the seed by that.
 /// @param inputs  of the model itself, at the point

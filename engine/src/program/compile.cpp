@@ -6,6 +6,7 @@
 
 #include "bgsim/program.hpp"
 #include "program/freeze.hpp"
+#include "program/partial_lists.hpp"
 #include "program/patterns.hpp"
 #include "program/strips.hpp"
 
@@ -17,9 +18,10 @@ constexpr std::int32_t kNoLoop = -1;  ///< level of what varies but on no tear
 
 class Compiler {
  public:
+  /// @param plain  partials of what is not frozen yet, where a TransposedPlan is wanted; else null
   Compiler(std::shared_ptr<const Model> model, const EquationSystem& system, const BlockOrder& order,
-           const CompileOptions& options)
-      : system_(system), order_(order), options_(options), freeze_(system, order, program_) {
+           const CompileOptions& options, const SystemPartials* plain)
+      : system_(system), order_(order), options_(options), plain_(plain), freeze_(system, order, program_) {
     program_.model = std::move(model);
   }
 
@@ -29,7 +31,11 @@ class Compiler {
     program_.system_class = order_.system_class;
     name_things();
     freeze_all();
-    take_partials();
+    if (plain_ == nullptr)
+      partials_ =
+          take_partials(program_.pool, program_.origins, system_, order_.blocks, rates_, residuals_, {}, nullptr);
+    else
+      partials_.guards = take_guard_partials(program_, system_, order_.blocks, *options_.columns);
     assign_slots();
     write_routines();
     make_patterns(program_, system_.states.size(), tears_.size());
@@ -38,13 +44,6 @@ class Compiler {
 
  private:
   using Roots = std::vector<ExprId>;
-  struct Partial {
-    std::uint32_t row, column;
-    ExprId value;
-  };
-  struct BlockPartials {
-    std::vector<Partial> by_states, by_earlier_tears, by_own_tears;
-  };
 
   void name_things() {
     for (const State& state : system_.states) {
@@ -93,6 +92,7 @@ class Compiler {
     rates_ = freeze_list(order_.rates);
     for (const std::size_t i : options_.outputs) outputs_.push_back(freeze_(order_.outputs[i]));
     for (const Block& block : order_.blocks) residuals_.push_back(freeze_list(block.residuals));
+    if (plain_ != nullptr) partials_ = changed(*plain_, [this](ExprId e) { return freeze_(e); });
     for (const DependentStore& store : system_.dependent)
       dependents_.push_back(freeze_(order_.resolved[store.symbol.index()]));
     for (std::size_t i = 0; i < system_.continuous.size(); ++i) {
@@ -205,45 +205,6 @@ class Compiler {
       }
     }
     program_.first_displacement.push_back(static_cast<std::uint32_t>(displacements_.size()));
-  }
-
-  // --- partial derivatives
-
-  static constexpr std::uint32_t kNotWanted = std::numeric_limits<std::uint32_t>::max();
-
-  void take_partials() {
-    column_of_.assign(system_.symbols.size(), kNotWanted);
-    const auto n = static_cast<std::uint32_t>(system_.states.size());
-    for (std::uint32_t i = 0; i < n; ++i) column_of_[system_.states[i].symbol.index()] = i;
-    for (std::uint32_t i = 0; i < tears_.size(); ++i) column_of_[tears_[i].index()] = n + i;
-    for (std::uint32_t i = 0; i < n; ++i)
-      for (const auto& [column, value] : row_of_partials(rates_[i]))
-        (column < n ? rates_by_states_ : rates_by_tears_).push_back({i, column < n ? column : column - n, value});
-    for (std::uint32_t b = 0; b < residuals_.size(); ++b) {
-      BlockPartials partials;
-      const ProgramBlock& block = program_.blocks[b];
-      for (std::uint32_t r = 0; r < residuals_[b].size(); ++r)
-        for (const auto& [column, value] : row_of_partials(residuals_[b][r])) {
-          if (column < n)
-            partials.by_states.push_back({r, column, value});
-          else if (column - n >= block.first_tear)
-            partials.by_own_tears.push_back({r, column - n - block.first_tear, value});
-          else
-            partials.by_earlier_tears.push_back({r, column - n, value});
-        }
-      block_partials_.push_back(std::move(partials));
-    }
-  }
-
-  std::vector<std::pair<std::uint32_t, ExprId>> row_of_partials(ExprId root) {
-    const auto wanted = [this](SymbolId symbol) {
-      return symbol.index() < column_of_.size() && column_of_[symbol.index()] != kNotWanted;
-    };
-    std::vector<std::pair<std::uint32_t, ExprId>> row;
-    const auto partials = gradient(program_.pool, root, wanted);
-    program_.origins.resize(program_.pool.size(), program_.origins[root.index()]);
-    for (const auto& [symbol, value] : partials) row.emplace_back(column_of_[symbol.index()], value);
-    return row;
   }
 
   // --- slots
@@ -430,7 +391,7 @@ class Compiler {
 
   Roots block_roots(std::uint32_t b) const {
     Roots roots = residuals_[b];
-    for (const Partial& partial : block_partials_[b].by_own_tears) roots.push_back(partial.value);
+    for (const Partial& partial : partials_.blocks[b].by_own_tears) roots.push_back(partial.value);
     return roots;
   }
 
@@ -501,7 +462,7 @@ class Compiler {
     emit(residuals_[b], level, level, block.residual.code.emplace_back());
     for (const ExprId e : residuals_[b]) block.residual.results.push_back(slot(e));
     Roots partials;
-    for (const Partial& partial : block_partials_[b].by_own_tears) {
+    for (const Partial& partial : partials_.blocks[b].by_own_tears) {
       partials.push_back(partial.value);
       block.entries.emplace_back(partial.row, partial.column);
     }
@@ -509,27 +470,51 @@ class Compiler {
     for (const ExprId e : partials) block.jacobian.results.push_back(slot(e));
   }
 
+  std::vector<JacobianPlan::Entry> entries(const Partials& partials, Roots& roots) {
+    std::vector<JacobianPlan::Entry> result;
+    for (const Partial& partial : partials) {
+      roots.push_back(partial.value);
+      result.push_back({partial.row, partial.column, slot(partial.value)});
+    }
+    return result;
+  }
+
   void write_plan() {
     JacobianPlan& plan = program_.plan;
     Roots roots;
-    const auto entries = [&](const std::vector<Partial>& partials) {
-      std::vector<JacobianPlan::Entry> result;
-      for (const Partial& partial : partials) {
-        roots.push_back(partial.value);
-        result.push_back({partial.row, partial.column, slot(partial.value)});
-      }
-      return result;
-    };
-    plan.rates_by_states = entries(rates_by_states_);
-    plan.rates_by_tears = entries(rates_by_tears_);
+    plan.rates_by_states = entries(partials_.rates_by_states, roots);
+    plan.rates_by_tears = entries(partials_.rates_by_tears, roots);
     plan.block_of_tear = block_of_tear_;
-    for (const BlockPartials& partials : block_partials_)
-      plan.blocks.push_back(
-          {entries(partials.by_states), entries(partials.by_earlier_tears), entries(partials.by_own_tears), {}});
+    for (const BlockPartials& block : partials_.blocks)
+      plan.blocks.push_back({entries(block.by_states, roots),
+                             entries(block.by_earlier_tears, roots),
+                             entries(block.by_own_tears, roots),
+                             {}});
     for (const Roots& residuals : residuals_) roots.insert(roots.end(), residuals.begin(), residuals.end());
     plan.routine = routine(roots);
     plan.implicit_routine = program_.blocks.empty() ? plan.routine : routine(roots, false);
     find_supports(program_, order_.system_class);
+    if (options_.columns != nullptr) write_transposed(std::move(roots));
+  }
+
+  /// @param roots  of the Jacobian's plan
+  void write_transposed(Roots roots) {
+    TransposedPlan& plan = program_.transposed;
+    plan.columns = *options_.columns;
+    plan.rates = entries(partials_.rates_by_columns, roots);
+    for (const BlockPartials& block : partials_.blocks) plan.blocks.push_back(entries(block.by_columns, roots));
+    Roots of_guards = roots;
+    const auto rows = [this](const RowPartials& from, Roots& to) {
+      TransposedPlan::Rows result;
+      result.by_states = entries(from.by_states, to);
+      result.by_tears = entries(from.by_tears, to);
+      result.by_columns = entries(from.by_columns, to);
+      return result;
+    };
+    plan.outputs = rows(partials_.outputs, roots);
+    plan.guards = rows(partials_.guards, of_guards);
+    plan.routine = routine(roots);
+    plan.guards_routine = routine(of_guards);
   }
 
   void finish_slots() {
@@ -545,6 +530,7 @@ class Compiler {
   const EquationSystem& system_;
   const BlockOrder& order_;
   const CompileOptions& options_;
+  const SystemPartials* plain_;
   Program program_;
   Freezer freeze_;
   std::vector<SymbolId> tears_;
@@ -552,11 +538,9 @@ class Compiler {
   Roots rates_, outputs_, guards_, dependents_, continuous_, powers_, stored_, displacements_, switches_, diodes_,
       event_conditions_, event_values_, delayed_, delayed_before_, jump_, crossings_;
   std::vector<Roots> residuals_;  ///< by block
-  std::vector<Partial> rates_by_states_, rates_by_tears_;
-  std::vector<BlockPartials> block_partials_;
-  std::vector<std::uint32_t> column_of_;  ///< by SymbolId: state, or states + tear
-  std::vector<std::int32_t> level_;       ///< by ExprId
-  std::vector<std::uint32_t> slot_of_;    ///< by ExprId
+  SystemPartials partials_;
+  std::vector<std::int32_t> level_;     ///< by ExprId
+  std::vector<std::uint32_t> slot_of_;  ///< by ExprId
   std::vector<std::uint32_t> seen_, once_done_, done_;
   std::vector<std::uint32_t> depth_;       ///< by ExprId: of what is being written
   std::uint32_t stamp_ = 0, routine_ = 0;  ///< marks in seen_ and done_
@@ -566,7 +550,10 @@ class Compiler {
 
 Program compile(std::shared_ptr<const Model> model, const EquationSystem& system, const BlockOrder& order,
                 const CompileOptions& options) {
-  return Compiler(std::move(model), system, order, options).run();
+  if (options.columns == nullptr) return Compiler(std::move(model), system, order, options, nullptr).run();
+  BlockOrder with = order;
+  const SystemPartials plain = take_plain_partials(system, with, options);
+  return Compiler(std::move(model), system, with, options, &plain).run();
 }
 
 }  // namespace bgsim

@@ -149,6 +149,9 @@ struct Evaluator::Impl {
   void describe_origin(ExprId expression);
 
   [[nodiscard]] double mode_for(const Relation& relation, double guard) const;
+  Evaluator::Rows taken = Evaluator::Rows::outputs;  ///< of which partials were taken last
+  std::vector<double> back_to_tears;                 ///< of pull_back
+
   void prepare_positions();
   bool eliminate(double* values);
 };

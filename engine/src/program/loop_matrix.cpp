@@ -135,6 +135,17 @@ void LoopMatrix::solve(const Eigen::VectorXd& right, Eigen::VectorXd& result) co
   klu_solve(sparse_->symbolic, sparse_->numeric, static_cast<int>(result.size()), 1, result.data(), &sparse_->common);
 }
 
+void LoopMatrix::solve_transposed(const Eigen::VectorXd& right, Eigen::VectorXd& result) const {
+  // M = row_scale E column_scale, E being what was factorized.
+  result = right.cwiseQuotient(column_scale);
+  if (sparse_)
+    klu_tsolve(sparse_->symbolic, sparse_->numeric, static_cast<int>(result.size()), 1, result.data(),
+               &sparse_->common);
+  else
+    result = factors_.transpose().solve(result).eval();
+  result = result.cwiseQuotient(row_scale);
+}
+
 int LoopMatrix::orientation() const {
   if (!factorized_) return 0;
   int sign = 1;

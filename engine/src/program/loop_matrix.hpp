@@ -28,6 +28,9 @@ class LoopMatrix {
   /// columns'.
   void solve(const Eigen::VectorXd& right, Eigen::VectorXd& result) const;
 
+  /// The solution of M^T y = @p right for the matrix M itself, scales undone.
+  void solve_transposed(const Eigen::VectorXd& right, Eigen::VectorXd& result) const;
+
   /// Sign of the determinant; 0 before the first factorization.
   [[nodiscard]] int orientation() const;
 

@@ -64,6 +64,7 @@ class Run {
         defects_(program, inputs, evaluator_, tolerances_),
         loops_(program, evaluator_, inputs.start, inputs.stop),
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),
+        variations_(program.varied_states, false, inputs.stop - inputs.start),
         mode_order_(program, evaluator_, inputs, implicit_),
         pace_(program, evaluator_, inputs, options),
         errors_(program, evaluator_, tolerances_, inputs, options.error_estimate && program.delays.empty()),
@@ -135,6 +136,8 @@ class Run {
   bool audit_to(double t);
   bool follow_grid();
   bool vary_event(const Branch& before, std::optional<std::size_t> crossed);
+  /// Whether derivatives of the run are wanted, in it or of what is recorded: what has none ends it.
+  [[nodiscard]] bool differentiates() const { return program_.varied_states > 0 || options_.trajectory != nullptr; }
 
   bool resume();
   void offer_snapshot();

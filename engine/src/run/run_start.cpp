@@ -4,6 +4,7 @@
 #include "run/integrate/separability.hpp"
 #include "run/notes.hpp"
 #include "run/run.hpp"
+#include "run/sink/trajectory.hpp"
 
 namespace bgsim {
 
@@ -32,9 +33,11 @@ bool Run::begin() {
   }
   if (delays_.goes_on() && !delays_.changed(t_, x_.data(), branch_, true)) return fail(*delays_.failure());
 
-  if (program_.varied_states > 0)
-    if (auto refused = VariationEvents::begin(evaluator_, t_, inputs_.stop - inputs_.start, x_, branch_))
-      return fail(std::move(*refused));
+  if (program_.varied_states > 0) {
+    VariedGuards guards(evaluator_);
+    if (auto refused = variations_.begin(evaluator_, guards, t_, x_, branch_)) return fail(std::move(*refused));
+  }
+  if (options_.trajectory != nullptr) options_.trajectory->begin(t_, x_, branch_);
 
   log_->watch(program_);
   log_->look(t_, branch_);

@@ -12,6 +12,7 @@
 #include "bgsim/text.hpp"
 #include "run/failures.hpp"
 #include "run/run.hpp"
+#include "run/sink/trajectory.hpp"
 #include "run/snapshot.hpp"
 #include "run/watch/onset.hpp"
 #include "run/watch/time_constants.hpp"
@@ -167,7 +168,7 @@ bool Run::integrate_to(double limit) {
 
 /// The integrator at the run's point. While signs are held at their border, the rates are what balances them.
 bool Run::start_here(double limit) {
-  if (events_.holding() && program_.varied_states > 0) return fail(held_variation_failure(program_, t_));
+  if (events_.holding() && differentiates()) return fail(held_variation_failure(program_, t_));
   if (events_.holding())
     integrator_->use_rates([this](double t, const double* x, Branch& branch, double* rates) {
       return events_.prepare(t, x, branch) && evaluator_.rates(t, x, branch, rates);
@@ -264,6 +265,8 @@ bool Run::audit_to(double t) {
   };
   audit_.add(t, integrator_->order(), integrator_->branch(), solution);
   measures_.add(t, integrator_->order(), integrator_->branch(), solution);
+  if (options_.trajectory != nullptr)
+    options_.trajectory->add(t_, t, integrator_->order(), integrator_->branch(), solution);
   return delays_.add(t, integrator_->branch(), solution) || fail(*delays_.failure());
 }
 
@@ -273,11 +276,11 @@ bool Run::take_time_event() {
   ++time_events_;
   jumped_at_ = t_;
   continuity_.before(t_, x_.data(), branch_);
-  const Branch before = program_.varied_states > 0 ? branch_ : Branch{};
+  const Branch before = differentiates() ? branch_ : Branch{};
   if (auto singularity = schedule_.pass(t_, branch_)) return fail(std::move(*singularity));
   delays_.pass(t_);
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
-  if (program_.varied_states > 0 && !vary_event(before, {})) return false;
+  if (differentiates() && !vary_event(before, {})) return false;
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   log_->look(t_, branch_);
   due_ = between_ = false;
@@ -296,11 +299,11 @@ bool Run::take_state_event() {
   jumped_at_ = t;
   continuity_.before(t_, x_.data(), branch_);
   errors_.before_event(t_, x_, branch_);
-  const Branch before = program_.varied_states > 0 ? branch_ : Branch{};
+  const Branch before = differentiates() ? branch_ : Branch{};
   if (!events_.cross(x_.data(), branch_)) return fail(*events_.failure());
   delays_.pass(t_);
   if (delays_.any() && !events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
-  if (program_.varied_states > 0 && !vary_event(before, events_.crossed_guard())) return false;
+  if (differentiates() && !vary_event(before, events_.crossed_guard())) return false;
   errors_.after_event(t_, x_, branch_, events_.crossed_guard());
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   tolerances_.forget_noise();  // of rates beyond the event, evaluated on the side before it
@@ -332,7 +335,7 @@ bool Run::leave_law() {
   if (integrator_->last_fault().kind == Fault::Kind::none) return false;
   continuity_.before(t_, x_.data(), branch_);
   if (!events_.take_across(t_, x_.data(), branch_)) return false;
-  if (program_.varied_states > 0) {
+  if (differentiates()) {
     jump_ = ended_law_failure(t_);
     return true;
   }
@@ -393,6 +396,8 @@ RunResult simulate(const Program& program, const RunInputs& inputs, const Simula
   if (!program.delays.empty() && (!options.resume.empty() || options.snapshot)) refuse_delayed_snapshot(program);
   if (options.measures && (!options.resume.empty() || options.snapshot))
     throw std::invalid_argument("a snapshot does not hold what the outputs are measured to be");
+  if (options.trajectory != nullptr && !options.resume.empty())
+    throw std::invalid_argument("a snapshot does not hold the solution before it");
   const DelayTables tables = own_tables(program);
   std::optional<Program> own;
   if (!tables.empty()) own.emplace(with_tables(program, tables));

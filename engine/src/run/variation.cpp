@@ -9,6 +9,7 @@
 #include "bgsim/text.hpp"
 #include "run/failures.hpp"
 #include "run/run.hpp"
+#include "run/sink/trajectory.hpp"
 
 namespace bgsim {
 namespace {
@@ -70,45 +71,60 @@ bool at_border(const Evaluator& evaluator, const Relation& relation, double t, c
   return off_border(evaluator, relation, t, x, branch) <= within * std::abs(by_time);
 }
 
-bool same_instant(double one, double other) {
-  return std::abs(one - other) <= kSameInstant * std::max(std::abs(one), std::abs(other));
+/// Derivatives of two instants by the same: how far they are apart, in all, is nothing beside what they are.
+bool same_instant(const GuardSlopes& guards, const std::vector<double>& one, const std::vector<double>& other) {
+  double apart = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    apart += guards.unit(i) * std::abs(one[i] - other[i]);
+    size += guards.unit(i) * std::max(std::abs(one[i]), std::abs(other[i]));
+  }
+  return apart <= kSameInstant * size;
 }
 
-bool same_rates(const std::vector<double>& one, const std::vector<double>& other, std::size_t states) {
-  for (std::size_t i = 0; i < states; ++i)
+bool same_rates(const std::vector<double>& one, const std::vector<double>& other) {
+  for (std::size_t i = 0; i < one.size(); ++i)
     if (!(std::abs(one[i] - other[i]) <= kSame * std::max(std::abs(one[i]), std::abs(other[i])))) return false;
   return true;
 }
 
 }  // namespace
 
+/// Of all states, the first of which are looked at, and of outputs.
+bool VariationEvents::rates(Evaluator& evaluator, double t, const std::vector<double>& x, Branch& branch,
+                            std::vector<double>& values) const {
+  values.resize(x.size());
+  if (!evaluator.rates(t, x.data(), branch, values.data())) return false;
+  values.resize(states_ + (with_outputs_ ? evaluator.program().output_names.size() : 0));
+  return !with_outputs_ || evaluator.outputs(t, x.data(), branch, values.data() + states_);
+}
+
 /// Whether the conditions of one instant change any rate, alone or beside all others.
-bool VariationEvents::matters(Evaluator& evaluator, double t, const std::vector<double>& x, const Branch& after,
-                              double instant) const {
-  const std::size_t n = evaluator.program().varied_states;
-  std::vector<double> rates(x.size()), others(x.size());
+bool VariationEvents::matters(Evaluator& evaluator, const GuardSlopes& guards, double t, const std::vector<double>& x,
+                              const Branch& after, const std::vector<double>& instant) const {
+  std::vector<double> own, others;
   for (const bool first : {true, false}) {
     Branch without = first ? *start_ : after, with = without;
     for (const Change& change : changes_)
-      if (same_instant(change.instant, instant)) with.modes[change.relation] = first ? change.after : change.before;
-    if (!evaluator.rates(t, x.data(), without, rates.data()) || !evaluator.rates(t, x.data(), with, others.data()) ||
-        !same_rates(rates, others, n))
+      if (same_instant(guards, change.instant, instant))
+        with.modes[change.relation] = first ? change.after : change.before;
+    if (!rates(evaluator, t, x, without, own) || !rates(evaluator, t, x, with, others) || !same_rates(own, others))
       return true;
   }
   return false;
 }
 
-std::optional<Diagnostic> VariationEvents::begin(Evaluator& evaluator, double t, double span,
-                                                 const std::vector<double>& x, const Branch& branch) {
+std::optional<Diagnostic> VariationEvents::begin(Evaluator& evaluator, GuardSlopes& guards, double t,
+                                                 const std::vector<double>& x, const Branch& branch) const {
   const Program& program = evaluator.program();
-  std::vector<double> rates(x.size()), others(x.size()), crossings(2 * program.relations.size());
+  std::vector<double> own, others;
   Branch here = branch;
-  if (!evaluator.rates(t, x.data(), here, rates.data()) || !evaluator.crossings(t, x.data(), here, crossings.data()))
-    return std::nullopt;  // the run says what is wrong
+  if (!rates(evaluator, t, x, here, own) || !guards.at(t, x, here)) return std::nullopt;  // the run says what is wrong
   for (std::size_t r = 0; r < program.relations.size(); ++r) {
     const Relation& relation = program.relations[r];
-    if (relation.kind == Relation::Kind::denominator || crossings[2 * r] == 0.0) continue;
-    if (!at_border(evaluator, relation, t, x, here, crossings[2 * r + 1], kAtOnce * span)) continue;
+    if (relation.kind == Relation::Kind::denominator) continue;
+    if (!at_border(evaluator, relation, t, x, here, guards.by_time(r), kAtOnce * span_)) continue;
+    const std::vector<double> moves = guards.by_variation(r);
+    if (std::all_of(moves.begin(), moves.end(), [](double by) { return by == 0.0; })) continue;
     bool jumps = false;
     for (const double side : {-1.0, 1.0}) {
       Branch other = branch;
@@ -121,8 +137,7 @@ std::optional<Diagnostic> VariationEvents::begin(Evaluator& evaluator, double t,
         continue;  // its slope alone is another one
       else
         mode += side;
-      jumps = jumps || !evaluator.rates(t, x.data(), other, others.data()) ||
-              !same_rates(rates, others, program.varied_states);
+      jumps = jumps || !rates(evaluator, t, x, other, others) || !same_rates(own, others);
     }
     if (jumps)
       return failure(program, r, t, "which is the start, and moves away from it with the parameter",
@@ -132,76 +147,82 @@ std::optional<Diagnostic> VariationEvents::begin(Evaluator& evaluator, double t,
   return std::nullopt;
 }
 
-std::optional<Diagnostic> VariationEvents::take(Evaluator& evaluator, double t, double span, std::vector<double>& x,
-                                                const Branch& before, const Branch& after,
-                                                std::optional<std::size_t> crossed) {
+std::optional<VariationEvents::Jump> VariationEvents::take(Evaluator& evaluator, GuardSlopes& guards, double t,
+                                                           const std::vector<double>& x, const Branch& before,
+                                                           const Branch& after, std::optional<std::size_t> crossed,
+                                                           std::optional<Diagnostic>& refused) {
   const Program& program = evaluator.program();
-  const std::size_t n = program.varied_states;
   std::vector<std::size_t> changed;
   for (std::size_t r = 0; r < program.relations.size(); ++r)
     if (program.relations[r].kind != Relation::Kind::denominator && before.modes[r] != after.modes[r])
       changed.push_back(r);
   if (changed.empty()) return std::nullopt;
 
-  std::vector<double> left(x.size()), right(x.size()), crossings(2 * program.relations.size());
+  std::vector<double> left, right;
   Branch one = before, other = after;
-  const bool known =
-      evaluator.rates(t, x.data(), other, right.data()) && evaluator.rates(t, x.data(), one, left.data());
-  if (!known || !evaluator.crossings(t, x.data(), one, crossings.data()))
-    return failure(program, changed.front(), t, "and the equations have no value on one of its sides",
-                   "sensitivities cross an event by the rates on both of its sides",
-                   "write laws that have a value, and a slope, at the border of their condition");
-  const bool jumps = !same_rates(left, right, n);
-  if (!start_ || t - time_ > kAtOnce * span) {
+  const bool known = rates(evaluator, t, x, other, right) && rates(evaluator, t, x, one, left);
+  if (!known || !guards.at(t, x, one)) {
+    refused = failure(program, changed.front(), t, "and the equations have no value on one of its sides",
+                      "sensitivities cross an event by the rates on both of its sides",
+                      "write laws that have a value, and a slope, at the border of their condition");
+    return std::nullopt;
+  }
+  const bool jumps = !same_rates(left, right);
+  if (!start_ || t - time_ > kAtOnce * span_) {
     start_ = before;
     changes_.clear();
   }
   time_ = t;
   // What begins the event; conditions that change because rates have jumped follow it.
-  std::vector<double> instants;
+  std::optional<std::vector<double>> instant;
   for (const std::size_t r : changed) {
-    const double by_parameter = crossings[2 * r], by_time = crossings[2 * r + 1];
+    const double by_time = guards.by_time(r);
     const bool begins = r == crossed || program.relations[r].time_only ||
-                        at_border(evaluator, program.relations[r], t, x, one, by_time, kAtOnce * span);
+                        at_border(evaluator, program.relations[r], t, x, one, by_time, kAtOnce * span_);
     if (!begins) continue;
-    const double moved = by_parameter == 0.0 && by_time == 0.0 ? std::nan("") : -by_parameter / by_time;
-    if (std::isfinite(moved)) {
-      changes_.push_back({r, moved, before.modes[r], after.modes[r]});
-      instants.push_back(moved);
+    std::vector<double> moved = guards.by_variation(r);
+    for (double& by : moved) by = by_time == 0.0 ? std::nan("") : -by / by_time;
+    if (std::all_of(moved.begin(), moved.end(), [](double by) { return std::isfinite(by); })) {
+      if (!instant) instant = moved;
+      changes_.push_back({r, std::move(moved), before.modes[r], after.modes[r]});
     } else if (jumps) {
-      return failure(program, r, t, "its border is touched and not passed, and the rates jump there",
-                     "the instant of such an event has no derivative", "ask for the sensitivity of a run without it");
+      refused =
+          failure(program, r, t, "its border is touched and not passed, and the rates jump there",
+                  "the instant of such an event has no derivative", "ask for the sensitivity of a run without it");
+      return std::nullopt;
     }
   }
   // Where conditions change together that another value of the parameter would part, all but one must be of no
   // consequence.
-  std::optional<double> instant;
-  if (!instants.empty()) instant = instants.front();
   const bool apart = std::any_of(changes_.begin(), changes_.end(), [&](const Change& change) {
-    return !same_instant(change.instant, changes_.front().instant);
+    return !same_instant(guards, change.instant, changes_.front().instant);
   });
   if (apart) {
-    std::optional<Change> decides;
+    const Change* decides = nullptr;
     for (const Change& change : changes_) {
-      if (decides && same_instant(decides->instant, change.instant)) continue;
-      if (!matters(evaluator, t, x, after, change.instant)) continue;
-      if (decides)
-        return failure(program, change.relation, t,
-                       "and so does " + relation_facts(program, decides->relation).text +
-                           " at the same time, but not with another value of the parameter",
-                       "there is no derivative where the order of two events changes",
-                       "ask for it at a slightly different value, at which the two are apart");
-      decides = change;
+      if (decides != nullptr && same_instant(guards, decides->instant, change.instant)) continue;
+      if (!matters(evaluator, guards, t, x, after, change.instant)) continue;
+      if (decides != nullptr) {
+        refused = failure(program, change.relation, t,
+                          "and so does " + relation_facts(program, decides->relation).text +
+                              " at the same time, but not with another value of the parameter",
+                          "there is no derivative where the order of two events changes",
+                          "ask for it at a slightly different value, at which the two are apart");
+        return std::nullopt;
+      }
+      decides = &change;
     }
-    if (decides) instant = decides->instant;
+    if (decides != nullptr) instant = decides->instant;
   }
   if (!jumps) return std::nullopt;
-  if (!instant)
-    return failure(program, changed.front(), t, "and it is not known what set it off",
-                   "sensitivities cross an event by the instant of its condition",
-                   "write the condition over quantities that do not jump");
-  for (std::size_t i = 0; i < n; ++i) x[n + i] += (left[i] - right[i]) * *instant;
-  return std::nullopt;
+  if (!instant) {
+    refused = failure(program, changed.front(), t, "and it is not known what set it off",
+                      "sensitivities cross an event by the instant of its condition",
+                      "write the condition over quantities that do not jump");
+    return std::nullopt;
+  }
+  for (std::size_t i = 0; i < left.size(); ++i) left[i] -= right[i];
+  return Jump{std::move(*instant), std::move(left)};
 }
 
 Diagnostic held_variation_failure(const Program& program, double t) {
@@ -216,11 +237,20 @@ Diagnostic ended_law_failure(double t) {
                        "write a law with a bounded slope (ssqrt(x, d))");
 }
 
+/// The sensitivities of a system with Variations cross an event; of a run that is recorded, the event is recorded.
 bool Run::vary_event(const Branch& before, std::optional<std::size_t> crossed) {
   std::optional<std::size_t> relation;
   if (crossed) relation = evaluator_.guard_relation(*crossed);
-  auto refused = variations_.take(evaluator_, t_, inputs_.stop - inputs_.start, x_, before, branch_, relation);
-  return !refused || fail(std::move(*refused));
+  if (options_.trajectory != nullptr) options_.trajectory->event(t_, x_, before, branch_, relation);
+  if (program_.varied_states == 0) return true;
+  std::optional<Diagnostic> refused;
+  VariedGuards guards(evaluator_);
+  const auto jump = variations_.take(evaluator_, guards, t_, x_, before, branch_, relation, refused);
+  if (refused) return fail(std::move(*refused));
+  if (!jump) return true;
+  const std::size_t n = program_.varied_states;
+  for (std::size_t i = 0; i < n; ++i) x_[n + i] += jump->rates[i] * jump->instant.front();
+  return true;
 }
 
 }  // namespace bgsim

@@ -8,32 +8,84 @@
 
 namespace bgsim {
 
-/// Where conditions change, the instant of the event depends on the parameter, too: with t' its derivative, the
+/// What guards change by with time, and with what is varied: one parameter, or all states and parameters at once.
+class GuardSlopes {
+ public:
+  virtual ~GuardSlopes() = default;
+  GuardSlopes() = default;
+  GuardSlopes(const GuardSlopes&) = delete;
+  GuardSlopes& operator=(const GuardSlopes&) = delete;
+
+  /// At this point from now on; false if the equations have no value there.
+  virtual bool at(double t, const std::vector<double>& x, Branch& branch) = 0;
+  [[nodiscard]] virtual double by_time(std::size_t relation) = 0;
+  /// By what is varied, always in the same order.
+  [[nodiscard]] virtual std::vector<double> by_variation(std::size_t relation) = 0;
+  /// In what unit each of these is counted where two of them are compared: the magnitude of what is varied.
+  [[nodiscard]] virtual double unit(std::size_t of) const = 0;
+};
+
+/// The same by the one parameter of a program with Variations.
+class VariedGuards : public GuardSlopes {
+ public:
+  explicit VariedGuards(Evaluator& evaluator)
+      : evaluator_(evaluator), values_(2 * evaluator.program().relations.size()) {}
+  bool at(double t, const std::vector<double>& x, Branch& branch) override {
+    return evaluator_.crossings(t, x.data(), branch, values_.data());
+  }
+  double by_time(std::size_t relation) override { return values_[2 * relation + 1]; }
+  std::vector<double> by_variation(std::size_t relation) override { return {values_[2 * relation]}; }
+  [[nodiscard]] double unit(std::size_t) const override { return 1.0; }
+
+ private:
+  Evaluator& evaluator_;
+  std::vector<double> values_;
+};
+
+/// Where conditions change, the instant of the event depends on what is varied, too: with t' its derivative, the
 /// sensitivities of the states jump by (f- - f+) t', f- and f+ being the rates before and after.
 class VariationEvents {
  public:
+  /// @param own_states   those whose rates are looked at: the first ones
+  /// @param with_outputs whether the outputs count as rates, of integrals over them
+  /// @param span         length of the run
+  VariationEvents(std::size_t own_states, bool with_outputs, double span)
+      : states_(own_states), with_outputs_(with_outputs), span_(span) {}
+
   /// @return BG414 if a condition that decides rates is at its border at the start of the run, and moves away from it.
-  static std::optional<Diagnostic> begin(Evaluator& evaluator, double t, double span, const std::vector<double>& x,
-                                         const Branch& branch);
-  /// Takes the sensitivities in @p x across an event.
-  /// @param x        the states and their sensitivities, which jump
+  std::optional<Diagnostic> begin(Evaluator& evaluator, GuardSlopes& guards, double t, const std::vector<double>& x,
+                                  const Branch& branch) const;
+
+  /// What an event does.
+  struct Jump {
+    std::vector<double> instant;  ///< t' by what is varied
+    std::vector<double> rates;    ///< f- - f+ by state; then, with outputs, the same of these
+  };
+  /// Looks at an event.
+  /// @param x        the states
   /// @param before, after  the event
   /// @param crossed  the relation whose guard was found at its border; none at a known time
-  /// @param span     length of the run
-  /// @return BG414 where the derivative does not exist or cannot be found.
-  std::optional<Diagnostic> take(Evaluator& evaluator, double t, double span, std::vector<double>& x,
-                                 const Branch& before, const Branch& after, std::optional<std::size_t> crossed);
+  /// @param refused  BG414 where the derivative does not exist or cannot be found
+  /// @return none if nothing jumps
+  std::optional<Jump> take(Evaluator& evaluator, GuardSlopes& guards, double t, const std::vector<double>& x,
+                           const Branch& before, const Branch& after, std::optional<std::size_t> crossed,
+                           std::optional<Diagnostic>& refused);
 
  private:
   /// A condition that has changed, and what its instant changes by with the parameter.
   struct Change {
     std::size_t relation = 0;
-    double instant = 0.0;
+    std::vector<double> instant;
     double before = 0.0, after = 0.0;  ///< its mode
   };
-  [[nodiscard]] bool matters(Evaluator& evaluator, double t, const std::vector<double>& x, const Branch& after,
-                             double instant) const;
+  [[nodiscard]] bool rates(Evaluator& evaluator, double t, const std::vector<double>& x, Branch& branch,
+                           std::vector<double>& values) const;
+  [[nodiscard]] bool matters(Evaluator& evaluator, const GuardSlopes& guards, double t, const std::vector<double>& x,
+                             const Branch& after, const std::vector<double>& instant) const;
 
+  std::size_t states_;
+  bool with_outputs_;
+  double span_;
   // What has changed at one time, maybe by several events of the run.
   double time_ = 0.0;
   std::optional<Branch> start_;

@@ -14,45 +14,9 @@
 #include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
 #include "linear/variations.hpp"
+#include "study/sensitivity_parts.hpp"
 
 namespace bgsim {
-namespace {
-
-GivenValues given_of(const Model& model, const std::string& scene, const SceneOverrides& overrides) {
-  for (const Scene& each : model.scenes)
-    if (each.name == scene) return given_values(model, each, overrides);
-  throw std::logic_error("a scene was prepared that the model does not have");
-}
-
-[[noreturn]] void refuse(const Model& model, std::string situation, std::string rule, std::string help,
-                         std::optional<Place> place = {}) {
-  throw ModelError({diagnostic_of("BG414", std::move(situation), place, std::move(rule), std::move(help))},
-                   model.sources);
-}
-
-void refuse_jumps(const Model& model) {
-  if (!model.events.empty())
-    refuse(model,
-           "the model has events that set stores (" + in_quotes(model.events.front().name) +
-               "), whose jumps are not derived",
-           "sensitivities cross the events of conditions in laws and signals, not jumps of the states",
-           "take the difference of two runs, by bgsim sweep", model.events.front().place);
-  for (const Signal& signal : model.signals)
-    if (signal.delay)
-      refuse(model, "the model has delayed signals (" + in_quotes(signal.name) + "), which are not derived",
-             "what a delayed signal was depends on parameters as well",
-             "take the difference of two runs, by bgsim sweep", signal.place);
-  const std::vector<ElementId> switches = switches_of(model);
-  if (switches.empty()) return;
-  const Element& first = model.elements[switches.front().index()];
-  refuse(model, "the model has ideal switches or diodes (" + in_quotes(first.name) + "), whose jumps are not derived",
-         "sensitivities cross the events of conditions in laws and signals, not changes of the equations themselves",
-         "write the switch as a resistor with if(..., r_closed, r_open), the diode as f = if(e > 0, e/ron, e/roff)",
-         first.place);
-}
-
-}  // namespace
-
 struct SensitivityScene::Inside {
   std::shared_ptr<const Model> model;
   SceneOverrides overrides;
@@ -85,17 +49,18 @@ SensitivityScene::SensitivityScene(const Study& study, const std::string& scene,
   const EquationSystem& system = cut ? cut->system : study.equations();
   const BlockOrder& order = cut ? cut->order : study.order();
   try {
-    made->varied =
-        with_variations(model, system, order, given, made->seed, made->inputs.outputs, {parts.squares, parts.slopes});
+    made->varied = with_variations(model, system, order, given, made->seed, made->inputs.outputs,
+                                   {parts.squares, parts.slopes, parts.integrals});
     CompileOptions options;
     options.outputs = made->varied.outputs;
     options.energies = false;
     options.variations = &made->varied.variations;
     made->program = compile(made->varied.model, made->varied.system, made->varied.order, options);
   } catch (const std::invalid_argument& error) {
-    refuse(model, std::string("the equations cannot be derived as often as sensitivities ask for: ") + error.what(),
-           "implicit integration takes second derivatives of the laws",
-           "fit a formula to the data, or use spline data where the store is in integral causality");
+    refuse_sensitivity(
+        model, std::string("the equations cannot be derived as often as sensitivities ask for: ") + error.what(),
+        "implicit integration takes second derivatives of the laws",
+        "fit a formula to the data, or use spline data where the store is in integral causality");
   }
   inside_ = made;
 }
@@ -117,37 +82,6 @@ RunResult SensitivityScene::run(const SceneOverrides& overrides, const OutputTim
 }
 
 namespace {
-
-void throw_failure(const RunResult& result, const Model& model) {
-  if (result.stop == StopReason::completed) return;
-  throw ModelError({*result.failure}, model.sources);
-}
-
-/// When each output has its largest magnitude.
-struct Peak {
-  double time = 0.0, value = 0.0, range = 0.0;
-  std::optional<double> opposite;  ///< when it is as large to the other side, as far as the run tells
-};
-
-std::vector<Peak> peaks_of(const RunResult& run, std::size_t count, double relative, const Model& model) {
-  if (run.report.measures.empty())
-    refuse(model, "an output has no value within the run: " + run.report.why_not_measured, {}, "leave it out (--of)");
-  std::vector<Peak> peaks;
-  for (std::size_t i = 0; i < count; ++i) {
-    const OutputMeasure& m = run.report.measures[i];
-    const bool most = std::abs(m.most) >= std::abs(m.least);
-    Peak peak{most ? m.most_at : m.least_at, most ? m.most : m.least, m.most - m.least, {}};
-    // At ten times the tolerance, by which the errors of the derivatives are judged, either of the two may be larger.
-    if (m.least < 0.0 && m.most > 0.0 && std::abs(m.most + m.least) <= 10.0 * relative * peak.range)
-      peak.opposite = most ? m.least_at : m.most_at;
-    peaks.push_back(peak);
-  }
-  return peaks;
-}
-
-double relative_of(double derivative, double parameter, double value) {
-  return value == 0.0 ? std::numeric_limits<double>::quiet_NaN() : derivative * parameter / value;
-}
 
 /// One parameter of a table.
 struct Derived {
@@ -173,6 +107,7 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
   const std::size_t n = inputs.outputs.size();
   const std::vector<OutputMeasure>& measures = made.run.report.measures;
   const std::vector<Peak> peaks = peaks_of(made.run, n, inputs.relative, model);
+  const double span = inputs.stop - inputs.start;
   if (!peak) {
     for (std::size_t i = 0; i < n; ++i) {
       made.times.push_back(inputs.stop);
@@ -181,13 +116,16 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
         made.derivatives.push_back(measures[n + i].final);
         continue;
       }
-      const double span = inputs.stop - inputs.start;
-      const double rms = std::sqrt(measures[2 * n + i].final / span);
-      if (!(rms > 0.0))
-        refuse(model, "the root of the mean square of " + in_quotes(model.outputs[inputs.outputs[i]].name) + " is 0",
-               "a root has no derivative where it is 0", "ask for --norm final, or leave the output out (--of)");
-      made.values.push_back(rms);
-      made.derivatives.push_back(measures[3 * n + i].final / (2.0 * span * rms));
+      const double integral = measures[2 * n + i].final, derivative = measures[3 * n + i].final;
+      const double over = norm == SensitivityNorm::mean ? span : 1.0;
+      if (norm == SensitivityNorm::rms) {
+        const double rms = root_mean_square(model, inputs, i, integral);
+        made.values.push_back(rms);
+        made.derivatives.push_back(derivative / (2.0 * span * rms));
+      } else {
+        made.values.push_back(integral / over);
+        made.derivatives.push_back(derivative / over);
+      }
     }
     return made;
   }
@@ -206,33 +144,18 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
   const auto row_at = [&](double t) {
     return static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), t) - times.begin());
   };
-  constexpr double kFlat = 1e-3;
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t row = row_at(peaks[i].time);
-    const double slope = at.trace.columns[2 * n + i][row];
-    const bool inside = peaks[i].time > inputs.start && peaks[i].time < inputs.stop;
-    if (inside && !(std::abs(slope) * (inputs.stop - inputs.start) <= kFlat * peaks[i].range))
-      refuse(model,
-             "the peak of " + in_quotes(model.outputs[inputs.outputs[i]].name) + " at t = " +
-                 number_text(peaks[i].time, 6) + " is a corner: its slope there is " + number_text(slope, 3),
-             "a peak changes with a parameter as the output does where it is flat",
-             "ask for --norm final, with --stop at the corner");
+    const std::vector<double>& derivative = at.trace.columns[n + i];
+    refuse_corner(model, inputs, i, peaks[i], {at.trace.columns[i][row], at.trace.columns[2 * n + i][row]});
     if (peaks[i].opposite) {
-      // The magnitudes change by d and -d: apart from each other by their sum.
-      const std::vector<double>& derivative = at.trace.columns[n + i];
       const OutputMeasure& all = measures[n + i];
-      const double apart = std::abs(derivative[row] + derivative[row_at(*peaks[i].opposite)]);
-      if (apart > kFlat * std::max(std::abs(all.most), std::abs(all.least)))
-        refuse(model,
-               in_quotes(model.outputs[inputs.outputs[i]].name) + " is as large to both sides, at t = " +
-                   number_text(peaks[i].time, 6) + " and t = " + number_text(*peaks[i].opposite, 6) +
-                   ", and the two change differently with " + in_quotes(varied.parameter()),
-               "which of two peaks is the larger depends on whether a parameter grows or falls",
-               "ask for other parameters (--to), or take the differences of max(...) and min(...) by bgsim sweep");
+      refuse_two_sides(model, inputs, i, peaks[i], derivative[row], derivative[row_at(*peaks[i].opposite)],
+                       std::max(std::abs(all.most), std::abs(all.least)), varied.parameter());
     }
     made.times.push_back(peaks[i].time);
     made.values.push_back(peaks[i].value);
-    made.derivatives.push_back(at.trace.columns[n + i][row]);
+    made.derivatives.push_back(derivative[row]);
   }
   return made;
 }
@@ -245,19 +168,13 @@ namespace {
 Derived derive_and_compare(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                            const std::string& to, SensitivityNorm norm, const SimulateOptions& how, bool errors) {
   const SensitivityScene varied(study, scene, overrides, to,
-                                {norm == SensitivityNorm::rms, norm == SensitivityNorm::peak});
+                                {norm == SensitivityNorm::rms, norm == SensitivityNorm::peak,
+                                 norm == SensitivityNorm::integral || norm == SensitivityNorm::mean});
   Derived made = derive(varied, study.model(), overrides, norm, how);
   if (!errors) return made;
-  SceneOverrides looser = overrides;
-  looser.relative = std::min(10.0 * varied.inputs().relative, 0.1);
-  if (varied.inputs().absolute) looser.absolute = 10.0 * *varied.inputs().absolute;
-  if (varied.inputs().step > 0.0) {
-    looser.method = varied.inputs().method;
-    looser.step = 2.0 * varied.inputs().step;
-  }
   made.errors.assign(made.values.size(), std::numeric_limits<double>::quiet_NaN());
   try {
-    const Derived other = derive(varied, study.model(), looser, norm, how);
+    const Derived other = derive(varied, study.model(), looser(overrides, varied.inputs()), norm, how);
     for (std::size_t i = 0; i < made.errors.size(); ++i)
       made.errors[i] = std::abs(other.derivatives[i] - made.derivatives[i]);
   } catch (const ModelError& error) {
@@ -316,7 +233,7 @@ SensitivityTable sensitivities(const Study& study, const std::string& scene, con
       }
     }
     for (std::size_t i = 0; i < n; ++i) {
-      table.of[i].push_back({each.derivatives[i], relative_of(each.derivatives[i], each.value, each.values[i]),
+      table.of[i].push_back({each.derivatives[i], relative_sensitivity(each.derivatives[i], each.value, each.values[i]),
                              errors ? each.errors[i] : std::numeric_limits<double>::quiet_NaN()});
       table.trace.names.push_back(trace.names[n + i]);
       table.trace.units.emplace_back();

@@ -1,0 +1,434 @@
+#include "run/adjoint.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "base/codes.hpp"
+#include "bgsim/text.hpp"
+#include "run/adjoint_step.hpp"
+#include "run/clock.hpp"
+#include "run/failures.hpp"
+#include "run/integrate/radau_formula.hpp"
+#include "run/variation.hpp"
+#include "run/watch/pace_words.hpp"
+
+namespace bgsim {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+std::span<double> of(VectorXd& values) { return {values.data(), static_cast<std::size_t>(values.size())}; }
+
+/// Where 0 is as good a unit as any.
+double unit_of(double largest) { return largest > 0.0 ? largest : 1.0; }
+
+/// Slopes of guards by all states, then all parameters; or by seeds.
+class FreeGuards : public GuardSlopes {
+ public:
+  /// @param units  of states, then parameters
+  /// @param seeds  null: by states and parameters
+  FreeGuards(const Program& program, const RunInputs& inputs, const std::vector<double>& units,
+             const std::vector<AdjointSeed>* seeds)
+      : evaluator_(program, inputs.parameters),
+        units_(units),
+        seeds_(seeds),
+        rates_(program.state_names.size()),
+        weights_(program.relations.size(), 0.0),
+        by_states_(rates_.size()),
+        by_columns_(program.transposed.columns.size() + 1) {}
+
+  bool at(double t, const std::vector<double>& x, Branch& branch) override {
+    return evaluator_.rates(t, x.data(), branch, rates_.data()) &&
+           evaluator_.take_partials(t, x.data(), branch, Evaluator::Rows::guards);
+  }
+  double by_time(std::size_t relation) override {
+    pull_back(relation);
+    double sum = by_columns_.back();
+    for (std::size_t i = 0; i < rates_.size(); ++i) sum += by_states_[i] * rates_[i];
+    return sum;
+  }
+  std::vector<double> by_variation(std::size_t relation) override {
+    pull_back(relation);
+    std::vector<double> result;
+    if (seeds_ == nullptr) {
+      result = by_states_;
+      result.insert(result.end(), by_columns_.begin(), by_columns_.end() - 1);
+      return result;
+    }
+    for (const AdjointSeed& seed : *seeds_) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < rates_.size(); ++i) sum += by_states_[i] * seed.states[i];
+      for (std::size_t i = 0; i < seed.columns.size(); ++i) sum += by_columns_[i] * seed.columns[i];
+      result.push_back(sum);
+    }
+    return result;
+  }
+  [[nodiscard]] double unit(std::size_t of) const override { return seeds_ == nullptr ? units_[of] : 1.0; }
+
+ private:
+  void pull_back(std::size_t relation) {
+    weights_[relation] = 1.0;
+    evaluator_.pull_back({}, weights_, by_states_, by_columns_);
+    weights_[relation] = 0.0;
+  }
+
+  Evaluator evaluator_;
+  const std::vector<double>& units_;
+  const std::vector<AdjointSeed>* seeds_;
+  std::vector<double> rates_, weights_, by_states_, by_columns_;
+};
+
+/// The run back.
+class Backward {
+ public:
+  Backward(const Program& program, const RunInputs& inputs, const Trajectory& trajectory,
+           const std::vector<AdjointFigure>& figures, const std::vector<AdjointSeed>& seeds, const SimulateOptions& how)
+      : program_(program),
+        inputs_(inputs),
+        trajectory_(trajectory),
+        figures_(figures),
+        seeds_(seeds),
+        evaluator_(program, inputs.parameters),
+        stages_(program.jacobian_pattern),
+        integrals_(std::any_of(figures.begin(), figures.end(),
+                               [](const AdjointFigure& f) { return f.kind != AdjointFigure::Kind::value; })),
+        events_(program.state_names.size(), integrals_, inputs.stop - inputs.start),
+        how_(how),
+        clock_(how_, wall_seconds, inputs.stop) {
+    if (how_.time_limit == 0.0) how_.time_limit = how_.longest_run;
+    evaluator_.watch([this] { return clock_.look(); });
+    const auto n = static_cast<Index>(program.state_names.size());
+    const auto m = static_cast<Index>(program.transposed.columns.size());
+    const auto k = static_cast<Index>(figures.size());
+    for (const double largest : trajectory.largest()) units_.push_back(unit_of(largest));
+    for (const std::uint32_t parameter : program.transposed.columns)
+      units_.push_back(unit_of(std::abs(inputs.parameters[parameter])));
+    now_ = {MatrixXd::Zero(n, k), MatrixXd::Zero(m, k)};
+    largest_ = now_;
+    outputs_.resize(program.output_names.size());
+    pending_.assign(figures.size(), false);
+    for (std::size_t i = 0; i < figures.size(); ++i) pending_[i] = figures[i].kind == AdjointFigure::Kind::value;
+  }
+
+  AdjointResult run() {
+    result_.slope.assign(figures_.size(), 0.0);
+    result_.value = result_.slope;
+    if (look_at_events()) go_back();
+    if (!result_.failure) gather();
+    return std::move(result_);
+  }
+
+ private:
+  /// Adjoints by state and integrals by parameter, of each figure; or their rates backward in time.
+  struct Adjoints {
+    MatrixXd states, columns;
+  };
+
+  bool fail(Diagnostic diagnostic) {
+    result_.failure = std::move(diagnostic);
+    return false;
+  }
+  bool fail_with_fault() {
+    return clock_.end() != RunClock::End::none ? fail_by_clock() : fail(fault_failure(evaluator_.fault()));
+  }
+  bool fail_by_clock() {
+    return fail(clock_.end() == RunClock::End::interrupted
+                    ? interrupted_failure(reached_)
+                    : time_limit_failure(reached_, inputs_.start, how_.time_limit));
+  }
+  bool fail_to(double t, const char* what) {
+    return fail(diagnostic_of("BG414", "at t = " + number_text(t) + ": the adjoint equations " + what, {},
+                              "they are followed backward, through the slopes of all laws on the way",
+                              "ask for --method forward"));
+  }
+
+  /// Events forward, as a run with sensitivities meets them.
+  bool look_at_events() {
+    FreeGuards at_start(program_, inputs_, units_, &seeds_), guards(program_, inputs_, units_, nullptr);
+    if (auto refused =
+            events_.begin(evaluator_, at_start, inputs_.start, trajectory_.start(), trajectory_.start_branch()))
+      return fail(std::move(*refused));
+    for (const Trajectory::Event& event : trajectory_.events()) {
+      std::optional<Diagnostic> refused;
+      jumps_.push_back(
+          events_.take(evaluator_, guards, event.t, event.x, event.before, event.after, event.crossed, refused));
+      if (refused) return fail(std::move(*refused));
+    }
+    return true;
+  }
+
+  bool go_back() {
+    const std::vector<Trajectory::Stretch>& stretches = trajectory_.stretches();
+    for (std::size_t s = stretches.size(); s-- > 0;) {
+      branch_ = stretches[s].end;
+      begun_ = false;
+      for (std::size_t i = stretches[s].steps.size(); i-- > 0;) {
+        const Trajectory::Step& step = stretches[s].steps[i];
+        double t = step.to;
+        while (true) {
+          trajectory_.interpolate(step, t, x_);
+          if (!inject(t)) return false;
+          double to = step.from;
+          for (std::size_t k = 0; k < figures_.size(); ++k)
+            if (pending_[k] && figures_[k].time < t) to = std::max(to, figures_[k].time);
+          if (!follow(step, t, to)) return false;
+          t = to;
+          if (!(t > step.from)) break;
+        }
+      }
+      const double begins = s > 0 ? trajectory_.events()[s - 1].t : inputs_.start;
+      x_ = s > 0 ? trajectory_.events()[s - 1].x : trajectory_.start();
+      if (!inject(begins)) return false;
+      if (s > 0) cross(s - 1);
+    }
+    return true;
+  }
+
+  /// Values of outputs at this time and at x_ count from here on.
+  bool inject(double t) {
+    for (std::size_t k = 0; k < figures_.size(); ++k) {
+      if (!pending_[k] || figures_[k].time < t) continue;
+      pending_[k] = false;
+      std::vector<double> rates(x_.size()), weights(outputs_.size(), 0.0), by_columns(columns() + 1);
+      VectorXd by_states(now_.states.rows());
+      weights[figures_[k].output] = 1.0;
+      if (!evaluator_.rates(t, x_.data(), branch_, rates.data()) ||
+          !evaluator_.outputs(t, x_.data(), branch_, outputs_.data()) ||
+          !evaluator_.take_partials(t, x_.data(), branch_, Evaluator::Rows::outputs))
+        return fail_with_fault();
+      evaluator_.pull_back({}, weights, of(by_states), by_columns);
+      const auto column = static_cast<Index>(k);
+      now_.states.col(column) += by_states;
+      for (std::size_t i = 0; i < columns(); ++i) now_.columns(static_cast<Index>(i), column) += by_columns[i];
+      result_.value[k] = outputs_[figures_[k].output];
+      result_.slope[k] = by_columns.back() + by_states.dot(Eigen::Map<const VectorXd>(rates.data(), by_states.size()));
+      if (!now_.states.allFinite() || !now_.columns.allFinite())
+        return fail_to(t, "have no value: an output has no slope");
+      begun_ = false;
+    }
+    grow(now_);
+    return true;
+  }
+
+  void grow(const Adjoints& values) {
+    largest_.states = largest_.states.cwiseMax(values.states.cwiseAbs());
+    largest_.columns = largest_.columns.cwiseMax(values.columns.cwiseAbs());
+  }
+
+  /// Back over an event: the transposed saltation matrix.
+  void cross(std::size_t event) {
+    begun_ = false;
+    if (!jumps_[event]) return;
+    const VariationEvents::Jump& jump = *jumps_[event];
+    const Index n = now_.states.rows();
+    for (Index k = 0; k < now_.states.cols(); ++k) {
+      double gain = now_.states.col(k).dot(Eigen::Map<const VectorXd>(jump.rates.data(), n));
+      const AdjointFigure& figure = figures_[static_cast<std::size_t>(k)];
+      const std::size_t output = static_cast<std::size_t>(n) + figure.output;
+      if (figure.kind == AdjointFigure::Kind::integral) gain += jump.rates[output];
+      if (figure.kind == AdjointFigure::Kind::square) gain += square_jump(event, figure.output);
+      now_.states.col(k) += gain * Eigen::Map<const VectorXd>(jump.instant.data(), n);
+      now_.columns.col(k) += gain * Eigen::Map<const VectorXd>(jump.instant.data() + n, now_.columns.rows());
+    }
+    grow(now_);
+  }
+
+  double square_jump(std::size_t event, std::size_t output) {
+    const Trajectory::Event& at = trajectory_.events()[event];
+    double sides[2] = {};
+    for (const bool after : {false, true}) {
+      Branch branch = after ? at.after : at.before;
+      evaluator_.outputs(at.t, at.x.data(), branch, outputs_.data());
+      sides[after ? 1 : 0] = outputs_[output] * outputs_[output];
+    }
+    return sides[0] - sides[1];
+  }
+
+  [[nodiscard]] std::size_t columns() const { return program_.transposed.columns.size(); }
+
+  /// What adjoints @p y grow by backward in time, at x.
+  bool rates(double t, const std::vector<double>& x, const MatrixXd& y, bool with_outputs, Adjoints& rates) {
+    if (with_outputs && !evaluator_.outputs(t, x.data(), branch_, outputs_.data())) return fail_with_fault();
+    if (!evaluator_.take_partials(t, x.data(), branch_, Evaluator::Rows::outputs)) return fail_with_fault();
+    rates.states.resize(y.rows(), y.cols());
+    rates.columns.resize(static_cast<Index>(columns()), y.cols());
+    std::vector<double> weights(outputs_.size(), 0.0), by_columns(columns() + 1);
+    VectorXd by_states(y.rows());
+    for (Index k = 0; k < y.cols(); ++k) {
+      const AdjointFigure& figure = figures_[static_cast<std::size_t>(k)];
+      double& weight = weights[figure.output];
+      if (with_outputs && figure.kind == AdjointFigure::Kind::integral) weight = 1.0;
+      if (with_outputs && figure.kind == AdjointFigure::Kind::square) weight = 2.0 * outputs_[figure.output];
+      evaluator_.pull_back({y.col(k).data(), static_cast<std::size_t>(y.rows())}, weights, of(by_states), by_columns);
+      weight = 0.0;
+      rates.states.col(k) = by_states;
+      rates.columns.col(k) = Eigen::Map<const VectorXd>(by_columns.data(), rates.columns.rows());
+    }
+    if (!rates.states.allFinite() || !rates.columns.allFinite()) return fail_to(t, "have no value: a law has no slope");
+    return true;
+  }
+
+  bool jacobian(double t, const std::vector<double>& x, std::size_t stage) {
+    return evaluator_.jacobian(t, x.data(), branch_, stages_.jacobian(stage).data()) || fail_with_fault();
+  }
+
+  /// From @p t back to @p to within one step of the run, with steps as the tolerance asks for.
+  bool follow(const Trajectory::Step& step, double t, double to) {
+    constexpr double kMost = 5.0, kLeast = 0.1, kSafe = 0.9, kRoundings = 64.0 * 2.3e-16;
+    while (t > to) {
+      const double left = t - to;
+      const bool least = left <= kRoundings * std::max(std::abs(t), std::abs(to));
+      double h = wanted_ > 0.0 && wanted_ < left && !least ? wanted_ : left;
+      if (h < left && h > 0.5 * left) h = 0.5 * left;  // two equal ones
+      double error = 0.0;
+      if (!attempt(step, t, h == left ? to : t - h, error)) return false;
+      ++result_.steps;
+      reached_ = t;
+      clock_.reach(t);
+      if (clock_.end() != RunClock::End::none) return fail_by_clock();
+      const double factor = std::clamp(kSafe * std::pow(std::max(error, 1e-30), -0.25), kLeast, kMost);
+      if (error > 1.0 && !least) {
+        wanted_ = factor * h;
+        if (!(wanted_ > kRoundings * std::max(std::abs(t), std::abs(inputs_.stop - inputs_.start))))
+          return fail_to(t, "cannot be followed to the tolerance");
+        continue;
+      }
+      if (factor < 1.0 || h < left || wanted_ <= 0.0 || factor * h > wanted_) wanted_ = factor * h;
+      t = h == left ? to : t - h;
+      now_ = next_;
+      grow(now_);
+      std::swap(stages_.jacobian(AdjointStages::kBegin), stages_.jacobian(2));
+      begin_ = stage_[2];
+      begun_ = true;
+    }
+    return true;
+  }
+
+  /// One step from t to @p to, before it: next_, and its error in tolerances.
+  bool attempt(const Trajectory::Step& step, double t, double to, double& error) {
+    const auto& a = radau::kCoefficients;
+    const Index n = now_.states.rows(), k = now_.states.cols();
+    const double h = t - to;
+    trajectory_.interpolate(step, t, x_);
+    if (!begun_) {
+      if (!jacobian(t, x_, AdjointStages::kBegin) || !rates(t, x_, now_.states, integrals_, begin_)) return false;
+      begun_ = true;
+    }
+    std::array<double, 3> at{};
+    std::array<MatrixXd, 3> forcing;
+    for (std::size_t j = 0; j < 3; ++j) {
+      at[j] = j == 2 ? to : t - radau::kAt[j] * h;
+      trajectory_.interpolate(step, at[j], x_);
+      if (!jacobian(at[j], x_, j)) return false;
+      forcing[j] = stages_.times(j, now_.states);
+      if (!integrals_) continue;
+      if (!rates(at[j], x_, MatrixXd::Zero(n, k), true, scratch_)) return false;
+      forcing[j] += scratch_.states;
+    }
+    MatrixXd moved(3 * n, k);
+    for (std::size_t i = 0; i < 3; ++i)
+      moved.middleRows(static_cast<Index>(i) * n, n) =
+          h * (a[i][0] * forcing[0] + a[i][1] * forcing[1] + a[i][2] * forcing[2]);
+    if (!stages_.solve(h, moved)) return fail_to(t, "have no solution");
+    Adjoints off{h * begin_.states, h * begin_.columns};
+    Adjoints size{largest_.states, largest_.columns};
+    for (std::size_t j = 0; j < 3; ++j) {
+      const MatrixXd increment = moved.middleRows(static_cast<Index>(j) * n, n);
+      const MatrixXd value = now_.states + increment;
+      trajectory_.interpolate(step, at[j], x_);
+      if (!rates(at[j], x_, value, integrals_, stage_[j])) return false;
+      off.states += radau::kError[j] * increment;
+      size.states = size.states.cwiseMax(value.cwiseAbs());
+      if (j == 2) next_.states = value;
+    }
+    next_.columns = now_.columns;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const MatrixXd increment =
+          h * (a[i][0] * stage_[0].columns + a[i][1] * stage_[1].columns + a[i][2] * stage_[2].columns);
+      off.columns += radau::kError[i] * increment;
+      size.columns = size.columns.cwiseMax(increment.cwiseAbs());
+      if (i == 2) next_.columns += increment;
+    }
+    if (!stages_.filter(h, off.states)) return fail_to(t, "have no solution");
+    // The error of the adjoints within the step, in the integrals.
+    trajectory_.interpolate(step, t, x_);
+    if (!rates(t, x_, off.states, false, scratch_)) return false;
+    off.columns = (off.columns + h * scratch_.columns) / radau::kGamma;
+    error = in_tolerances(off, size);
+    return true;
+  }
+
+  /// The largest of all errors over their tolerances. What is below the tolerance of the largest adjoint, in units of
+  /// the states and parameters, has to be known to that alone.
+  [[nodiscard]] double in_tolerances(const Adjoints& off, const Adjoints& size) const {
+    double error = 0.0;
+    for (Index k = 0; k < off.states.cols(); ++k) {
+      double most = 0.0;
+      for (Index i = 0; i < off.states.rows(); ++i)
+        most = std::max(most, size.states(i, k) * units_[static_cast<std::size_t>(i)]);
+      const auto look = [&](const MatrixXd& errors, const MatrixXd& sizes, std::size_t first) {
+        for (Index i = 0; i < errors.rows(); ++i) {
+          if (errors(i, k) == 0.0) continue;
+          const double least = inputs_.relative * most / units_[first + static_cast<std::size_t>(i)];
+          error = std::max(error, std::abs(errors(i, k)) / (inputs_.relative * std::max(sizes(i, k), least)));
+        }
+      };
+      look(off.states, size.states, 0);
+      look(off.columns, size.columns, static_cast<std::size_t>(off.states.rows()));
+    }
+    return error;
+  }
+
+  void gather() {
+    result_.gradient.assign(figures_.size(), std::vector<double>(seeds_.size(), 0.0));
+    for (std::size_t k = 0; k < figures_.size(); ++k)
+      for (std::size_t s = 0; s < seeds_.size(); ++s) {
+        const auto column = static_cast<Index>(k);
+        const AdjointSeed& seed = seeds_[s];
+        double& sum = result_.gradient[k][s];
+        for (std::size_t i = 0; i < seed.states.size(); ++i)
+          sum += seed.states[i] * now_.states(static_cast<Index>(i), column);
+        for (std::size_t i = 0; i < seed.columns.size(); ++i)
+          sum += seed.columns[i] * now_.columns(static_cast<Index>(i), column);
+      }
+  }
+
+  const Program& program_;
+  const RunInputs& inputs_;
+  const Trajectory& trajectory_;
+  const std::vector<AdjointFigure>& figures_;
+  const std::vector<AdjointSeed>& seeds_;
+  Evaluator evaluator_;
+  AdjointStages stages_;
+  bool integrals_;
+  VariationEvents events_;
+  std::vector<std::optional<VariationEvents::Jump>> jumps_;  ///< by event
+  std::vector<double> units_;                                ///< of states, then parameters
+  AdjointResult result_;
+  Adjoints now_, next_, largest_;
+  Adjoints begin_;  ///< rates at the step's beginning, if begun_
+  bool begun_ = false;
+  std::array<Adjoints, 3> stage_;
+  Adjoints scratch_;
+  std::vector<bool> pending_;  ///< by figure: its time is yet to come
+  std::vector<double> x_, outputs_;
+  Branch branch_;
+  double wanted_ = 0.0;  ///< length of the next step; 0: not known
+  SimulateOptions how_;
+  RunClock clock_;
+  double reached_ = 0.0;
+};
+
+}  // namespace
+
+AdjointResult run_back(const Program& program, const RunInputs& inputs, const Trajectory& trajectory,
+                       const std::vector<AdjointFigure>& figures, const std::vector<AdjointSeed>& seeds,
+                       const SimulateOptions& how) {
+  return Backward(program, inputs, trajectory, figures, seeds, how).run();
+}
+
+}  // namespace bgsim

@@ -1,0 +1,134 @@
+#include "study/sensitivity_parts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "base/codes.hpp"
+#include "base/text.hpp"
+#include "bgsim/modes.hpp"
+#include "bgsim/text.hpp"
+
+namespace bgsim {
+
+GivenValues given_of(const Model& model, const std::string& scene, const SceneOverrides& overrides) {
+  for (const Scene& each : model.scenes)
+    if (each.name == scene) return given_values(model, each, overrides);
+  throw std::logic_error("a scene was prepared that the model does not have");
+}
+
+void refuse_sensitivity(const Model& model, std::string situation, std::string rule, std::string help,
+                        std::optional<Place> place) {
+  throw ModelError({diagnostic_of("BG414", std::move(situation), place, std::move(rule), std::move(help))},
+                   model.sources);
+}
+
+void refuse_jumps(const Model& model) {
+  if (!model.events.empty())
+    refuse_sensitivity(model,
+                       "the model has events that set stores (" + in_quotes(model.events.front().name) +
+                           "), whose jumps are not derived",
+                       "sensitivities cross the events of conditions in laws and signals, not jumps of the states",
+                       "take the difference of two runs, by bgsim sweep", model.events.front().place);
+  for (const Signal& signal : model.signals)
+    if (signal.delay)
+      refuse_sensitivity(model, "the model has delayed signals (" + in_quotes(signal.name) + "), which are not derived",
+                         "what a delayed signal was depends on parameters as well",
+                         "take the difference of two runs, by bgsim sweep", signal.place);
+  const std::vector<ElementId> switches = switches_of(model);
+  if (switches.empty()) return;
+  const Element& first = model.elements[switches.front().index()];
+  refuse_sensitivity(
+      model, "the model has ideal switches or diodes (" + in_quotes(first.name) + "), whose jumps are not derived",
+      "sensitivities cross the events of conditions in laws and signals, not changes of the equations themselves",
+      "write the switch as a resistor with if(..., r_closed, r_open), the diode as f = if(e > 0, e/ron, e/roff)",
+      first.place);
+}
+
+void throw_failure(const RunResult& result, const Model& model) {
+  if (result.stop == StopReason::completed) return;
+  throw ModelError({*result.failure}, model.sources);
+}
+
+std::vector<Peak> peaks_of(const RunResult& run, std::size_t count, double relative, const Model& model) {
+  if (run.report.measures.empty())
+    refuse_sensitivity(model, "an output has no value within the run: " + run.report.why_not_measured, {},
+                       "leave it out (--of)");
+  std::vector<Peak> peaks;
+  for (std::size_t i = 0; i < count; ++i) {
+    const OutputMeasure& m = run.report.measures[i];
+    const bool most = std::abs(m.most) >= std::abs(m.least);
+    Peak peak{most ? m.most_at : m.least_at, most ? m.most : m.least, m.most - m.least, {}};
+    // At ten times the tolerance, by which the errors of the derivatives are judged, either of the two may be larger.
+    if (m.least < 0.0 && m.most > 0.0 && std::abs(m.most + m.least) <= 10.0 * relative * peak.range)
+      peak.opposite = most ? m.least_at : m.most_at;
+    peaks.push_back(peak);
+  }
+  return peaks;
+}
+
+double relative_sensitivity(double derivative, double parameter, double value) {
+  return value == 0.0 ? std::numeric_limits<double>::quiet_NaN() : derivative * parameter / value;
+}
+
+namespace {
+
+constexpr double kFlat = 1e-3;
+
+std::string output_name(const Model& model, const RunInputs& inputs, std::size_t output) {
+  return in_quotes(model.outputs[inputs.outputs[output]].name);
+}
+
+}  // namespace
+
+void refuse_corner(const Model& model, const RunInputs& inputs, std::size_t output, const Peak& peak, AtPeak at) {
+  const bool inside = peak.time > inputs.start && peak.time < inputs.stop;
+  const bool flat = std::abs(at.slope) * (inputs.stop - inputs.start) <= kFlat * peak.range;
+  // At an event what the output is after it is another value than the one that it came up to.
+  const double rounding = 64.0 * std::numeric_limits<double>::epsilon() * std::abs(peak.value);
+  const bool reached = std::abs(at.value - peak.value) <= 10.0 * inputs.relative * peak.range + rounding;
+  if (reached && (flat || !inside)) return;
+  refuse_sensitivity(
+      model,
+      "the peak of " + output_name(model, inputs, output) + " at t = " + number_text(peak.time, 6) + " is a corner: " +
+          (reached ? "its slope there is " + number_text(at.slope, 3)
+                   : "it jumps there, from " + number_text(peak.value, 6) + " to " + number_text(at.value, 6)),
+      "a peak changes with a parameter as the output does where it is flat",
+      "ask for --norm final, with --stop at the corner");
+}
+
+void refuse_two_sides(const Model& model, const RunInputs& inputs, std::size_t output, const Peak& peak, double one,
+                      double other, double scale, const std::string& parameter) {
+  // The magnitudes change by d and -d: apart from each other by their sum.
+  if (std::abs(one + other) <= kFlat * scale) return;
+  refuse_sensitivity(
+      model,
+      output_name(model, inputs, output) + " is as large to both sides, at t = " + number_text(peak.time, 6) +
+          " and t = " + number_text(*peak.opposite, 6) + ", and the two change differently with " +
+          in_quotes(parameter),
+      "which of two peaks is the larger depends on whether a parameter grows or falls",
+      "ask for other parameters (--to), or take the differences of max(...) and min(...) by bgsim sweep");
+}
+
+double root_mean_square(const Model& model, const RunInputs& inputs, std::size_t output, double square) {
+  const double rms = std::sqrt(square / (inputs.stop - inputs.start));
+  if (!(rms > 0.0))
+    refuse_sensitivity(model, "the root of the mean square of " + output_name(model, inputs, output) + " is 0",
+                       "a root has no derivative where it is 0",
+                       "ask for --norm final, or leave the output out (--of)");
+  return rms;
+}
+
+SceneOverrides looser(const SceneOverrides& overrides, const RunInputs& inputs) {
+  SceneOverrides result = overrides;
+  result.relative = std::min(10.0 * inputs.relative, 0.1);
+  if (inputs.absolute) result.absolute = 10.0 * *inputs.absolute;
+  if (inputs.step > 0.0) {
+    result.method = inputs.method;
+    result.step = 2.0 * inputs.step;
+  }
+  return result;
+}
+
+}  // namespace bgsim

@@ -1,0 +1,59 @@
+/// What the two ways to sensitivities share.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bgsim/sensitivity.hpp"
+#include "scene/given_values.hpp"
+
+namespace bgsim {
+
+GivenValues given_of(const Model& model, const std::string& scene, const SceneOverrides& overrides);
+
+/// @throws ModelError BG414, always.
+[[noreturn]] void refuse_sensitivity(const Model& model, std::string situation, std::string rule, std::string help,
+                                     std::optional<Place> place = {});
+
+/// @throws ModelError BG414 what jumps without a derivative here: events, delays, switches.
+void refuse_jumps(const Model& model);
+
+/// @throws ModelError the failure of a run.
+void throw_failure(const RunResult& result, const Model& model);
+
+/// When each output has its largest magnitude.
+struct Peak {
+  double time = 0.0, value = 0.0, range = 0.0;
+  std::optional<double> opposite;  ///< when it is as large to the other side, as far as the run tells
+};
+
+/// @param count     of outputs, the first ones
+/// @param relative  tolerance of the run
+std::vector<Peak> peaks_of(const RunResult& run, std::size_t count, double relative, const Model& model);
+
+/// What is known of the output where it is largest.
+struct AtPeak {
+  double value = 0.0, slope = 0.0;
+};
+/// @param inputs  of the run, whose output @p output is
+/// @throws ModelError BG414 a peak at a corner: the output jumps there, or is not flat.
+void refuse_corner(const Model& model, const RunInputs& inputs, std::size_t output, const Peak& peak, AtPeak at);
+
+/// Of two peaks to both sides, that are as large: whether they change alike.
+/// @param one, other  their derivatives by @p parameter
+/// @param scale       how large such a derivative is
+/// @throws ModelError BG414 if they do not.
+void refuse_two_sides(const Model& model, const RunInputs& inputs, std::size_t output, const Peak& peak, double one,
+                      double other, double scale, const std::string& parameter);
+
+/// The root of the mean square, from the integral of the square.
+/// @throws ModelError BG414 if it is 0.
+double root_mean_square(const Model& model, const RunInputs& inputs, std::size_t output, double square);
+
+double relative_sensitivity(double derivative, double parameter, double value);
+
+/// The settings of a run by which errors are judged: ten times the tolerance, twice the step.
+SceneOverrides looser(const SceneOverrides& overrides, const RunInputs& inputs);
+
+}  // namespace bgsim
