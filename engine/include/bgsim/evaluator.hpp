@@ -51,6 +51,10 @@ class Evaluator {
   ~Evaluator();
   Evaluator(Evaluator&&) noexcept;
 
+  /// For the next run with the same parameters: without faults, counts and what watch() was told. Known times that were
+  /// found stay.
+  void begin_again();
+
   [[nodiscard]] const Program& program() const;
   [[nodiscard]] std::size_t states() const;
   [[nodiscard]] std::size_t tears() const;

@@ -242,6 +242,11 @@ const Program& Evaluator::program() const { return impl_->program; }
 std::size_t Evaluator::states() const { return impl_->program.state_names.size(); }
 std::size_t Evaluator::tears() const { return impl_->program.tear_names.size(); }
 const Fault& Evaluator::fault() const { return impl_->fault; }
+void Evaluator::begin_again() {
+  watch({});
+  impl_->fault = {};
+  impl_->counts = {};
+}
 const Evaluator::Counts& Evaluator::counts() const { return impl_->counts; }
 
 bool Evaluator::rates(double t, const double* x, Branch& branch, double* dxdt) {

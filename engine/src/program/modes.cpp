@@ -120,10 +120,14 @@ bool Evaluator::set_time_modes(double t, Branch& branch) {
   const Program& program = impl.program;
   impl.symbol_values[program.time.index()] = t;
   bool changed = false;
+  const bool known = impl.time_modes_at == t;
+  impl.time_modes_at = t;
+  impl.time_modes.resize(program.relations.size());
   for (std::size_t i = 0; i < program.relations.size(); ++i) {
     const Relation& relation = program.relations[i];
     if (!relation.time_only) continue;
-    const double value = value_just_after(program.pool, relation.origin, program.time, impl.symbol_values, t);
+    double& value = impl.time_modes[i];
+    if (!known) value = value_just_after(program.pool, relation.origin, program.time, impl.symbol_values, t);
     changed = changed || value != branch.modes[i];
     branch.modes[i] = value;
   }

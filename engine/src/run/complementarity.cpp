@@ -189,9 +189,15 @@ class Lemke {
 ComplementarySides solve_complementarity(const Complementarity& problem, const std::vector<bool>& first,
                                          const std::vector<bool>& held) {
   if (problem.size == 0) return {true, {}, {}, {}};
-  if (auto sides = solve_by_blocks(problem, first, held)) return std::move(*sides);
+  // A few pivots cost less than factorizations do, and their rounding is small.
+  constexpr std::size_t kFew = 4;
+  const bool few = problem.size <= kFew;
+  if (!few)
+    if (auto sides = solve_by_blocks(problem, first, held)) return std::move(*sides);
   const ComplementarySides sides = Lemke(problem, first, held).run();
   if (sides.solved) return sides;
+  if (few)
+    if (auto others = solve_by_blocks(problem, first, held)) return std::move(*others);
   // Rounding grows with each pivot, and may make a ray: the way is gone again from where it ended, in numbers that have
   // none.
   constexpr int kTimes = 3;

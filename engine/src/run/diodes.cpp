@@ -23,11 +23,13 @@ constexpr double kOfTerms = 256.0 * kEpsilon;
 class Sides {
  public:
   Sides(const DiodeNetwork& network, std::vector<double> parameters, double t, const Stored& stored,
-        const std::function<double(const StateInfo&)>& resolution, std::vector<DiodeState> before)
+        const std::function<double(const StateInfo&)>& resolution, std::vector<DiodeState> before,
+        KeptEvaluators& evaluators)
       : network_(network),
         parameters_(std::move(parameters)),
         t_(t),
         stored_(stored),
+        evaluators_(evaluators),
         n_(network.resistances.size()),
         states_(network.program.states.size()) {
     result_.diodes = std::move(before);
@@ -86,7 +88,7 @@ class Sides {
   /// Flows and their derivatives as they depend on the sources, at the present ones.
   bool linearize() {
     for (std::size_t i = 0; i < n_; ++i) parameters_[network_.resistances[i].index()] = result_.diodes[i].resistance;
-    Evaluator evaluator(network_.program, parameters_);
+    Evaluator& evaluator = evaluators_.of(network_.program, parameters_);
     const Jump jump = jump_into(evaluator, t_, stored_);
     if (jump.failure) return fail(*jump.failure);
     x_ = jump.x;
@@ -443,6 +445,7 @@ class Sides {
   std::vector<double> parameters_;
   double t_;
   const Stored& stored_;
+  KeptEvaluators& evaluators_;
   std::size_t n_, states_;
   std::vector<std::size_t> position_;  ///< by added integral: which state
   std::vector<double> x_, rates_, diodes_;
@@ -464,8 +467,8 @@ class Sides {
 
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
-                       std::vector<DiodeState> before, bool one) {
-  return Sides(network, parameters, t, stored, resolution, std::move(before)).run(one);
+                       std::vector<DiodeState> before, KeptEvaluators& evaluators, bool one) {
+  return Sides(network, parameters, t, stored, resolution, std::move(before), evaluators).run(one);
 }
 
 }  // namespace bgsim

@@ -8,6 +8,7 @@
 
 #include "bgsim/evaluator.hpp"
 #include "bgsim/simulate.hpp"
+#include "run/kept_evaluators.hpp"
 
 namespace bgsim {
 
@@ -82,6 +83,6 @@ struct DiodeSides {
 ///                    touch; of equally fast ones the first
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
-                       std::vector<DiodeState> before, bool one = false);
+                       std::vector<DiodeState> before, KeptEvaluators& evaluators, bool one = false);
 
 }  // namespace bgsim

@@ -43,9 +43,10 @@ struct ErrorMemory {
 /// accepted step. All that goes on from a point is in the members that carry() names.
 class Run {
  public:
-  /// @param delayed  tables of the program's delayed signals, which the run fills
+  /// @param delayed    tables of the program's delayed signals, which the run fills
+  /// @param evaluator  of the program with the inputs' parameters; none: the run makes its own
   Run(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock,
-      const DelayTables& delayed = {})
+      const DelayTables& delayed = {}, Evaluator* evaluator = nullptr)
       : program_(program),
         inputs_(inputs),
         options_(options),
@@ -53,7 +54,8 @@ class Run {
                   (inputs.method == Method::ida ||
                    (inputs.method == Method::automatic && program.system_class == SystemClass::implicit_dae) ||
                    !program.plan.explicit_form)),
-        evaluator_(program, inputs.parameters),
+        own_evaluator_(evaluator != nullptr ? nullptr : std::make_unique<Evaluator>(program, inputs.parameters)),
+        evaluator_(evaluator != nullptr ? *evaluator : *own_evaluator_),
         clock_(options, std::move(clock), inputs.start),
         own_log_(options, inputs),
         tolerances_(program, inputs, implicit_),
@@ -161,7 +163,8 @@ class Run {
   const RunInputs& inputs_;
   const SimulateOptions& options_;
   bool implicit_;
-  Evaluator evaluator_;
+  std::unique_ptr<Evaluator> own_evaluator_;
+  Evaluator& evaluator_;
   RunResult result_;
   RunClock clock_;
   EventLog own_log_;

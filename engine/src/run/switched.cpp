@@ -45,7 +45,7 @@ bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) 
   SimulateOptions options = options_here();
   options.resume = resume;
   const RunInputs inputs = inputs_here(*program);
-  Run run(*program, inputs, options, clock_, delayed_);
+  Run run(*program, inputs, options, clock_, delayed_, &evaluators_.of(*program, inputs.parameters));
   run.know_scales(scales(*program));
   run.know_steps(steps_, next_snapshot_, static_cast<bool>(options.snapshot));
   if (resume.empty()) hand_errors(*program, run);
@@ -53,6 +53,7 @@ bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) 
   if (!events_.empty()) run.know_events(events_);
   // As long as it is the start, what was before it is to be what the mode found last makes of it.
   if (delays_ && stored_.t > inputs_.start) run.know_delays(std::move(*delays_));
+  delays_.reset();
   const RunResult part = run.execute();
   for (std::size_t i = 0; i < program->states.size(); ++i) {
     double& scale = scale_[key(program->states[i])];

@@ -30,7 +30,7 @@ bool SwitchedRun::take_impact() {
       ++contacts_[i].impacts;
       ++result_.report.impacts;
     }
-    Evaluator evaluator(program, parameters);
+    Evaluator& evaluator = evaluators_.of(program, parameters);
     Jump jump = jump_into(evaluator, stored_.t, stored_);
     if (jump.failure) return fail(std::move(*jump.failure));
     // Sources did their work at the speeds after the jump. A contact is none: what it takes up at half the sum of

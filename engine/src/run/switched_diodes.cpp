@@ -34,9 +34,9 @@ bool SwitchedRun::settle_diodes() {
     const DiodeNetwork& network = network_of_(mode_);
     const auto resolution = [this](const StateInfo& state) { return resolution_of(state); };
     DiodeSides sides =
-        diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, one_at_a_time());
+        diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_, one_at_a_time());
     if (!goes_on_alone(sides))
-      sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_);
+      sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_);
     if (sides.failure)
       return (may_try(network, sides) && try_sides(resolution, may_be_tried(network))) ||
              fail(std::move(*sides.failure));
@@ -168,7 +168,7 @@ bool SwitchedRun::hold_bands(const Program& program) {
   // The mode that was left because of a diode turns out to be the right one.
   const bool again = !switched_ && mode_ == left_;
   bands_.resize(diodes_.size(), 0.0);
-  Evaluator evaluator(program, parameters_);
+  Evaluator& evaluator = evaluators_.of(program, parameters_);
   Branch branch = first_branch(program);
   std::vector<double> values(4 * diodes_.size()), rounding;
   if (!evaluator.initialize_modes(stored_.t, x_.data(), branch) ||

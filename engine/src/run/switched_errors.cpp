@@ -36,7 +36,7 @@ void SwitchedRun::hand_errors(const Program& program, Run& run) {
   if (!errors_) return;
   std::vector<double> error(x_.size()), rates(x_.size(), 0.0);
   if (errors_->late != 0.0) {
-    Evaluator evaluator(program, parameters_);
+    Evaluator& evaluator = evaluators_.of(program, parameters_);
     Branch branch = first_branch(program);
     if (!evaluator.initialize_modes(stored_.t, x_.data(), branch) ||
         !evaluator.rates(stored_.t, x_.data(), branch, rates.data()))

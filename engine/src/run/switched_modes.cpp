@@ -7,7 +7,7 @@ namespace bgsim {
 
 bool SwitchedRun::store_jumped(const Program& program, const std::vector<double>& parameters,
                                const std::vector<double>& x) {
-  Evaluator evaluator(program, parameters);
+  Evaluator& evaluator = evaluators_.of(program, parameters);
   Branch branch = first_branch(program);
   std::vector<double> dependent(program.dependent.size());
   if (!evaluator.initialize_modes(stored_.t, x.data(), branch) ||
@@ -58,7 +58,7 @@ Diagnostic SwitchedRun::not_allowed(const ModelError& error) const {
 }
 
 bool SwitchedRun::jump_into_mode(const Program& program, bool& moved) {
-  Evaluator evaluator(program, parameters_);
+  Evaluator& evaluator = evaluators_.of(program, parameters_);
   Jump jump = jump_into(evaluator, stored_.t, stored_);
   if (jump.failure) return fail(std::move(*jump.failure));
   x_ = std::move(jump.x);

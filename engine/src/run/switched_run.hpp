@@ -22,6 +22,7 @@
 #include "run/contacts.hpp"
 #include "run/event_log.hpp"
 #include "run/jump.hpp"
+#include "run/kept_evaluators.hpp"
 #include "run/run.hpp"
 #include "run/switched.hpp"
 #include "run/watch/headway.hpp"
@@ -266,6 +267,7 @@ class SwitchedRun {
   bool snapshot_given_ = false;                    ///< in the present stretch
   std::optional<DelayMemory> delays_;
   EventMemory events_;  ///< empty before the first stretch
+  KeptEvaluators evaluators_;
   std::vector<DiodeState> diodes_;
   std::vector<ContactHistory> contacts_;     ///< by diode
   std::vector<std::optional<double>> kick_;  ///< by diode: see DiodeSides::kick

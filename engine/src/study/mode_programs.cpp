@@ -298,8 +298,9 @@ void ModePrograms::put_diodes(const RunInputs& inputs, DelayedPrograms& own, Swi
   const auto exact = [](const StateInfo&) { return 0.0; };
   try {
     const std::vector<DiodeState> before(count);
-    const DiodeSides sides =
-        diode_sides(own.of(network(start.mode)), inputs.parameters, inputs.start, start.stored, exact, before);
+    KeptEvaluators evaluators;
+    const DiodeSides sides = diode_sides(own.of(network(start.mode)), inputs.parameters, inputs.start, start.stored,
+                                         exact, before, evaluators);
     if (!sides.failure) {
       put([&](std::size_t diode) { return sides.diodes[diode].conducts; });
       return;

@@ -35,6 +35,12 @@ EnergyAuditor::Rule EnergyAuditor::rule_with(int points) {
   return rule;
 }
 
+const std::vector<EnergyAuditor::Rule>& EnergyAuditor::all_rules() {
+  static const std::vector<Rule> rules{rule_with(1), rule_with(2), rule_with(3), rule_with(4),
+                                       rule_with(5), rule_with(6), rule_with(7)};
+  return rules;
+}
+
 void CompensatedSum::add(double value) {
   const double next = sum + value;
   lost += std::abs(sum) >= std::abs(value) ? (sum - next) + value : (value - next) + sum;
@@ -45,7 +51,7 @@ EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, bool 
     : program_(program),
       evaluator_(evaluator),
       measuring_(wanted && !program.energy_roles.empty()),
-      rules_{rule_with(1), rule_with(2), rule_with(3), rule_with(4), rule_with(5), rule_with(6), rule_with(7)},
+      rules_(all_rules()),
       y_(evaluator.states() + evaluator.tears()),
       power_(program.powers.results.size()),
       stretch_(program.powers.results.size()),

@@ -126,6 +126,8 @@ class EnergyAuditor {
     finish_stretch();
   }
   static Rule rule_with(int points);
+  /// By number of points, from 1 on.
+  static const std::vector<Rule>& all_rules();
   [[nodiscard]] std::size_t rule_for(int order) const;
   void start_stretch();
   void add_point(std::size_t point, double t, double weight);
@@ -149,7 +151,7 @@ class EnergyAuditor {
   double longest_ = 0.0;  ///< stretch that the rule is applied to in one piece
   std::string why_not_;
   Branch branch_;  ///< at y_
-  std::vector<Rule> rules_;
+  const std::vector<Rule>& rules_;
   std::vector<double> y_, power_, stretch_, activity_, samples_;  ///< samples: powers by part and point
   std::vector<CompensatedSum> total_;                             ///< by energy part, then by port of fields
   double gross_source_ = 0.0, gross_dissipation_ = 0.0, swing_ = 0.0;
