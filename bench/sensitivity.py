@@ -25,8 +25,8 @@ def ladder(sections):
         pairs = [(before, f"one{i}"), (f"one{i}", f"r{i}"), (f"one{i}", f"zero{i}"), (f"zero{i}", f"c{i}")]
         bonds += [{"from": a, "to": b} for a, b in pairs]
         before = f"zero{i}"
-    parameters["load"] = 5
-    elements["load"] = {"kind": "R", "resistance": "load"}
+    parameters["RL"] = 5
+    elements["load"] = {"kind": "R", "resistance": "RL"}
     bonds.append({"from": before, "to": "load"})
     return {"bgsim": 1, "name": "ladder", "parameters": parameters, "elements": elements, "bonds": bonds,
             "outputs": {"u": f"c{max(1, sections // 4)}.e"}, "scenes": {"s": {"stop": 100, "samples": 2}}}

@@ -78,7 +78,7 @@ BodeArguments parse_bode(const Arguments& arguments) {
   CLI::App app("Frequency response from an input to an output, or the impedance at a bond: magnitude and phase.",
                "bgsim bode");
   app.footer(
-      "Examples:\n  bgsim bode models/quarter_car.json --in road --out travel -o car.svg\n  bgsim bode models/rlc.json "
+      "Examples:\n  bgsim bode models/quarter_car.json --in road --out zs -o car.svg\n  bgsim bode models/rlc.json "
       "--impedance battery --hz -o impedance.svg");
   add_linear_options(app, options.linear, "");
   add_path_options(app, options.linear, false);

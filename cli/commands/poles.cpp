@@ -118,7 +118,7 @@ Exit poles_command(const Arguments& arguments) {
 Exit zeros_command(const Arguments& arguments) {
   LinearArguments options;
   CLI::App app("Zeros, poles and gain from an input to an output at a point.", "bgsim zeros");
-  app.footer("Example: bgsim zeros models/quarter_car.json --in road --out travel --at steady");
+  app.footer("Example: bgsim zeros models/quarter_car.json --in road --out zs --at steady");
   add_linear_options(app, options, "");
   add_path_options(app, options, false);
   parse_arguments(app, arguments);
