@@ -88,7 +88,7 @@ TEST_CASE("the cylinder from its graph moves as the right signs make it and keep
   CHECK(graph.report.energy.relative < 1e-7);
 }
 
-TEST_CASE("the printed loudspeaker violates Maxwell reciprocity; from its energy it cannot") {
+TEST_CASE("the printed loudspeaker violates Maxwell reciprocity, and from its energy it cannot") {
   const auto printed = reciprocity_of(study_of(kFolder + "loudspeaker_printed.json"), "field");
   CHECK(printed.verdict == Reciprocity::Verdict::violated);
   CHECK(!printed.text.empty());
@@ -96,7 +96,7 @@ TEST_CASE("the printed loudspeaker violates Maxwell reciprocity; from its energy
   CHECK(sound.verdict == Reciprocity::Verdict::by_energy);
 }
 
-TEST_CASE("C2(x) put into the bellow's laws as they stand violates reciprocity; from its energy it cannot") {
+TEST_CASE("C2(x) put into the bellow's laws as they stand violates reciprocity, and from its energy it cannot") {
   const auto naive = reciprocity_of(study_of(kFolder + "bellow_naive.json"), "field");
   CHECK(naive.verdict == Reciprocity::Verdict::violated);
   const auto sound = reciprocity_of(study_of("models/bellow_compliance.json"), "field");

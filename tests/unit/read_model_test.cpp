@@ -155,7 +155,7 @@ TEST_CASE("a law has one variable of its element alone on the left, and relates 
         "none");
 }
 
-TEST_CASE("own variables come first only where they would be hidden; a parameter called e or f is an error there") {
+TEST_CASE("own variables come first only where they would be hidden, and a parameter called e or f is an error there") {
   CHECK(fault(loop(R"x("kind": "R", "law": "e = R*f")x", R"x("signals": { "q": "sin(t)" }, )x")) ==
         "none");  // an R has no q
   CHECK(fault(loop(R"x("kind": "R", "law": "e = R*f + q")x", R"x("signals": { "q": "sin(t)"
