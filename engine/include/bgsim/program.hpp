@@ -67,6 +67,11 @@ struct Relation {
   Origin where;             ///< whose expression it is
   /// Two guards instead of one: the distances to both ends of the present cell.
   [[nodiscard]] bool has_borders() const { return kind == Kind::floor || kind == Kind::round || kind == Kind::cell; }
+  /// Whether a mode is none of the two sides but between them: held at the border.
+  [[nodiscard]] bool is_between(double mode) const {
+    if (kind == Kind::sign) return mode != -1.0 && mode != 1.0;
+    return (kind == Kind::condition || kind == Kind::step) && mode != 0.0 && mode != 1.0;
+  }
 };
 
 /// A loop, ready to be solved: linear ones by elimination, the others by damped Newton iteration.

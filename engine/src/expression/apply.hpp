@@ -34,10 +34,15 @@ inline double compare(Op op, double a, double b) {
   }
 }
 
+/// Between false and true is a condition that is held at its border (run/watch/stiction.hpp).
+inline bool is_held(double a) { return a > 0.0 && a < 1.0; }
+inline double opposite(double a) { return std::isnan(a) ? kNoNumber : is_held(a) ? 1.0 - a : truth(a == 0.0); }
+
 /// False wins over a fault in the other operand, as it would from left to right: `x > 0 and log(x) > 1`.
 inline double both(double a, double b) {
   if (a == 0.0 || b == 0.0) return 0.0;
-  return std::isnan(a) || std::isnan(b) ? kNoNumber : 1.0;
+  if (std::isnan(a) || std::isnan(b)) return kNoNumber;
+  return is_held(a) || is_held(b) ? a * b : 1.0;
 }
 
 /// Right to an ulp, as std::hypot is, and three times as fast where no square is out of range.
@@ -150,15 +155,12 @@ inline double apply_now(Op op, double a, double b, double c) {
       return compare(op, a, b);
     case Op::logical_and:
       return both(a, b);
-    case Op::logical_or: {
-      const auto inverse = [](double x) { return std::isnan(x) ? kNoNumber : truth(x == 0.0); };
-      const double neither = both(inverse(a), inverse(b));
-      return inverse(neither);
-    }
+    case Op::logical_or:
+      return opposite(both(opposite(a), opposite(b)));
     case Op::logical_not:
-      return std::isnan(a) ? kNoNumber : truth(a == 0.0);
+      return opposite(a);
     case Op::select:
-      return std::isnan(a) ? kNoNumber : a != 0.0 ? b : c;
+      return std::isnan(a) ? kNoNumber : is_held(a) ? c + a * (b - c) : a != 0.0 ? b : c;
     case Op::symbol:
     case Op::table:
     case Op::table_slope:

@@ -19,7 +19,9 @@ namespace {
 std::string condition_side(const Relation& relation, double mode) {
   switch (relation.kind) {
     case Relation::Kind::condition:
-      return mode != 0.0 ? "true" : "false";
+      return relation.is_between(mode) ? "held" : mode != 0.0 ? "true" : "false";
+    case Relation::Kind::step:
+      return relation.is_between(mode) ? "held" : number_text(mode);
     case Relation::Kind::sign:
       // Between its two sides a sign is held at its border, wherever that is.
       return std::abs(mode) == 1.0 || mode == 0.0 ? number_text(mode + 0.0) : "held";  // -0 is 0

@@ -72,11 +72,10 @@ void GlobalError::give_up(const std::string& why) {
   lost_ = why;
 }
 
-/// Whether a sign is held at its border.
+/// Whether a sign or condition is held at its border.
 bool GlobalError::holds(const Branch& branch) const {
-  return std::any_of(program_.guarded.begin(), program_.guarded.end(), [&](std::uint32_t index) {
-    return program_.relations[index].kind == Relation::Kind::sign && std::abs(branch.modes[index]) != 1.0;
-  });
+  return std::any_of(program_.guarded.begin(), program_.guarded.end(),
+                     [&](std::uint32_t index) { return program_.relations[index].is_between(branch.modes[index]); });
 }
 
 /// Sets the modes of @p branch to those that its guards have at a point. Signs that are held stay.
@@ -89,7 +88,7 @@ bool GlobalError::set_modes(double t, const std::vector<double>& y, Branch& bran
   std::size_t guard = 0;
   for (const std::uint32_t index : program_.guarded) {
     const Relation& relation = program_.relations[index];
-    const bool held = relation.kind == Relation::Kind::sign && std::abs(branch.modes[index]) != 1.0;
+    const bool held = relation.is_between(branch.modes[index]);
     if (!relation.has_borders() && !held && guards_[guard] != 0.0) direction_[guard] = guards_[guard] > 0.0 ? 1 : -1;
     guard += relation.has_borders() ? std::size_t{2} : std::size_t{1};
   }
@@ -235,7 +234,7 @@ void GlobalError::after_event(double t, const std::vector<double>& x, const Bran
                               std::optional<std::size_t> guard) {
   if (!measuring_ || !guard) return;
   const std::size_t relation = evaluator_.guard_relation(*guard);
-  if (program_.relations[relation].kind == Relation::Kind::sign && std::abs(branch_before_.modes[relation]) != 1.0)
+  if (program_.relations[relation].is_between(branch_before_.modes[relation]))
     return;  // what was held is released where the rates are continuous
   const Stopwatch watch(seconds_);
   branch_ = branch;

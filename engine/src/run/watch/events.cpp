@@ -190,9 +190,12 @@ bool EventWatch::change(const std::vector<double>& values, Branch& branch) {
     if (relations_.size() > 2 * kEventsInARow) relations_.pop_front();
     if (stiction_.held(i)) {
       stiction_.release(i);
-      side_[i] = sign_of(before);
+      side_[i] = stiction_.side_of(i, before);
       hold_[i] = std::numeric_limits<double>::infinity();  // as far as it has drifted: settle() tells
-      mode = side_[i];
+      std::fill(direction_.begin(), direction_.end(), 0);
+      direction_[i] = side_[i];
+      evaluator_.cross(direction_, branch);
+      direction_[i] = 0;
       changed = true;
       continue;
     }
@@ -232,12 +235,16 @@ bool EventWatch::guards(double t, const double* x, Branch& branch, std::vector<d
   return true;
 }
 
-/// Signs of resistors that have just reached their border and that both sides push back to it stay there.
+/// What has just reached its border in the law of a resistor and is pushed back to it from both sides stays there; a
+/// condition at a kink is at no border.
 void EventWatch::hold_what_rests(double t, const double* x, Branch& branch) {
   for (std::size_t i = 0; may_hold_ && i < side_.size(); ++i) {
     if (!just_crossed_[i]) continue;
     just_crossed_[i] = false;
-    if (!stiction_.possible(i) || stiction_.held(i) || !stiction_.try_hold(i, t, x, branch)) continue;
+    if (!stiction_.possible(i) || stiction_.held(i) || followed_[i]) continue;
+    const bool is_sign = program_.relations[relation_[i]].kind == Relation::Kind::sign;
+    if (!is_sign && (!both_go_on(i, t, x, branch) || is_kink(i, t, x, branch))) continue;
+    if (!stiction_.try_hold(i, t, x, branch)) continue;
     side_[i] = 1;  // the side of what it has left
     hold_[i] = 0.0;
   }

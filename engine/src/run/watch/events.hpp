@@ -176,6 +176,8 @@ class EventWatch {
   [[nodiscard]] std::vector<double> roundings(double t, const double* x, const Branch& branch);
   [[nodiscard]] std::vector<double> shaken(double t, const double* x, Branch branch, const std::vector<double>& f);
   bool is_kink(std::size_t guard, double t, const double* x, const Branch& branch);
+  [[nodiscard]] std::vector<double> uphill(std::size_t guard, double t, const double* x, const Branch& branch);
+  bool both_go_on(std::size_t guard, double t, const double* x, const Branch& branch);
   bool meets_at_border(std::size_t guard, double t, const double* x, const Branch& branch);
   bool rest_at_kinks(double t, const double* x, const Branch& branch);
   /// No change is seen up to this size of a guard on its other side.

@@ -168,31 +168,60 @@ bool EventWatch::is_kink(std::size_t guard, double t, const double* x, const Bra
   std::vector<double> here(states), there(states);
   Branch same = branch, other = branch;
   std::vector<int> direction(side_.size(), 0);
-  direction[guard] = -side_[guard];
+  direction[guard] = side_[guard] != 0 ? -side_[guard] : -1;
   evaluator_.cross(direction, other);
+  direction[guard] = 1;
+  if (side_[guard] == 0) evaluator_.cross(direction, same);
   if (!evaluator_.rates(t, x, same, here.data()) || !evaluator_.rates(t, x, other, there.data())) return false;
-  const std::vector<double> noise = shaken(t, x, branch, here);
+  const std::vector<double> noise = shaken(t, x, same, here);
   const std::vector<double> beyond = shaken(t, x, other, there);
   for (std::size_t k = 0; k < states; ++k)
     if (!(std::abs(here[k] - there[k]) <= kClearlyOut * (noise[k] + beyond[k]))) return false;
   return true;
 }
 
-/// The same with each side's rates where they hold, a tolerance away from the border.
-bool EventWatch::meets_at_border(std::size_t guard, double t, const double* x, const Branch& branch) {
+/// By state its tolerance, with the sign of the way on which a guard rises. Empty if it cannot be evaluated.
+std::vector<double> EventWatch::uphill(std::size_t guard, double t, const double* x, const Branch& branch) {
   const std::size_t states = program_.state_names.size();
   probe_ = branch;
-  if (!evaluator_.guards(t, x, probe_, values_.data())) return false;
-  std::vector<double> moved(x, x + states), uphill(states);
+  if (!evaluator_.guards(t, x, probe_, at_probe_.data())) return {};
+  const double here = at_probe_[guard];
+  std::vector<double> moved(x, x + states), result(states, 0.0);
   for (std::size_t j = 0; j < states; ++j) {
     moved[j] = x[j] + tolerances_.absolute(j);
     if (evaluator_.guards(t, moved.data(), probe_, at_probe_.data()))
-      uphill[j] = sign_of(at_probe_[guard] - values_[guard]) * tolerances_.absolute(j);
+      result[j] = sign_of(at_probe_[guard] - here) * tolerances_.absolute(j);
     moved[j] = x[j];
   }
-  std::vector<double> rates(states), first, noise(states, 0.0);
+  return result;
+}
+
+/// Whether the laws of both sides have values a tolerance beyond the border, too.
+bool EventWatch::both_go_on(std::size_t guard, double t, const double* x, const Branch& branch) {
+  const std::vector<double> up = uphill(guard, t, x, branch);
+  std::vector<double> moved(up.size()), rates(up.size());
+  if (up.empty()) return false;
+  std::vector<int> direction(side_.size(), 0);
+  for (const int law : {-1, 1}) {
+    direction[guard] = law;
+    for (const int side : {-1, 1}) {
+      for (std::size_t j = 0; j < moved.size(); ++j) moved[j] = x[j] + side * up[j];
+      probe_ = branch;
+      evaluator_.cross(direction, probe_);
+      if (!evaluator_.rates(t, moved.data(), probe_, rates.data())) return false;
+    }
+  }
+  return true;
+}
+
+/// The same with each side's rates where they hold, a tolerance away from the border.
+bool EventWatch::meets_at_border(std::size_t guard, double t, const double* x, const Branch& branch) {
+  const std::size_t states = program_.state_names.size();
+  const std::vector<double> up = uphill(guard, t, x, branch);
+  if (up.empty()) return false;
+  std::vector<double> moved(states), rates(states), first, noise(states, 0.0);
   for (const int side : {-1, 1}) {
-    for (std::size_t j = 0; j < states; ++j) moved[j] = x[j] + side * uphill[j];
+    for (std::size_t j = 0; j < states; ++j) moved[j] = x[j] + side * up[j];
     Branch there = branch;
     std::vector<int> direction(side_.size(), 0);
     direction[guard] = side;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/lu.hpp"
+#include "expression/apply.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
@@ -19,9 +20,11 @@ Stiction::Stiction(const Program& program, Evaluator& evaluator, const Tolerance
       moved_guards_(evaluator.guard_count()) {}
 
 bool Stiction::possible(std::size_t guard) const {
-  const Relation& relation = program_.relations[evaluator_.guard_relation(guard)];
-  if (relation.kind != Relation::Kind::sign || !relation.where.element.valid()) return false;
-  return is_resistor(program_.model->elements[relation.where.element.index()].kind);
+  const Relation& at = relation(guard);
+  const bool two_sided = at.kind == Relation::Kind::sign || at.kind == Relation::Kind::step ||
+                         (at.kind == Relation::Kind::condition && !at.time_only);
+  if (!two_sided || !at.where.element.valid()) return false;
+  return is_resistor(program_.model->elements[at.where.element.index()].kind);
 }
 
 bool Stiction::held(std::size_t guard) const { return std::find(held_.begin(), held_.end(), guard) != held_.end(); }
@@ -29,10 +32,13 @@ bool Stiction::held(std::size_t guard) const { return std::find(held_.begin(), h
 bool Stiction::try_hold(std::size_t guard, double t, const double* x, Branch& branch) {
   Branch held = branch;
   held_.push_back(guard);
-  if (balance(t, x, held) && slopes_(slopes_.rows() - 1, slopes_.cols() - 1) < 0.0) {
+  const Relation& at = relation(guard);
+  // A comparison may be true below its border.
+  const bool falls = at.kind == Relation::Kind::condition && (at.comparison == Op::lt || at.comparison == Op::le);
+  if (balance(t, x, held) && (falls ? -1.0 : 1.0) * slopes_(slopes_.rows() - 1, slopes_.cols() - 1) < 0.0) {
     const bool all_within =
         std::all_of(held_.begin(), held_.end(), [&](std::size_t g) { return margin(g, held) >= 0.0; });
-    if (all_within) {
+    if (all_within && (at.kind == Relation::Kind::sign || stays(t, x, held))) {
       branch = std::move(held);
       return true;
     }
@@ -41,10 +47,28 @@ bool Stiction::try_hold(std::size_t guard, double t, const double* x, Branch& br
   return false;
 }
 
+/// Whether the guards stay where they are with these modes: not if rates are no straight line between the two sides (a
+/// condition within others, a law on a nonlinear loop).
+bool Stiction::stays(double t, const double* x, Branch& branch) {
+  constexpr double kOfSides = 1e-6;
+  if (!guard_rates(t, x, branch, 0.0, other_)) return false;
+  for (Eigen::Index k = 0; k < other_.size(); ++k)
+    if (!(std::abs(other_[k]) <= kOfSides * (std::abs(base_[k]) + slopes_.row(k).cwiseAbs().sum()))) return false;
+  return true;
+}
+
 void Stiction::release(std::size_t guard) { std::erase(held_, guard); }
 
 double Stiction::margin(std::size_t guard, const Branch& branch) const {
-  return 1.0 - std::abs(branch.modes[evaluator_.guard_relation(guard)]);
+  const double mode = branch.modes[evaluator_.guard_relation(guard)];
+  return relation(guard).kind == Relation::Kind::sign ? 1.0 - std::abs(mode) : std::min(mode, 1.0 - mode);
+}
+
+int Stiction::side_of(std::size_t guard, double mode) const {
+  const Relation& at = relation(guard);
+  if (at.kind == Relation::Kind::sign) return (mode > 0.0) - (mode < 0.0);
+  const bool above = apply(at.kind == Relation::Kind::step ? Op::step : at.comparison, 1.0, 0.0) != 0.0;
+  return (mode > 0.5) == above ? 1 : -1;
 }
 
 /// How fast the held guards move with the modes as they are, by a small step along the flow. Guards are linear in the

@@ -1,4 +1,5 @@
-/// Set-valued signs: dry friction at rest takes whatever force keeps it at rest, up to its limit.
+/// Set-valued laws: dry friction at rest takes whatever force keeps it at rest, up to its limit; a relief valve that
+/// its inflow holds at the level at which it opens lets out just that.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,10 +10,10 @@
 
 namespace bgsim {
 
-/// Holds `sign` relations of resistors at their border: while both sides push back to it, the mode takes the value in
-/// [-1, 1] that keeps the guard where it is (Filippov's sliding mode; for dry friction, sticking). Resistors only:
-/// there the law between the two signs is physics. A relay in a source that does this is a question that the model
-/// leaves open.
+/// Holds signs, steps and comparisons in laws of resistors at their border: while both sides push back to it, the mode
+/// takes the value between those of the sides that keeps the guard where it is (Filippov's sliding mode; for dry
+/// friction, sticking). Resistors only: there the law between the two sides is physics. A relay in a source that does
+/// this is a question that the model leaves open.
 class Stiction {
  public:
   Stiction(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double span);
@@ -26,8 +27,10 @@ class Stiction {
   void release(std::size_t guard);
   /// Gives the held modes the values that keep their guards in place. False at a fault.
   bool balance(double t, const double* x, Branch& branch);
-  /// 1 - |mode|: negative when the limit is exceeded.
+  /// How far the mode is from the nearer one of its sides: negative when it is beyond.
   [[nodiscard]] double margin(std::size_t guard, const Branch& branch) const;
+  /// The side of the guard that a mode beyond its limit belongs to.
+  [[nodiscard]] int side_of(std::size_t guard, double mode) const;
 
   template <class Archive>
   void carry(Archive& archive) {
@@ -36,6 +39,10 @@ class Stiction {
   }
 
  private:
+  [[nodiscard]] const Relation& relation(std::size_t guard) const {
+    return program_.relations[evaluator_.guard_relation(guard)];
+  }
+  bool stays(double t, const double* x, Branch& branch);
   bool guard_rates(double t, const double* x, Branch& branch, double step, Eigen::VectorXd& out);
 
   const Program& program_;

@@ -1,0 +1,94 @@
+// Laws of resistors that are held at the border of their own condition: both sides push back to it.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "support/run.hpp"
+
+namespace bgsim {
+namespace {
+
+using namespace test;
+
+/// A tank of 1 that is empty and filled, with a valve that opens at the level 1.
+std::string tank(const std::string& law, const std::string& inflow) {
+  return R"x({"bgsim": 1, "name": "tank", "parameters": {"h": 1, "k": 10},
+    "elements": {"n": {"kind": "0"}, "in": {"kind": "Sf", "flow": ")x" +
+         inflow + R"x("}, "c": {"kind": "C", "capacitance": 1, "initial": {"q": 0}},
+                 "valve": {"kind": "R", "law": "f = )x" +
+         law + R"x("}},
+    "bonds": [{"from": "in", "to": "n"}, {"from": "n", "to": "c"}, {"from": "n", "to": "valve"}],
+    "scenes": {"s": {"stop": 4, "samples": 81}}, "outputs": {"e": "c.e", "f": "valve.f"}})x";
+}
+
+const std::vector<Method> kMethods{Method::bdf,   Method::adams, Method::erk5,  Method::dirk3,
+                                   Method::dirk4, Method::dirk5, Method::radau, Method::automatic};
+
+}  // namespace
+
+TEST_CASE("a relief valve that its inflow holds at the level at which it opens lets out the inflow") {
+  for (const std::string law :
+       {"if(e >= h, k*(e - 0.9*h), 0)", "if(e < h, 0, k*(e - 0.9*h))", "step(e - h)*k*(e - 0.9*h)",
+        "if(not(e < h) and e < 5, k*(e - 0.9*h), 0)", "if(e > h or e < -5, k*(e - 0.9*h), 0)"})
+    for (const Method method : kMethods) {
+      CAPTURE(law, method_name(method));
+      const RunResult run = run_text(tank(law, "0.5"), with_method(method));
+      REQUIRE(run.stop == StopReason::completed);
+      for (std::size_t k = 0; k < run.trace.times.size(); ++k) {
+        const double t = run.trace.times[k];
+        CHECK(std::abs(run.trace["e"][k] - std::min(0.5 * t, 1.0)) < 1e-6);
+        if (std::abs(t - 2.0) > 0.01) CHECK(std::abs(run.trace["f"][k] - (t < 2.0 ? 0.0 : 0.5)) < 1e-6);
+      }
+    }
+}
+
+TEST_CASE("a relief valve leaves its level when the inflow is more than it lets out there") {
+  // e = 0.2 t^2 up to 1; held while 0.4 t < 1; then (e - 0.9)' = 0.4 t - 10 (e - 0.9).
+  const auto level = [](double t) {
+    return t < std::sqrt(5.0) ? 0.2 * t * t
+           : t < 2.5          ? 1.0
+                              : 0.9 + 0.04 * t - 0.004 + 0.004 * std::exp(-10.0 * (t - 2.5));
+  };
+  for (const Method method : kMethods) {
+    CAPTURE(method_name(method));
+    const RunResult run = run_text(tank("if(e >= h, k*(e - 0.9*h), 0)", "0.4*t"), with_method(method));
+    REQUIRE(run.stop == StopReason::completed);
+    for (std::size_t k = 0; k < run.trace.times.size(); ++k)
+      CHECK(std::abs(run.trace["e"][k] - level(run.trace.times[k])) < 2e-5);  // twenty tolerances
+    CHECK(run.report.energy.relative < 1e-4);
+  }
+}
+
+TEST_CASE("two levels of one law hold, one after the other") {
+  // 0.3 at most at the level 1, 1.3 at most at 2; an inflow of 0.2 is held at the first, one of 0.6 at the second.
+  const std::string law = "if(e >= h, 0.3, 0) + if(e >= 2*h, 1, 0)";
+  const RunResult first = run_text(tank(law, "if(t < 2, 0.5, 0.2)"));
+  REQUIRE(first.stop == StopReason::completed);
+  const RunResult second = run_text(tank(law, "2*if(t < 2, 0.5, 0.3) + 0.01*t"));
+  REQUIRE(second.stop == StopReason::completed);
+  CHECK(std::abs(last(first, "f") - 0.2) < 1e-6);
+  CHECK(std::abs(last(first, "e") - 1.0) < 1e-6);
+  CHECK(std::abs(last(second, "f") - 0.64) < 1e-6);
+  CHECK(std::abs(last(second, "e") - 2.0) < 1e-6);
+}
+
+TEST_CASE("a mass whose drag jumps at a speed keeps that speed") {
+  const RunResult run = run_text(R"x({"bgsim": 1, "name": "mass", "elements": {"j": {"kind": "1"},
+      "m": {"kind": "I", "inertance": 1, "initial": {"p": 0}}, "drag": {"kind": "R", "law": "e = if(f > 1, 3, 1)"},
+      "s": {"kind": "Se", "effort": "2"}}, "bonds": [{"from": "j", "to": "m"}, {"from": "j", "to": "drag"},
+      {"from": "s", "to": "j"}], "outputs": {"v": "m.f", "e": "drag.e"}, "scenes": {"s": {"stop": 5, "samples": 51}}})x");
+  REQUIRE(run.stop == StopReason::completed);
+  CHECK(std::abs(last(run, "v") - 1.0) < 1e-6);
+  CHECK(std::abs(last(run, "e") - 2.0) < 1e-6);
+  CHECK(std::abs(run.trace["v"][5] - 0.5) < 1e-6);
+}
+
+TEST_CASE("a condition that rates follow by more than a straight line is not held") {
+  const RunResult run = run_text(tank("sqrt(4*if(e >= h, 1, 0.01))", "0.5"));
+  REQUIRE(run.stop == StopReason::failed);
+  CHECK(run.failure->code == "BG604");
+}
+
+}  // namespace bgsim
