@@ -35,7 +35,7 @@ PassivityFinding store(const std::string& law) {
 }  // namespace
 
 TEST_CASE("resistors whose power has one sign everywhere are proved") {
-  for (const char* law : {"e = a*f", "e = 0*f", "e = a*f + 3*f^3", "e = 3*f*abs(f)", "f = ssqrt(e, 1e-3)",
+  for (const char* law : {"e = a*f", "e = 0*f", "e = a*f + 3*f^3", "e = f^3", "e = 3*f*abs(f)", "f = ssqrt(e, 1e-3)",
                           "e = 1e-300*f", "f = if(e > 0, sqrt(e), -sqrt(-e))", "f = if(e > 0, e/0.1, e/1e6)",
                           "e = sign(f)*0.3 + tanh(f)", "e = sign(f)*(0.3 + 0.2*exp(-abs(f)))", "e = f*(1 + 0.9*cos(f))",
                           "e = f - 0.5*sin(f)", "f = 1e-12*expm1(e/0.025)", "e = (1 + 0.5*sin(t))*f"}) {
@@ -129,4 +129,46 @@ TEST_CASE("a model is passive if all of it is proved and no source is driven by 
   const Passivity timed = of(r, R"("capacitance": 1)", R"x("u": "sin(t)")x", "2*u");
   CHECK(timed.holds());
   CHECK(!of(R"("kind": "R", "resistance": "-a")").holds());
+}
+
+namespace {
+
+PassivityFinding field(const std::string& one, const std::string& two,
+                       const std::string& signals = R"x("w": "c.q^2")x") {
+  const Study study =
+      Study::from_text(model_text(R"x("parameters": { "a": 2, "g": 1 }, "signals": {)x" + signals + R"x(},
+    "elements": { "r": { "kind": "RR", "ports": ["l", "m"], "laws": [")x" +
+                                  one + R"x(", ")x" + two + R"x("] },
+      "c": { "kind": "C", "capacitance": 1 }, "d": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "c", "to": "r.l" }, { "from": "d", "to": "r.m" } ], "outputs": { "q": "c.q" },
+    "scenes": { "s": { "stop": 1 } })x"));
+  return passivity(study.model(), prepare_scene(study.model(), "")).resistors.at(0);
+}
+
+}  // namespace
+
+TEST_CASE("resistive fields: linear ones by their matrix, exactly") {
+  // A conductance between two ports has an eigenvalue of 0; 0.1 + 0.2 is not 0.3.
+  CHECK(field("l.f = g*(l.e - m.e)", "m.f = g*(m.e - l.e)").proof == Proof::proved);
+  CHECK(field("l.f = 0.1*(l.e - m.e)", "m.f = 0.1*(m.e - l.e)").proof == Proof::proved);
+  CHECK(field("l.f = a*m.e", "m.f = -a*l.e").proof == Proof::proved);  // a gyrator
+  CHECK(field("l.f = a*l.e + 3*m.e", "m.f = -2*l.e + 0.125*m.e").proof ==
+        Proof::proved);                                                     // symmetric part [2 .5; .5 .125]
+  CHECK(field("l.f = a*l.e", "m.e = l.f + a*m.f").proof == Proof::proved);  // 2 l.e^2 + 2 l.e m.f + 2 m.f^2
+  const PassivityFinding wrong = field("l.f = a*l.e + 3*m.e", "m.f = -2*l.e + 0.1249*m.e");
+  CHECK(wrong.proof == Proof::refuted);
+  CHECK_THAT(wrong.reason, Catch::Contains("the sum of e f is negative at l.e = "));
+  CHECK(field("l.f = g*l.e", "m.f = l.e").proof == Proof::refuted);
+}
+
+TEST_CASE("resistive fields: others by boxes of all their variables") {
+  CHECK(field("l.f = l.e^3", "m.f = sign(m.e)").proof == Proof::proved);
+  CHECK(field("l.f = l.e*(1 + m.e^2)", "m.f = m.e*exp(l.e)").proof == Proof::proved);
+  CHECK(field("l.f = l.e*m.e^2", "m.f = -l.e^2*m.e").proof == Proof::undecided);  // 0 throughout, but not term by term
+  CHECK(field("l.f = (1 + w)*l.e", "m.f = w*m.e*abs(l.e)").proof == Proof::proved);
+  CHECK(field("l.f = l.e^3", "m.f = -m.e^3").proof == Proof::refuted);
+  // A transistor: whatever drives its base, the collector may give.
+  const PassivityFinding transistor = field("l.f = 1e-8*expm1(l.e/0.026)", "m.f = 1e-6*expm1(l.e/0.026)");
+  CHECK(transistor.proof == Proof::refuted);
+  CHECK_THAT(transistor.reason, Catch::Contains("the sum of e f is negative at l.e = "));
 }

@@ -2,15 +2,18 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <limits>
 #include <optional>
+#include <span>
 #include <unordered_map>
 
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
+#include "describe/semidefinite.hpp"
 #include "expression/graph.hpp"
 #include "expression/interval.hpp"
 #include "model/constitutive.hpp"
@@ -30,6 +33,11 @@ class Ranges {
 
   /// Of @p root, with @p own within @p x.
   Range of(ExprId root, SymbolId own = {}, const Range& x = kAllNumbers) {
+    return of(root, std::span(&own, own.valid() ? 1 : 0), std::span(&x, own.valid() ? 1 : 0));
+  }
+
+  /// With each of @p own within the range at its position.
+  Range of(ExprId root, std::span<const SymbolId> own, std::span<const Range> x) {
     std::unordered_map<std::uint32_t, Range> known;
     arguments_first(
         pool_, root, [&](ExprId id) { return known.contains(id.value); },
@@ -40,7 +48,9 @@ class Ranges {
             known.emplace(id.value, Range(node.constant, node.constant));
           } else if (node.op == Op::symbol) {
             const SymbolId symbol = pool_.symbol_of(id);
-            known.emplace(id.value, own.valid() && symbol == own ? x : of_symbol(symbol));
+            const auto found = std::find(own.begin(), own.end(), symbol);
+            known.emplace(id.value,
+                          found == own.end() ? of_symbol(symbol) : x[static_cast<std::size_t>(found - own.begin())]);
           } else if (node.op == Op::der) {
             known.emplace(id.value, kAllNumbers);
           } else {
@@ -52,6 +62,19 @@ class Ranges {
           }
         });
     return known.at(root.value);
+  }
+
+  /// With parameters alone.
+  std::optional<double> number(ExprId root) {
+    bool fixed = true;
+    std::vector<double> values(model_.symbols.size(), 0.0);
+    each_symbol(root, [&](SymbolId symbol) {
+      const ModelSymbol& what = model_.symbols[symbol.index()];
+      fixed &= what.kind == ModelSymbol::Kind::parameter;
+      if (fixed) values[symbol.index()] = inputs_.parameters[what.parameter.index()];
+    });
+    const double value = fixed ? evaluate(pool_, root, values) : 0.0;
+    return fixed && std::isfinite(value) ? std::optional(value) : std::nullopt;
   }
 
   /// Whether @p root depends on anything but parameters and time, signals followed.
@@ -192,9 +215,12 @@ class Judging {
   PassivityFinding of_resistor(const Element& element, const std::vector<Law>& laws) {
     PassivityFinding finding;
     finding.element = element.name;
-    if (laws.size() != 1 || laws.front().zero) {
-      finding.reason = laws.size() != 1 ? "the power of a field is a sum over its ports, which is not decided"
-                                        : "its law is not solved for a variable";
+    if (std::any_of(laws.begin(), laws.end(), [](const Law& law) { return law.zero; })) {
+      finding.reason = "its law is not solved for a variable";
+      return finding;
+    }
+    if (laws.size() != 1) {
+      of_field(element, laws, finding);
       return finding;
     }
     const Law& law = laws.front();
@@ -203,6 +229,193 @@ class Judging {
     if (finding.proof == Proof::proved) finding.reason = "e f >= 0";
     if (finding.proof == Proof::refuted) finding.reason = "e f < 0";
     return finding;
+  }
+
+  /// A resistive field: the sum of e f over its ports. Each port takes what its law does not give.
+  void of_field(const Element& element, const std::vector<Law>& laws, PassivityFinding& finding) {
+    std::vector<SymbolId> own;
+    std::vector<Variable> kinds;
+    std::vector<ExprId> given;
+    std::unordered_map<SymbolId, ExprId> known;
+    for (const Law& law : laws) {
+      kinds.push_back(law.variable == Variable::effort ? Variable::flow : Variable::effort);
+      own.push_back(port_variable(element, law.port, kinds.back()));
+      known[port_variable(element, law.port, law.variable)] = law.right;
+    }
+    // What one law gives another one may read.
+    for (const Law& law : laws) {
+      ExprId right = law.right;
+      for (std::size_t i = 0; i < laws.size(); ++i) right = substitute(ranges_.pool(), right, known);
+      for (const SymbolId symbol : symbols_in(ranges_.pool(), {&right, 1}))
+        if (known.contains(symbol)) {
+          finding.reason = "its laws read each other's results in a ring";
+          return;
+        }
+      given.push_back(right);
+    }
+    if (judge_linear(own, kinds, laws, element, given, finding) || judge_apart(own, kinds, given, finding)) return;
+    judge_boxes(own, laws, element, given, finding);
+  }
+
+  /// "base.e = 0.7, collector.e = -0.7"
+  static std::string point_words(const Element& element, const std::vector<Law>& laws,
+                                 const std::vector<Variable>& kinds, const std::vector<std::string>& values) {
+    std::string words;
+    for (std::size_t i = 0; i < laws.size(); ++i)
+      words += (i > 0 ? ", " : "") + port_name(element, laws[i].port).substr(element.name.size() + 1) + '.' +
+               letter(kinds[i]) + values[i];
+    return words;
+  }
+
+  /// Laws that are sums of their variables times numbers: by the definiteness of the matrix. False: they are not.
+  bool judge_linear(const std::vector<SymbolId>& own, const std::vector<Variable>& kinds, const std::vector<Law>& laws,
+                    const Element& element, const std::vector<ExprId>& given, PassivityFinding& finding) {
+    std::vector<std::vector<double>> matrix;
+    const std::vector<Range> zeros(own.size(), Range(0.0, 0.0));
+    for (const ExprId value : given) {
+      const Range at_zero = ranges_.of(value, own, zeros);
+      if (is_empty(at_zero) || at_zero.lower() != 0.0 || at_zero.upper() != 0.0) return false;
+      std::vector<double>& row = matrix.emplace_back(own.size(), 0.0);
+      const auto wanted = [&](SymbolId s) { return std::find(own.begin(), own.end(), s) != own.end(); };
+      for (const auto& [symbol, partial] : gradient(ranges_.pool(), value, wanted)) {
+        const std::optional<double> number = ranges_.number(partial);
+        if (!number) return false;
+        row[static_cast<std::size_t>(std::find(own.begin(), own.end(), symbol) - own.begin())] = *number;
+      }
+    }
+    if (!all_smooth(given)) return false;
+    if (is_positive_semidefinite(matrix)) {
+      finding.proof = Proof::proved;
+      finding.reason = "the sum of e f is not negative: the symmetric part of its matrix is positive semidefinite";
+      return true;
+    }
+    const std::vector<double> u = direction_of_negative_power(matrix);
+    finding.proof = u.empty() ? Proof::undecided : Proof::refuted;
+    finding.reason = "the symmetric part of its matrix is indefinite";
+    if (u.empty()) return true;
+    std::vector<std::string> values;
+    for (const double x : u) values.push_back(" = " + number_text(x, 3));
+    finding.reason = "the sum of e f is negative at " + point_words(element, laws, kinds, values);
+    return true;
+  }
+
+  /// Whether a slope that is a number everywhere is that of a straight line: no step or sign adds to it.
+  bool all_smooth(const std::vector<ExprId>& roots) {
+    const std::vector<ExprId> nodes = reachable(ranges_.pool(), roots);
+    return std::none_of(nodes.begin(), nodes.end(), [&](ExprId e) {
+      const Op op = ranges_.pool()[e].op;
+      return is_comparison(op) || op == Op::sign || op == Op::step || is_rounding(op) || op == Op::mod || is_table(op);
+    });
+  }
+
+  /// Ports that do not read each other: each by itself. False: some do.
+  bool judge_apart(const std::vector<SymbolId>& own, const std::vector<Variable>& kinds,
+                   const std::vector<ExprId>& given, PassivityFinding& finding) {
+    for (std::size_t i = 0; i < given.size(); ++i)
+      for (const SymbolId symbol : symbols_in(ranges_.pool(), {&given[i], 1}))
+        if (symbol != own[i] && std::find(own.begin(), own.end(), symbol) != own.end()) return false;
+    PassivityFinding worst;
+    worst.proof = Proof::proved;
+    for (std::size_t i = 0; i < given.size(); ++i) {
+      PassivityFinding one;
+      same_sign(given[i], own[i], kinds[i], one);
+      if (one.proof == Proof::refuted || (one.proof == Proof::undecided && worst.proof == Proof::proved)) worst = one;
+    }
+    worst.element = finding.element;
+    worst.reason = worst.proof == Proof::proved    ? "e f >= 0 at each port"
+                   : worst.proof == Proof::refuted ? "e f < 0"
+                                                   : "not decided";
+    finding = worst;
+    return true;
+  }
+
+  /// The power over boxes of all variables, by signs and magnitudes.
+  void judge_boxes(const std::vector<SymbolId>& own, const std::vector<Law>& laws, const Element& element,
+                   const std::vector<ExprId>& given, PassivityFinding& finding) {
+    finding.reason = "the power of a field is a sum over its ports, which is not decided";
+    ExprPool& pool = ranges_.pool();
+    ExprId power = pool.constant(0.0);
+    for (std::size_t i = 0; i < own.size(); ++i) power = pool.add(power, pool.mul(pool.symbol(own[i]), given[i]));
+    if (pool.is_constant(power, 0.0)) {
+      finding.proof = Proof::proved;
+      finding.reason = "what one port takes another gives";
+      return;
+    }
+    constexpr std::size_t kMostPorts = 3;  // 26 parts by signs
+    if (own.size() > kMostPorts) return;
+    std::vector<int> signs(own.size(), -1);
+    bool all = true;
+    while (true) {
+      std::optional<std::vector<Range>> wrong;
+      all = search_boxes(power, own, signs, wrong) && all;
+      if (wrong) {
+        finding.proof = Proof::refuted;
+        // Any point of it will do: one of moderate size.
+        std::vector<std::string> values;
+        for (const Range& x : *wrong) {
+          const double near =
+              x.upper() < 0.0 ? -std::clamp(1.0, -x.upper(), -x.lower()) : std::clamp(1.0, x.lower(), x.upper());
+          values.push_back(" = " + number_text(near, 3));
+        }
+        std::vector<Variable> kinds;
+        for (const Law& law : laws)
+          kinds.push_back(law.variable == Variable::effort ? Variable::flow : Variable::effort);
+        finding.reason = "the sum of e f is negative at " + point_words(element, laws, kinds, values);
+        return;
+      }
+      std::size_t at = 0;
+      while (at < signs.size() && ++signs[at] > 1) signs[at++] = -1;
+      if (at == signs.size()) break;
+    }
+    if (!all) return;
+    finding.proof = Proof::proved;
+    finding.reason = "the sum of e f is not negative";
+  }
+
+  /// @param wrong  a box in which the power is negative throughout, if one is found
+  /// @return whether it is not negative in any.
+  bool search_boxes(ExprId power, const std::vector<SymbolId>& own, const std::vector<int>& signs,
+                    std::optional<std::vector<Range>>& wrong) {
+    using Box = std::vector<Range>;
+    std::deque<Box> open{Box(own.size(), Range(kSmallest, kLargest))};
+    constexpr int kMost = 5000;
+    bool decided = true;
+    for (int count = 0; !open.empty(); ++count) {
+      if (count == kMost) return false;
+      const Box box = open.front();
+      open.pop_front();
+      Box at(own.size(), Range(0.0, 0.0));
+      for (std::size_t i = 0; i < own.size(); ++i)
+        if (signs[i] != 0) at[i] = box[i] * Range(signs[i], signs[i]);
+      const Range y = ranges_.of(power, own, at);
+      if (is_empty(y) || y.lower() >= 0.0) continue;
+      if (y.upper() < 0.0) {
+        wrong = at;
+        return false;
+      }
+      // Along the variable over which it has most doubles.
+      std::size_t longest = own.size();
+      std::uint64_t most = 0;
+      for (std::size_t i = 0; i < own.size(); ++i) {
+        const std::uint64_t length =
+            std::bit_cast<std::uint64_t>(box[i].upper()) - std::bit_cast<std::uint64_t>(box[i].lower());
+        if (signs[i] != 0 && length > most) {
+          most = length;
+          longest = i;
+        }
+      }
+      if (longest == own.size()) {
+        decided = false;
+        continue;
+      }
+      const double middle = halfway(box[longest].lower(), box[longest].upper());
+      Box half = box;
+      half[longest] = Range(box[longest].lower(), middle);
+      open.push_back(half);
+      half[longest] = Range(next_double(middle), box[longest].upper());
+      open.push_back(std::move(half));
+    }
+    return decided;
   }
 
   /// Whether the law has the sign of its variable, so that their product is not negative.

@@ -67,15 +67,23 @@ Range tangent(const Range& x) {
   return may_contain(x, 0.5 * std::numbers::pi, std::numbers::pi) ? kAllNumbers : monotone(Op::tan, x);
 }
 
+/// What rounding outwards adds beyond 0 of values that have one sign (l^3 of a tiny l) is no value.
+Range of_sign(const Range& y, bool positive) {
+  if (y.lower() == -kInfinity && y.upper() == kInfinity) return y;
+  return positive ? Range(std::max(y.lower(), 0.0), std::max(y.upper(), 0.0))
+                  : Range(std::min(y.lower(), 0.0), std::min(y.upper(), 0.0));
+}
+
 Range power(const Range& x, const Range& y) {
-  if (x.lower() >= 0.0) return corners(Op::pow, x, y);
+  if (x.lower() >= 0.0) return of_sign(corners(Op::pow, x, y), true);
   if (!is_thin(y)) return kAllNumbers;
   const double n = y.lower();
   if (n != std::floor(n)) return x.upper() < 0.0 ? Range::empty() : kAllNumbers;
   if (n < 0.0 && x.upper() >= 0.0) return kAllNumbers;
   const Range ends = widened(apply(Op::pow, x.lower(), n), apply(Op::pow, x.upper(), n));
   const bool even = std::fmod(n, 2.0) == 0.0;
-  return even && x.upper() > 0.0 ? Range(0.0, ends.upper()) : ends;
+  if (even) return x.upper() > 0.0 ? Range(0.0, ends.upper()) : of_sign(ends, true);
+  return x.upper() <= 0.0 ? of_sign(ends, false) : ends;
 }
 
 Range arc(const Range& y, const Range& x) {
