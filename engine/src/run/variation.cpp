@@ -226,9 +226,11 @@ std::optional<VariationEvents::Jump> VariationEvents::take(Evaluator& evaluator,
 }
 
 Diagnostic held_variation_failure(const Program& program, double t) {
-  return failure(program, {}, t, "dry friction holds, and sensitivities are not found while it does",
-                 "a sign that is held at zero is no expression of the states",
-                 "write the friction with tanh(f/f0), whose sensitivities are found");
+  return failure(
+      program, {}, t,
+      "dry friction or a condition of a resistor is held at its border, and sensitivities are not found while it is",
+      "what holds a sign or condition at its border is no expression of the states",
+      "write the law with tanh(f/f0) for the sign or condition: its sensitivities are found");
 }
 
 Diagnostic ended_law_failure(double t) {
