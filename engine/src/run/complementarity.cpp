@@ -1,5 +1,6 @@
 #include "run/complementarity.hpp"
 
+#include <algorithm>
 #include <optional>
 
 #include "run/block_pivoting.hpp"
@@ -184,6 +185,12 @@ class Lemke {
   bool complete_;  ///< the last: from all of the above
 };
 
+/// Whether each value is known as far as its number: rounding on the way may leave nothing of it, which is no 0.
+bool is_known(const ComplementarySides& sides) {
+  return std::none_of(sides.value.begin(), sides.value.end(),
+                      [](const PowerSeries& s) { return s.zero && s.known <= 0; });
+}
+
 }  // namespace
 
 ComplementarySides solve_complementarity(const Complementarity& problem, const std::vector<bool>& first,
@@ -195,16 +202,17 @@ ComplementarySides solve_complementarity(const Complementarity& problem, const s
   if (!few)
     if (auto sides = solve_by_blocks(problem, first, held)) return std::move(*sides);
   const ComplementarySides sides = Lemke(problem, first, held).run();
-  if (sides.solved) return sides;
-  if (few)
-    if (auto others = solve_by_blocks(problem, first, held)) return std::move(*others);
+  if (sides.solved && is_known(sides)) return sides;
   // Rounding grows with each pivot, and may make a ray: the way is gone again from where it ended, in numbers that have
   // none.
+  if (auto others = solve_by_blocks(problem, sides.takes_z, held)) return std::move(*others);
+  if (few)
+    if (auto others = solve_by_blocks(problem, first, held)) return std::move(*others);
   constexpr int kTimes = 3;
   std::vector<bool> from = sides.takes_z;
   for (int i = 0; i < kTimes; ++i) {
     ComplementarySides again = Lemke(problem, from, held).run();
-    if (again.solved) return again;
+    if (again.solved && (is_known(again) || !sides.solved)) return again;
     if (again.takes_z == from) break;
     from = std::move(again.takes_z);
   }

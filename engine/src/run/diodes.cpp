@@ -101,8 +101,9 @@ class Sides {
     const bool started =
         evaluator.initialize_modes(t_, x_.data(), branch) ||
         (evaluator.explore_loops(t_, x_.data(), branch, found) && evaluator.initialize_modes(t_, x_.data(), branch));
+    std::vector<double> rounding;
     const bool done = started && evaluator.rates(t_, x_.data(), branch, rates_.data()) &&
-                      evaluator.jacobian(t_, x_.data(), branch, values.data());
+                      evaluator.jacobian(t_, x_.data(), branch, values.data(), rounding);
     diodes_.resize(4 * n_);
     if (!done || !evaluator.diodes(t_, x_.data(), branch, diodes_.data()))
       return fail(fault_failure(evaluator.fault()));
@@ -135,6 +136,8 @@ class Sides {
       for (std::size_t k = 0; k < kOrders; ++k) {
         const std::size_t row = i * kOrders + k;
         const double value = rates_[flow(i, k)];
+        // Terms that cancel need not stand in the slopes: the flow into a part that a diode alone connects is 0.
+        if (!rounding.empty()) off_[row] += rounding[flow(i, k)];
         size_[row] += std::abs(value - linear[row]);
         at_zero_[row] = sign(i) * value;
         for (std::size_t j = 0; j < n_; ++j) at_zero_[row] -= slope_[row * n_ + j] * result_.diodes[j].source;
