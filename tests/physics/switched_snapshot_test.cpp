@@ -141,6 +141,31 @@ const char* const kChopper = R"json({ "bgsim": 1, "name": "chopper",
   "outputs": { "i": "coil.f", "q": "charge", "s": "seen", "d": "free.f" },
   "scenes": { "main": { "stop": 0.2, "samples": 101 } } })json";
 
+/// A chopper whose switch follows the current of a while ago, with what was before the start, and a load that is
+/// sampled.
+const char* const kLate = R"json({ "bgsim": 1, "name": "late",
+  "signals": { "late": { "delay": "coil.f", "by": 0.017, "initial": "2*step(t + 0.01)" },
+               "later": { "delay": "late + abs(mod(90*t, 2) - 1)", "by": 0.029 } },
+  "elements": {
+    "source": { "kind": "MSe", "effort": "24 + later" }, "chop": { "kind": "Sw", "open": "late > 4", "close": "late < 3" },
+    "in": { "kind": "1" }, "node": { "kind": "0" }, "free": { "kind": "D", "passes": "out" }, "loop": { "kind": "1" },
+    "coil": { "kind": "I", "inertance": 0.1 }, "load": { "kind": "R", "resistance": 2 } },
+  "bonds": [ { "from": "source", "to": "in" }, { "from": "in", "to": "chop" }, { "from": "in", "to": "node" },
+             { "from": "node", "to": "free" }, { "from": "node", "to": "loop" }, { "from": "loop", "to": "coil" },
+             { "from": "loop", "to": "load" } ],
+  "outputs": { "i": "coil.f", "y": "late", "z": "later" },
+  "scenes": { "main": { "stop": 0.3, "samples": 101 }, "short": { "stop": 0.15, "samples": 51 } } })json";
+
+/// The same without switches: a loop with dead time and a source that jumps.
+const char* const kLateLoop = R"json({ "bgsim": 1, "name": "late_loop",
+  "signals": { "late": { "delay": "cap.e", "by": 0.31 } },
+  "elements": {
+    "source": { "kind": "MSf", "flow": "step(t - 0.2) - 2*late" }, "node": { "kind": "0" },
+    "cap": { "kind": "C", "capacitance": 1, "initial": { "e": 1 } }, "load": { "kind": "R", "resistance": 3 } },
+  "bonds": [ { "from": "source", "to": "node" }, { "from": "node", "to": "cap" }, { "from": "node", "to": "load" } ],
+  "outputs": { "u": "cap.e", "y": "late" },
+  "scenes": { "main": { "stop": 5, "samples": 101 } } })json";
+
 /// A ball under gravity over a floor, and a source that is switched off where the scene ends.
 const char* const kAtTheEnd = R"json({ "bgsim": 1, "name": "at_the_end",
   "elements": {
@@ -212,6 +237,58 @@ TEST_CASE("a switched run goes on from where the caller or a limit ended it") {
     CHECK(ended.report.mode_changes == whole.report.mode_changes);
     CHECK(last(ended, "i") == Approx(last(whole, "i")).epsilon(1e-4));  // one restart, as above
   }
+}
+
+TEST_CASE("a run with delayed signals continues from any snapshot bit for bit") {
+  for (const Method method : {Method::automatic, Method::bdf, Method::erk5, Method::radau}) {
+    INFO(facts_of(method).name);
+    check_all(Study::from_text(kLate, "late.json").scene("main", with_method(method)), 12, 6);
+    check_all(Study::from_text(kLateLoop, "late_loop.json").scene("main", with_method(method)), 4, 6);
+  }
+}
+
+TEST_CASE("a run with delayed signals that a switch ended on the last instant goes on beyond it") {
+  // Long enough after the first change of the mode; the scene ends exactly at the next one.
+  const Study study = Study::from_text(kLate, "late.json");
+  const Whole whole = run_whole(study.scene("main"), 0);
+  std::vector<double> changes;
+  for (const RunEvent& event : whole.events)
+    if (event.kind == RunEvent::Kind::switching) changes.push_back(event.t);
+  REQUIRE(changes.size() > 3);
+  RunInputs inputs = prepare_scene(study.model(), "main");
+  inputs.stop = changes[2];
+  inputs.output_times = OutputTimes::equidistant(0.0, inputs.stop, 21);
+  const Whole half = run_whole(study.scene(inputs), 0);
+  REQUIRE(half.taken.size() == 1);
+  inputs.stop = 0.3;
+  inputs.output_times = OutputTimes::equidistant(0.0, 0.3, 101);
+  SimulateOptions options = options_of(0);
+  options.resume = half.taken.front().text;
+  const RunResult rest = study.scene(inputs).simulate(options);
+  REQUIRE(rest.stop == StopReason::completed);
+  // The end of the scene is part of no tolerance, but of the steps: as after any restart, some tens of tolerances.
+  for (const char* name : {"i", "y", "z"}) CHECK(last(rest, name) == Approx(last(whole.result, name)).epsilon(1e-4));
+}
+
+TEST_CASE("a snapshot whose delayed signals do not fit is refused") {
+  const Simulation model = Study::from_text(kLateLoop, "late_loop.json").scene("main");
+  const Whole whole = run_whole(model, 0, 10);
+  REQUIRE(whole.taken.size() == 1);
+  const auto json = nlohmann::ordered_json::parse(whole.taken.front().text);
+  REQUIRE(json["state"].contains("delays"));
+  const auto refused = [&](const char* key, const nlohmann::ordered_json& value) {
+    INFO(key);
+    auto other = json;
+    other["state"]["delays"][key] = value;
+    SimulateOptions options = options_of(0);
+    options.resume = other.dump();
+    CHECK_THROWS_AS(model.simulate(options), ModelError);
+  };
+  refused("lines", nlohmann::ordered_json::array());
+  refused("times", nlohmann::ordered_json::array({nlohmann::ordered_json::array({0.0, 1.0, 0.5, 2.0})}));
+  refused("values", nlohmann::ordered_json::array({nlohmann::ordered_json::array({0.0})}));
+  refused("first", nlohmann::ordered_json::array({1000000}));
+  refused("last", nlohmann::ordered_json::array({1000000}));
 }
 
 TEST_CASE("a limit of steps is one of all modes together") {

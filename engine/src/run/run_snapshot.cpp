@@ -32,6 +32,7 @@ void Run::carry(Archive& archive) {
   archive("tolerances", tolerances_);
   archive("events", events_);
   archive("jumps", jumps_);
+  if (delays_.any()) archive("delays", delays_);
   archive("defects", defects_);
   archive("loops", loops_);
   archive("vitality", vitality_);

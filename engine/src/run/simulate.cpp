@@ -393,7 +393,6 @@ RunResult simulate(const Program& program, const RunInputs& inputs, const Simula
 }
 
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock) {
-  if (!program.delays.empty() && (!options.resume.empty() || options.snapshot)) refuse_delayed_snapshot(program);
   if (options.measures && (!options.resume.empty() || options.snapshot))
     throw std::invalid_argument("a snapshot does not hold what the outputs are measured to be");
   if (options.trajectory != nullptr && !options.resume.empty())

@@ -53,13 +53,6 @@ void refuse_snapshot(const std::string& why, const std::shared_ptr<const Sources
   throw ModelError({std::move(diagnostic)}, sources);
 }
 
-void refuse_delayed_snapshot(const Program& program) {
-  throw ModelError({diagnostic_of("BG171", "the run of a model with delayed signals cannot be stored and continued",
-                                  program.delays.front().place, "a snapshot does not hold what signals were before",
-                                  "run the scene as a whole")},
-                   program.model->sources);
-}
-
 nlohmann::ordered_json state_of_snapshot(const std::string& text, const std::string& fingerprint,
                                          const std::shared_ptr<const Sources>& sources) {
   auto json = nlohmann::ordered_json::parse(text, nullptr, false);
@@ -89,11 +82,13 @@ std::string fingerprint(const Program& program, const RunInputs& inputs) {
         &program.event_values, &program.switches, &program.diodes})
     digest.add(*routine);
   for (const double slot : program.initial_slots) digest.add(slot);
-  for (const auto& table : program.pool.tables())
+  for (const auto& table : program.pool.tables()) {
+    if (table->delayed) continue;  // what the run fills
     for (std::size_t i = 0; i < table->x.size(); ++i) {
       digest.add(table->x[i]);
       digest.add(table->y[i]);
     }
+  }
   for (const Relation& relation : program.relations) digest.add(relation.text);
   for (const ProgramEvent& event : program.events) {
     digest.add(event.name);

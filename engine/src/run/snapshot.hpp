@@ -55,6 +55,7 @@ concept Sequence = requires(T& value) {
 
 class SnapshotWriter {
  public:
+  static constexpr bool kReads = false;
   template <class T>
   void operator()(const char* name, T& value) {
     json_[name] = json_of(value);
@@ -100,6 +101,7 @@ class SnapshotWriter {
 
 class SnapshotReader {
  public:
+  static constexpr bool kReads = true;
   explicit SnapshotReader(const nlohmann::ordered_json& json) : json_(json) {}
 
   /// @throws SnapshotError  if there is no such member, or not of that type, or a list is not as long as the one that
@@ -178,9 +180,6 @@ nlohmann::ordered_json state_of_snapshot(const std::string& text, const std::str
                                          const std::shared_ptr<const Sources>& sources);
 /// @throws ModelError  BG171.
 [[noreturn]] void refuse_snapshot(const std::string& why, const std::shared_ptr<const Sources>& sources);
-
-/// @throws ModelError  BG171: the program has delayed signals.
-[[noreturn]] void refuse_delayed_snapshot(const Program& program);
 
 /// A snapshot as a text.
 std::string snapshot_text(const std::string& model, const std::string& scene, double t, const std::string& fingerprint,

@@ -39,6 +39,16 @@ void carry(Archive& archive, ErrorMemory& memory) {
   archive("exact", memory.exact);
 }
 
+/// Before a stretch; within one its run has them.
+struct DelaysBetween {
+  DelayMemory memory;
+  const DelayTables* tables = nullptr;
+  template <class Archive>
+  void carry(Archive& archive) {
+    carry_delays(archive, memory, *tables);
+  }
+};
+
 template <class Archive>
 void carry(Archive& archive, DiodeState& diode) {
   archive("conducts", diode.conducts);
@@ -179,6 +189,17 @@ void SwitchedRun::carry(Archive& archive) {
   carry_map(archive, "scale", scale_);
   carry_map(archive, "tolerance", tolerance_);
   archive("events", events_);
+  if (!delayed_.empty()) {
+    bool between = delays_.has_value();
+    archive("delays between", between);
+    if (between) {
+      DelaysBetween delays{delays_ ? std::move(*delays_) : DelayMemory{}, &delayed_};
+      archive("delays", delays);
+      delays_ = std::move(delays.memory);
+    } else {
+      delays_.reset();
+    }
+  }
   archive("errors", errors_);
   archive("exact", exact_);
   archive("estimates", estimates_);

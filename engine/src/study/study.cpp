@@ -199,7 +199,6 @@ RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& option
 RunResult Simulation::run_once(const RunInputs& inputs, const SimulateOptions& options) const {
   if (!compiled_->modes) return bgsim::simulate(program(), inputs, options);
   ModePrograms& modes = *compiled_->modes;
-  if (!program().delays.empty() && (!options.resume.empty() || options.snapshot)) refuse_delayed_snapshot(program());
   DelayedPrograms own(program());
   const auto program_of = [&](const Mode& mode) -> const Program& { return own.of(modes.at(mode, inputs.parameters)); };
   const auto network_of = [&](const Mode& mode) -> const DiodeNetwork& { return own.of(modes.network(mode)); };

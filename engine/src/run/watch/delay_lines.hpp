@@ -1,6 +1,7 @@
 /// Delayed signals: what they delay, as the run goes on, and where its jumps and kinks come through.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -23,9 +24,15 @@ Program with_tables(const Program& shared, const DelayTables& tables);
 /// What is known of the delayed signals beside their tables; the same in all programs of a model.
 struct DelayMemory {
   struct Knot {
-    double t;          ///< of u
-    std::size_t cell;  ///< first one after it, counted from the first that there ever was
-    int level;         ///< 0: u jumps, 1: its slope does, ...
+    double t = 0.0;        ///< of u
+    std::size_t cell = 0;  ///< first one after it, counted from the first that there ever was
+    int level = 0;         ///< 0: u jumps, 1: its slope does, ...
+    template <class Archive>
+    void carry(Archive& archive) {
+      archive("t", t);
+      archive("cell", cell);
+      archive("level", level);
+    }
   };
   struct Line {
     double by = 0.0;
@@ -33,13 +40,72 @@ struct DelayMemory {
     std::size_t dropped = 0;  ///< cells that are no longer in the table
     std::vector<Knot> knots;  ///< not passed yet
     std::size_t window = 0;   ///< first cell that y may be in
+    template <class Archive>
+    void carry(Archive& archive) {
+      archive("by", by);
+      archive("scale", scale);
+      archive("dropped", dropped);
+      archive("knots", knots);
+      archive("window", window);
+    }
   };
   std::vector<Line> lines;  ///< by Program::delays
   double start = 0.0;       ///< of the scene
   double recorded = 0.0;    ///< up to here
   int passing = 0;          ///< level of what comes through at passed_at
   double passed_at = 0.0;
+  template <class Archive>
+  void carry(Archive& archive) {
+    archive("lines", lines);
+    archive("start", start);
+    archive("recorded", recorded);
+    archive("passing", passing);
+    archive("passed at", passed_at);
+  }
 };
+
+/// What the tables hold, and what is known beside them, which must fit.
+template <class Archive>
+void carry_delays(Archive& archive, DelayMemory& memory, const DelayTables& tables) {
+  memory.carry(archive);
+  archive.check(memory.lines.size() == tables.size());
+  std::vector<std::vector<double>> x, y, curvatures;
+  std::vector<std::size_t> first, last;
+  for (const auto& table : tables) {
+    x.push_back(table->x);
+    y.push_back(table->y);
+    curvatures.push_back(table->slope2);
+    first.push_back(table->first);
+    last.push_back(table->last);
+  }
+  const auto carry_list = [&](const char* name, auto& list) {
+    auto carried = list;
+    if constexpr (Archive::kReads) carried.clear();
+    archive(name, carried);
+    archive.check(carried.size() == tables.size());
+    list = std::move(carried);
+  };
+  carry_list("times", x);
+  carry_list("values", y);
+  carry_list("curvatures", curvatures);
+  carry_list("first", first);
+  carry_list("last", last);
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const DelayMemory::Line& line = memory.lines[i];
+    const std::size_t size = x[i].size();
+    bool good = size >= 2 && size % 2 == 0 && y[i].size() == size && curvatures[i].size() == size &&
+                first[i] < last[i] && last[i] < size && line.window >= line.dropped &&
+                line.window - line.dropped <= size / 2 && std::is_sorted(x[i].begin(), x[i].end());
+    for (const DelayMemory::Knot& knot : line.knots)
+      good = good && knot.cell >= line.dropped && knot.cell - line.dropped <= size / 2;
+    archive.check(good);
+    tables[i]->x = std::move(x[i]);
+    tables[i]->y = std::move(y[i]);
+    tables[i]->slope2 = std::move(curvatures[i]);
+    tables[i]->first = first[i];
+    tables[i]->last = last[i];
+  }
+}
 
 /// y(t) = u(t - T): u is kept as piecewise cubics over as long as T asks for, in each step as fine as its tolerance
 /// asks for. No step is longer than T, so it never asks for what it computes. Where u jumps, or has a kink, y has it T
@@ -76,6 +142,12 @@ class DelayLines {
   /// Something has changed at once at @p t. False: failure(). @param mode  of the switches: rates may jump
   bool changed(double t, const double* x, Branch& branch, bool mode = false);
   [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
+
+  template <class Archive>
+  void carry(Archive& archive) {
+    if constexpr (Archive::kReads) memory_.lines.clear();
+    carry_delays(archive, memory_, tables_);
+  }
 
  private:
   using Line = DelayMemory::Line;
