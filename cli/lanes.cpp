@@ -29,10 +29,8 @@ std::string side_word(Lane::Kind kind, const std::string& side) {
   }
 }
 
-/// Held at its border, with a force or without one.
-bool is_friction(const RunEvent& event) {
-  return fills(Lane::Kind::friction, event.from) || fills(Lane::Kind::friction, event.to);
-}
+/// Held at its border, with a force or without one. A sign that begins at 0 and leaves it may be that of any law.
+bool is_friction(const RunEvent& event) { return event.from == "held" || fills(Lane::Kind::friction, event.to); }
 
 std::string names_of(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 4;

@@ -91,6 +91,21 @@ TEST_CASE("dependent stores, free choices and what causes them are marked and in
   CHECK_THAT(svg, !Contains("an algebraic loop"));
 }
 
+TEST_CASE("the legend says whether laws or conditions read a signal") {
+  const auto legend = [](const std::string& effort, const std::string& closed) {
+    const Model model = model_of(R"({"bgsim": 1, "name": "s", "elements": {"s": {"kind": "MSe", "effort": ")" + effort +
+                                 R"("}, "a": {"kind": "1"}, "c": {"kind": "C", "capacitance": 1}, "r": {"kind": "R",
+      "resistance": 1}, "w": {"kind": "Sw", "closed": ")" +
+                                 closed + R"("}}, "bonds": [{"from": "s", "to": "a"}, {"from": "a", "to": "c"},
+      {"from": "a", "to": "r"}, {"from": "a", "to": "w"}], "outputs": {"q": "c.q"}})");
+    const Layout layout{{{0, 0}, {100, 0}, {100, 70}, {100, -70}, {200, 0}}};
+    return drawing_svg(model, drawn_causality(model), layout);
+  };
+  CHECK_THAT(legend("1", "c.q < 3"), Contains("signal: a condition reads this"));
+  CHECK_THAT(legend("2 - c.e", "t < 3"), Contains("signal: a law reads this"));
+  CHECK_THAT(legend("2 - c.e", "c.q < 3"), Contains("signal: a law or condition reads this"));
+}
+
 TEST_CASE("a model whose causality conflicts is drawn with the strokes assigned so far and its fault marked") {
   const Model model = model_of(sketch("Se:s Se:u 0:bus 1:m R:r", "s>bus u>bus bus>m m>r"));
   const DrawnCausality drawn = drawn_causality(model);

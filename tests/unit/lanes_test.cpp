@@ -62,6 +62,8 @@ TEST_CASE("lanes begin with the side that a run begins on, and say what each sid
                                 row(Kind::condition, 3, "sign(m.f)", "1", "held"),
                                 row(Kind::condition, 3.5, "sign(m.f)", "held", "0"),
                                 row(Kind::condition, 3, "m.f > 2", "true", "false"),
+                                row(Kind::condition, 3.2, "sign(pipe.e)", "0", "1"),
+                                row(Kind::condition, 3.4, "sign(pipe.e)", "1", "-1"),
                                 row(Kind::sample, 0, "u", "0", "1"),
                                 row(Kind::sample, 0, "v", "0", "1"),
                                 row(Kind::sample, 1, "u", "0", "1"),

@@ -284,9 +284,20 @@ class SvgWriter {
     if (std::any_of(scene_.bonds.begin(), scene_.bonds.end(),
                     [](auto& bond) { return !bond.stroke && bond.barbs.size() == 1; }))
       legend_line(lines, "bond", line + path_element("M28 0L19 5"), "bond without a stroke: causality went no further");
-    if (!scene_.signals.empty())
+    if (!scene_.signals.empty()) {
+      const std::vector<ReadSignal> signals = read_signals(model_);
+      const auto of_condition = [this](const ReadSignal& signal) {
+        return is_switch(model_.elements[signal.to.index()].kind);
+      };
+      const bool some = std::any_of(signals.begin(), signals.end(), of_condition);
+      const bool all = std::all_of(signals.begin(), signals.end(), of_condition);
       legend_line(lines, "signal", path_element("M0 0L28 0") + path_element("M21 -3.2L28 0L21 3.2"),
-                  "signal: a law reads this, no power flows");
+                  std::string("signal: a ") +
+                      (all    ? "condition"
+                       : some ? "law or condition"
+                              : "law") +
+                      " reads this, no power flows");
+    }
     if (legend_height_ > 0.0) legend_height_ += 8.0;
     return lines.empty() ? lines : xml_element("g", {{"class", "legend"}}, "\n" + lines) + "\n";
   }

@@ -168,6 +168,11 @@ void Reader::parse_contact(std::size_t index) {
   const ExprId value = expression({scope, &element, nullptr}, restitution, "\"restitution\"");
   if (!value.valid()) return;
   law.restitution = value;
+  // One of parameters is looked at where a scene gives their values.
+  if (const ExprNode& at = pool[value]; at.op == Op::constant && !(at.constant >= 0.0 && at.constant <= 1.0))
+    return problem(
+        "BG626", "the restitution of the contact " + in_quotes(element.name) + " is " + number_text(at.constant, 6),
+        law.restitution_place, "1 keeps all energy, 0 none", "the speed after an impact is 0 to 1 times that before");
   for (const SymbolId id : symbols_in(pool, std::array{value}))
     if (id != flow && model_.symbols[id.index()].kind != ModelSymbol::Kind::parameter)
       return problem("BG118", "the restitution depends on " + symbol_name(model_, id), law.restitution_place,
