@@ -67,14 +67,21 @@ Network random_network(std::uint64_t seed) {
   const std::string kinds = "RRCCLLDDDSS";
   const auto any = [&] { return kinds[static_cast<std::size_t>(whole(0, static_cast<int>(kinds.size()) - 1))]; };
   network.branches.push_back({'V', 1, 0, 1.0, 0.0, 0.0, 0.0});
-  for (int node = 1; node <= network.nodes; ++node) add(any(), node, whole(0, node - 1));
+  // The other end is drawn in a statement of its own, so that all compilers make the same network of a seed.
+  for (int node = 1; node <= network.nodes; ++node) {
+    const int to = whole(0, node - 1);
+    add(any(), node, to);
+  }
   std::vector<int> ends(static_cast<std::size_t>(network.nodes) + 1);
   for (const Branch& branch : network.branches) {
     ++ends[static_cast<std::size_t>(branch.from)];
     ++ends[static_cast<std::size_t>(branch.to)];
   }
   for (int node = 2; node <= network.nodes; ++node)  // no node is a dead end
-    if (ends[static_cast<std::size_t>(node)] < 2) add(any(), node, node == 2 ? whole(0, 1) : whole(0, 2));
+    if (ends[static_cast<std::size_t>(node)] < 2) {
+      const int to = node == 2 ? whole(0, 1) : whole(0, 2);
+      add(any(), node, to);
+    }
   for (int more = whole(1, 3); more > 0; --more) {
     const int from = whole(1, network.nodes);
     int to = whole(0, network.nodes - 1);

@@ -122,6 +122,9 @@ class Derivation {
   [[nodiscard]] ExprId signed_by(bool positive, ExprId value) { return positive ? value : system_.pool.neg(value); }
   /// The bond's flow counted into the element.
   [[nodiscard]] ExprId into(PortId port) { return signed_by(graph_[port].head, flow(port)); }
+  /// Effort times @p flow, which is made before: a product is printed in the order in which its factors were made, and of two
+  /// arguments that make them it is the compiler that chooses the first.
+  [[nodiscard]] ExprId power_of(PortId port, ExprId flow) { return system_.pool.mul(effort(port), flow); }
 
   /// What a model's symbol means in the system.
   ExprId meaning(SymbolId symbol) {
@@ -260,7 +263,7 @@ class Derivation {
     const PortId port = graph_.port(id, 0);
     const auto& variables = imposed_variable(element.kind) == Variable::effort ? system_.efforts : system_.flows;
     define(system_, variables[graph_[port].bond.index()], (*translate_)(element.coefficient), id, element.place);
-    const ExprId power = system_.pool.mul(effort(port), flow(port));
+    const ExprId power = power_of(port, flow(port));
     add_energy({EnergyPart::Role::source, id, signed_by(!graph_[port].head, power), {}, {}, {}, {}, false});
   }
 
@@ -272,7 +275,7 @@ class Derivation {
     const ExprId value =
         conducts ? signed_by(!element.diode->out, (*translate_)(element.diode->threshold)) : system_.pool.constant(0.0);
     define(system_, (conducts ? system_.efforts : system_.flows)[bond], value, id, element.place);
-    const ExprId power = system_.pool.mul(effort(port), into(port));
+    const ExprId power = power_of(port, into(port));
     add_energy({EnergyPart::Role::dissipator, id, power, {}, {}, {}, {}, false});
   }
 
@@ -291,7 +294,7 @@ class Derivation {
       if (law.kick.valid()) speed = pool.sub(speed, as_expression(system_.parameters[law.kick.index()]));
       define(system_, system_.flows[bond], signed_by(graph_[port].head, speed), id, element.place);
     }
-    const ExprId power = pool.neg(pool.mul(effort(port), into(port)));
+    const ExprId power = pool.neg(power_of(port, into(port)));
     add_energy({EnergyPart::Role::source, id, power, {}, {}, {}, {}, false});
   }
 
@@ -396,7 +399,7 @@ class Derivation {
       const PortId port = graph_.port(id, k);
       const bool gives_effort = causal_.gives(graph_, port) == Gives::effort;
       apply_law(port, (gives_effort ? system_.efforts : system_.flows)[graph_[port].bond.index()]);
-      power = system_.pool.add(power, system_.pool.mul(effort(port), into(port)));
+      power = system_.pool.add(power, power_of(port, into(port)));
     }
     add_energy({EnergyPart::Role::dissipator, id, power, {}, {}, {}, {}, false});
   }
@@ -523,7 +526,7 @@ class Derivation {
     EnergyPart part{EnergyPart::Role::store, id, pool.constant(0.0), {}, {}, {}, {}, false};
     for (std::size_t k = 0; k < graph_.port_count(id); ++k) {
       const PortId port = graph_.port(id, k);
-      const ExprId power = pool.mul(effort(port), into(port));
+      const ExprId power = power_of(port, into(port));
       part.power = pool.add(part.power, power);
       if (is_field(element.kind)) part.port_powers.push_back(power);
       part.displacements.push_back(stored_[port.index()]);

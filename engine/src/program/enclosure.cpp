@@ -143,8 +143,7 @@ bool is_much(double bend, const Range& value) {
 
 Jet time_jet(double begin, double end) { return {begin + (end - begin) / 2, {begin, end}, kOne, 1.0, kZero}; }
 
-Enclosure::Enclosure(const Program& program, std::span<const double> parameters, std::span<const ExprId> roots)
-    : program_(program) {
+Enclosure::Enclosure(const Program& program, std::span<const double> parameters, std::span<const ExprId> roots) {
   enum Level : char { fixed, by_modes, varying };
   const ExprPool& pool = program.pool;
   const std::vector<ExprId> nodes = reachable(pool, roots);

@@ -88,7 +88,6 @@ class Enclosure {
   [[nodiscard]] double bend(const Node& node, const Range& a, const Range& b, const Range& v) const;
   [[nodiscard]] const Node* node_of(std::size_t root) const;
 
-  const Program& program_;
   std::vector<Jet> jets_;  ///< fixed numbers, modes and what follows from them, then all that varies
   std::vector<Node> of_modes_, varying_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> modes_;  ///< (position, relation)
