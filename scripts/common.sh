@@ -7,7 +7,7 @@ project=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
 run_packages="g++ cmake ninja-build libeigen3-dev libboost-graph-dev nlohmann-json3-dev libsundials-dev libsuitesparse-dev libcli11-dev graphviz gnuplot-nox librsvg2-bin fonts-liberation fontconfig"
 study_packages="libspectra-dev" # of bgsim-studies alone
 fit_packages="libceres-dev libnlopt-dev" # of bgsim fit alone
-test_packages="$run_packages $study_packages $fit_packages catch2 python3 python3-jsonschema clang-format mold"
+test_packages="$run_packages $study_packages $fit_packages catch2 python3 python3-jsonschema clang-format clang libclang-rt-dev mold"
 browser_packages="chromium"
 lint_packages="$test_packages clang-tidy"
 

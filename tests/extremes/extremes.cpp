@@ -96,7 +96,7 @@ std::optional<Diagnostic> first_error(const ModelError& error) {
 
 }  // namespace
 
-Section::Section(std::string title, std::vector<Extreme> rows, const std::source_location& where) {
+Section::Section(std::string title, std::vector<Extreme> rows, const Catch::SourceLineInfo& where) {
   const std::vector<Extreme>& kept = table().emplace(title, std::move(rows)).first->second;
   for (const Extreme& row : kept)
     add_test(

@@ -2,9 +2,9 @@
 /// test of its own, and the table of docs/extremes.md.
 #pragma once
 
+#include <catch2/catch.hpp>
 #include <functional>
 #include <optional>
-#include <source_location>
 #include <string>
 #include <vector>
 
@@ -25,7 +25,7 @@ struct Extreme {
 class Section {
  public:
   Section(std::string title, std::vector<Extreme> rows,
-          const std::source_location& where = std::source_location::current());
+          const Catch::SourceLineInfo& where = Catch::SourceLineInfo(__builtin_FILE(), __builtin_LINE()));
 };
 
 /// What became of a model's text: a run, or the first thing said against it.

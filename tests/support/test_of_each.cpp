@@ -44,10 +44,10 @@ std::string argument(const std::string& text) {
 }  // namespace
 
 void add_test(const std::string& name, std::function<void()> body, const std::string& tags,
-              const std::source_location& where) {
+              const Catch::SourceLineInfo& where) {
   const std::string plain = argument(name);
-  const Catch::AutoReg registered(new Body(std::move(body)), Catch::SourceLineInfo(where.file_name(), where.line()),
-                                  Catch::StringRef(), Catch::NameAndTags(plain, tags));
+  const Catch::AutoReg registered(new Body(std::move(body)), where, Catch::StringRef(),
+                                  Catch::NameAndTags(plain, tags));
 }
 
 }  // namespace bgsim::test

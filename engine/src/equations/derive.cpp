@@ -122,8 +122,8 @@ class Derivation {
   [[nodiscard]] ExprId signed_by(bool positive, ExprId value) { return positive ? value : system_.pool.neg(value); }
   /// The bond's flow counted into the element.
   [[nodiscard]] ExprId into(PortId port) { return signed_by(graph_[port].head, flow(port)); }
-  /// Effort times @p flow, which is made before: a product is printed in the order in which its factors were made, and of two
-  /// arguments that make them it is the compiler that chooses the first.
+  /// Effort times @p flow, which is made before: a product is printed in the order in which its factors were made, and
+  /// of two arguments that make them it is the compiler that chooses the first.
   [[nodiscard]] ExprId power_of(PortId port, ExprId flow) { return system_.pool.mul(effort(port), flow); }
 
   /// What a model's symbol means in the system.
