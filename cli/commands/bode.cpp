@@ -50,16 +50,43 @@ void write_files(const std::vector<std::string>& files, const std::string& table
   }
 }
 
+/// In degrees; none of what is 0 or without bound.
+double phase_of(const std::complex<double>& value) {
+  const bool any = std::isfinite(std::abs(value)) && std::abs(value) > 0.0;
+  return any ? std::arg(value) * 180.0 / kPi : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// From -180 to 180.
+double turned(double from, double to) { return std::remainder(to - from, 360.0); }
+
 /// Phases in degrees, without jumps by whole turns.
-std::vector<double> phases(const std::vector<std::complex<double>>& values) {
+/// @param beside  beside(): the response beside the imaginary axis. Between two frequencies a pole or zero on the axis
+/// turns the phase by half a turn, and one way is as near as the other. It goes the way that it goes with a little
+/// damping: down at a pole, up at a zero.
+template <class Beside>
+std::vector<double> phases(const std::vector<std::complex<double>>& values, Beside beside) {
+  constexpr double kHalf = 180.0 - 1e-6;
+  std::vector<std::complex<double>> damped;
   std::vector<double> result;
-  double turn = 0.0, last = 0.0;
-  for (const std::complex<double>& value : values) {
-    double phase = std::arg(value) * 180.0 / kPi;
-    if (!std::isfinite(std::abs(value)) || std::abs(value) == 0.0) phase = std::numeric_limits<double>::quiet_NaN();
-    if (!result.empty() && !std::isnan(phase)) turn = 360.0 * std::round((last - phase) / 360.0);
-    if (!std::isnan(phase)) last = phase + turn;
-    result.push_back(phase + turn);
+  double last = 0.0;
+  std::size_t last_at = values.size();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    double phase = phase_of(values[i]);
+    if (!std::isnan(phase)) {
+      if (last_at < values.size()) {
+        double turn = turned(last, phase);
+        if (std::abs(turn) >= kHalf) {
+          if (damped.empty()) damped = beside();
+          double way = 0.0;
+          for (std::size_t k = last_at; k < i; ++k) way += turned(phase_of(damped[k]), phase_of(damped[k + 1]));
+          if (way * turn < 0.0) turn -= std::copysign(360.0, turn);
+        }
+        phase = last + turn;
+      }
+      last = phase;
+      last_at = i;
+    }
+    result.push_back(phase);
   }
   return result;
 }
@@ -214,19 +241,26 @@ Exit bode_command(const Arguments& arguments) {
   check_files(options.files, linear.study.model());
   const LinearSystem& system = linear.system;
   const std::vector<double> omega = frequencies(options, system);
-  FrequencyResponse response = frequency_response(system, 0, 0, omega);
+  // The impedance is the response of the effort by that of the flow.
+  const auto respond = [&](double right) {
+    FrequencyResponse result = frequency_response(system, 0, 0, omega, right);
+    if (!impedance) return result;
+    const FrequencyResponse flow = frequency_response(system, 0, 1, omega, right);
+    for (std::size_t i = 0; i < omega.size(); ++i) result.value[i] /= flow.value[i];
+    result.error += flow.error;
+    return result;
+  };
+  const FrequencyResponse response = respond(0.0);
   std::string name = system.outputs[0].name + " / " + system.inputs[0].name;
   const std::string unit = quotient(system.outputs[0].unit, (impedance ? system.outputs[1] : system.inputs[0]).unit);
-  if (impedance) {
-    const FrequencyResponse flow = frequency_response(system, 0, 1, omega);
-    for (std::size_t i = 0; i < omega.size(); ++i) response.value[i] /= flow.value[i];
-    response.error += flow.error;
-    name = "e/f of " + options.impedance;
-  }
+  if (impedance) name = "e/f of " + options.impedance;
   if (response.error > 1e-6)
     std::cerr << "note: the response is known to a part of " << number_text(response.error, 2)
               << " at some frequencies: terms cancel there, or a pole is near\n";
-  const std::vector<double> phase = phases(response.value);
+  // As far beside the axis as two frequencies are apart: there the phase turns by a sixth of a turn at a pole.
+  const std::vector<double> phase = phases(response.value, [&] {
+    return respond(std::log(omega.back() / omega.front()) / static_cast<double>(omega.size())).value;
+  });
   std::vector<double> x = omega, size;
   if (options.hertz)
     for (double& w : x) w /= 2.0 * kPi;

@@ -109,6 +109,31 @@ TEST_CASE("a frequency response is that of the closed form, as table and as pict
   CHECK(seen.columns[6][0] == Approx(2.0 * w - 8.0 / w).epsilon(1e-12));
 }
 
+TEST_CASE("without damping the phase falls at a pole and rises at a zero") {
+  const Workplace here;
+  // Foster's reactance theorem: the phase of a lossless one-port is 90 or -90 degrees, its poles and zeros in turn.
+  here.write("ladder.json", R"({"bgsim": 1, "elements": {"s": {"kind": "Sf", "flow": 0},
+    "n": {"kind": "0", "repeat": 4}, "c": {"kind": "C", "repeat": 4, "capacitance": "i*1e-3"},
+    "j": {"kind": "1", "repeat": 4}, "l": {"kind": "I", "repeat": 4, "inertance": "0.3/i"}, "end": {"kind": "Se", "effort": 0}},
+    "bonds": [{"from": "s", "to": "n[1]"}, {"from": "n[i]", "to": "c[i]"}, {"from": "n[i]", "to": "j[i]"},
+      {"from": "j[i]", "to": "l[i]"}, {"from": "j[i]", "to": "n[i+1]"}, {"from": "j[4]", "to": "end"}],
+    "scenes": {"run": {"stop": 1}}})");
+  const auto phases = [&](const std::string& words, std::size_t points) {
+    const Outcome outcome = here.bgsim("bode ladder.json " + words);
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+    const bgsim::CsvTable table = bgsim::parse_csv(outcome.out);
+    CHECK(table.columns[0].size() == points);
+    return table.columns.at(4);
+  };
+  for (const double phase : phases("--impedance s --from 1 --to 1000", 400))
+    CHECK(std::abs(phase) == Approx(90.0).epsilon(0).margin(1e-6));  // what counts as half a turn
+  // Four poles, and the current into the last coil has no zero: down by two whole turns.
+  const std::vector<double> through = phases("--in s --out 'j[4].f' --from 1 --to 1000", 400);
+  CHECK(through.front() == Approx(0.0).margin(1e-6));
+  CHECK(through.back() == Approx(-720.0).epsilon(0).margin(1e-6));
+}
+
 TEST_CASE("a step response is that of the closed form") {
   const WithMass here;
   const Outcome outcome = here.bgsim("step mass.json --in push --out x --stop 5 --points 51");

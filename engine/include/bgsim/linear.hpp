@@ -126,15 +126,17 @@ struct TransferZeros {
 /// @throws ModelError BG410 the output does not depend on the input; BG409.
 TransferZeros transfer_zeros(const LinearSystem& system, std::size_t input, std::size_t output);
 
-/// G(j w) at angular frequencies @p omega (rad/s), by output and input.
+/// G(j w) at angular frequencies @p omega (rad/s), from one input to one output.
 struct FrequencyResponse {
   std::vector<double> omega;
   std::vector<std::complex<double>> value;  ///< infinite at a pole on the imaginary axis
   double error = 0.0;                       ///< largest relative error, estimated by refinement
 };
+/// @param right  G((right + j) w) instead: beside the imaginary axis, as if every pole and zero had a little more
+/// damping
 /// @throws ModelError BG410 the output does not depend on the input.
 FrequencyResponse frequency_response(const LinearSystem& system, std::size_t input, std::size_t output,
-                                     std::span<const double> omega);
+                                     std::span<const double> omega, double right = 0.0);
 
 /// Response of the outputs to a unit step or impulse of an input at 0, from rest at the point, at equidistant times
 /// from 0.

@@ -56,7 +56,7 @@ Eigen::MatrixXd exponential(const Eigen::MatrixXd& matrix) {
 }  // namespace
 
 FrequencyResponse frequency_response(const LinearSystem& system, std::size_t input, std::size_t output,
-                                     std::span<const double> omega) {
+                                     std::span<const double> omega, double right) {
   const SinglePath path = single_path(system, input, output);
   const auto n = static_cast<Index>(path.states.size());
   FrequencyResponse result;
@@ -75,7 +75,7 @@ FrequencyResponse frequency_response(const LinearSystem& system, std::size_t inp
   SparseLu<Complex> lu;
   bool analyzed = false;
   for (const double w : result.omega) {
-    const Complex s(0.0, w);
+    const Complex s(right * w, w);
     Complex direct = 0.0, power = 1.0;
     for (const double d : path.d) direct += d * power, power *= s;
     Complex value = direct;
@@ -87,11 +87,11 @@ FrequencyResponse frequency_response(const LinearSystem& system, std::size_t inp
         for (SparseMatrix::InnerIterator it(matrix, k); it; ++it)
           rows(it.row()) = std::max(rows(it.row()), std::abs(it.value()));
       bool singular = rows.minCoeff() == 0.0;
-      Eigen::VectorXcd right = b;
+      Eigen::VectorXcd source = b;
       if (!singular) {
         for (Index k = 0; k < matrix.outerSize(); ++k)
           for (SparseMatrix::InnerIterator it(matrix, k); it; ++it) it.valueRef() /= rows(it.row());
-        right = b.cwiseQuotient(rows.cast<Complex>());
+        source = b.cwiseQuotient(rows.cast<Complex>());
         if (!analyzed) lu.analyze(matrix);
         analyzed = true;
         singular = !lu.factorize(matrix);
@@ -99,8 +99,8 @@ FrequencyResponse frequency_response(const LinearSystem& system, std::size_t inp
       if (singular) {
         value = std::numeric_limits<double>::infinity();
       } else {
-        Eigen::VectorXcd x = lu.solve(right);
-        const Eigen::VectorXcd correction = lu.solve(right - matrix * x);
+        Eigen::VectorXcd x = lu.solve(source);
+        const Eigen::VectorXcd correction = lu.solve(source - matrix * x);
         const Complex moved = (c.transpose() * correction)(0);
         x += correction;
         value += (c.transpose() * x)(0);

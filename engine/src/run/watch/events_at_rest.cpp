@@ -214,7 +214,8 @@ bool EventWatch::both_go_on(std::size_t guard, double t, const double* x, const 
   return true;
 }
 
-/// The same with each side's rates where they hold, a tolerance away from the border.
+/// Whether rates agree across the border, within what the tolerances make of them, each side's taken where they hold: a
+/// tolerance away from it.
 bool EventWatch::meets_at_border(std::size_t guard, double t, const double* x, const Branch& branch) {
   const std::size_t states = program_.state_names.size();
   const std::vector<double> up = uphill(guard, t, x, branch);
