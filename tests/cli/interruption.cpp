@@ -96,7 +96,7 @@ void check_interrupted(const LongWork& work, const char* signal, double seconds)
 
 }  // namespace
 
-TEST_CASE("every command that is interrupted ends with exit code 3 and a message and leaves nothing behind") {
+TEST_CASE("every command that is interrupted ends with exit code 3 and a message and leaves nothing behind", "[long]") {
   for (const LongWork& work : kWorks) {
     for (const char* signal : {"INT", "TERM", "HUP"}) {
       for (const double moment : {0.1, 0.5}) {

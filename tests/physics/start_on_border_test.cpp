@@ -154,7 +154,7 @@ TEST_CASE("a tank with a root of the third degree that an inflow from 0 fills is
     }
 }
 
-TEST_CASE("a weir behind a coil that starts at its crest overflows, by every method") {
+TEST_CASE("a weir behind a coil that starts at its crest overflows, by every method", "[long]") {
   // The last two come to no more than the tolerance above the crest for long.
   for (const Weir& weir :
        {Weir{2.0, 5.0, 0.3, 0.2, 1.3}, Weir{0.5, 1.16, 6.7, 0.3, 2.23}, Weir{2.0, 2.72, 4.4, 0.154, 1.76}}) {

@@ -7,8 +7,8 @@
 
 namespace bgsim::test {
 
-/// @p usual, or the part of it that BGSIM_RANDOM_SHARE says: under the sanitizers a tenth and at least five, since the
-/// release tries all (docs/design/build.md).
+/// @p usual, or the part of it that BGSIM_RANDOM_SHARE says, at least five: under the sanitizers a tenth, with the
+/// release three tenths, in scripts/test --slow all (docs/design/build.md).
 inline std::uint64_t share_of(std::uint64_t usual) {
   const char* text = std::getenv("BGSIM_RANDOM_SHARE");
   if (text == nullptr) return usual;
