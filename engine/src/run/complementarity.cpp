@@ -191,23 +191,36 @@ bool is_known(const ComplementarySides& sides) {
                       [](const PowerSeries& s) { return s.zero && s.known <= 0; });
 }
 
+/// Whether each value that is 0 is so as far as the problem itself is known. Where rows had to be divided by h the
+/// values are known less far, and one of them may go below 0 at the next order.
+bool is_decided(const Complementarity& problem, const ComplementarySides& sides) {
+  int known = PowerSeries::kExact;
+  for (const PowerSeries& right : problem.r) known = std::min(known, right.known);
+  return std::none_of(sides.value.begin(), sides.value.end(),
+                      [known](const PowerSeries& s) { return s.zero && s.known < known; });
+}
+
 }  // namespace
 
 ComplementarySides solve_complementarity(const Complementarity& problem, const std::vector<bool>& first,
                                          const std::vector<bool>& held) {
   if (problem.size == 0) return {true, {}, {}, {}};
+  const auto by_blocks = [&](const std::vector<bool>& from) {
+    auto sides = solve_by_blocks(problem, from, held);
+    return sides && is_decided(problem, *sides) ? std::move(sides) : std::nullopt;
+  };
   // A few pivots cost less than factorizations do, and their rounding is small.
   constexpr std::size_t kFew = 4;
   const bool few = problem.size <= kFew;
   if (!few)
-    if (auto sides = solve_by_blocks(problem, first, held)) return std::move(*sides);
+    if (auto sides = by_blocks(first)) return std::move(*sides);
   const ComplementarySides sides = Lemke(problem, first, held).run();
   if (sides.solved && is_known(sides)) return sides;
   // Rounding grows with each pivot, and may make a ray: the way is gone again from where it ended, in numbers that have
   // none.
-  if (auto others = solve_by_blocks(problem, sides.takes_z, held)) return std::move(*others);
+  if (auto others = by_blocks(sides.takes_z)) return std::move(*others);
   if (few)
-    if (auto others = solve_by_blocks(problem, first, held)) return std::move(*others);
+    if (auto others = by_blocks(first)) return std::move(*others);
   constexpr int kTimes = 3;
   std::vector<bool> from = sides.takes_z;
   for (int i = 0; i < kTimes; ++i) {

@@ -173,13 +173,14 @@ bool SwitchedRun::change_mode(const std::vector<double>& leaving, const Program&
   }
   ++result_.report.mode_changes;
   log_sides(*program.model, [](bool diode) { return !diode; });
-  return !(switched_ && runs_in_circles(program)) && !chatters(program) && !takes_too_long();
+  return !runs_in_circles(program) && !chatters(program) && !takes_too_long();
 }
 
 bool SwitchedRun::runs_in_circles(const Program& program) {
   constexpr std::size_t kMostInOneInstant = 1000, kShown = 6;
   const auto same = [this](const Departure& from) { return from.mode == mode_ && same_values(from.stored); };
-  const auto first = std::find_if(departures_.begin(), departures_.end(), same);
+  // Diodes may leave a mode again with the same contents, as borders are moved by roundings, but not without end.
+  const auto first = switched_ ? std::find_if(departures_.begin(), departures_.end(), same) : departures_.end();
   if (first == departures_.end() && departures_.size() < kMostInOneInstant) return false;
   std::string cycle;
   const auto count = static_cast<std::size_t>(departures_.end() - first);

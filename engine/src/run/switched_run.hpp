@@ -198,7 +198,8 @@ class SwitchedRun {
   /// Where some switches leave their sides. False if that leads nowhere.
   bool change_mode(const std::vector<double>& leaving, const Program& program);
 
-  /// A mode that comes back within one instant, with the stores as they were when it was left.
+  /// A mode that comes back within one instant, with the stores as they were when it was left; or a thousand changes in
+  /// one instant.
   bool runs_in_circles(const Program& program);
 
   [[nodiscard]] bool same_values(const std::vector<RunInputs::Initial>& values) const;
