@@ -124,12 +124,13 @@ void Reader::declare_instance(std::size_t scope, NodeId node, std::string_view k
     const NodeId section = file.find(Document::root(), "types");
     if (section.valid() && file[section].kind != JsonKind::object) return;  // reported
     std::vector<std::string> candidates = kind_texts();
+    std::string kinds;
+    for (const std::string& name : candidates) kinds += name + ' ';
     for (const auto& [name, unused] : types) candidates.emplace_back(name);
     std::sort(candidates.begin(), candidates.end());
     std::string help = instead_of_kind(kind);
     if (help.empty()) help = suggestion(kind, candidates);
-    if (help.empty())
-      help = "kinds are Se Sf R C I TF GY 0 1, MSe MSf MR MC MI MTF MGY, CC II IC RR, and those in \"types\"";
+    if (help.empty()) help = "kinds are " + kinds + "and those in \"types\"";
     return problem("BG114", "there is no kind of element " + in_quotes(kind), file.place(file.find(node, "kind")),
                    help);
   }
