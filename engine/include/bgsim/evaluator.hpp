@@ -51,8 +51,8 @@ class Evaluator {
   ~Evaluator();
   Evaluator(Evaluator&&) noexcept;
 
-  /// For the next run with the same parameters: without faults, counts and what watch() was told. Known times that were
-  /// found stay.
+  /// For the next run with the same parameters: without faults, counts and what watch() was given. Known times that
+  /// were found stay.
   void begin_again();
 
   [[nodiscard]] const Program& program() const;

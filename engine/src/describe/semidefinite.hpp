@@ -6,7 +6,7 @@
 namespace bgsim {
 
 /// Whether u^T G u >= 0 for all u: whether the symmetric part of @p matrix (n by n, by rows) is positive semidefinite.
-/// In whole numbers, exactly, so that matrices with an eigenvalue of 0 are told from others: G is what its doubles say.
+/// In whole numbers, exactly, so that matrices with an eigenvalue of 0 are recognized: G is what its doubles say.
 /// Cost: n^3 operations on numbers that grow; for some ten ports.
 bool is_positive_semidefinite(const std::vector<std::vector<double>>& matrix);
 
