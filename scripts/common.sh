@@ -9,6 +9,7 @@ study_packages="libspectra-dev" # of bgsim-studies alone
 fit_packages="libceres-dev libnlopt-dev" # of bgsim fit alone
 test_packages="$run_packages $study_packages $fit_packages catch2 python3 python3-jsonschema clang-format clang libclang-rt-dev mold"
 browser_packages="chromium"
+oracle_packages="python3-numpy python3-scipy" # of scripts/oracle
 lint_packages="$test_packages clang-tidy"
 
 say() { printf '%s\n' "$*" >&2; }

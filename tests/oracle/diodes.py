@@ -2,14 +2,7 @@
 import math
 
 from network import Network, sine, steady
-from scenes import between as U
-
-FAMILIES = []
-
-
-def family(function):
-    FAMILIES.append(function)
-    return function
+from scenes import between as U, family
 
 
 def of(network, stop, outputs, steps=400, breaks=(), sides_at=None, **keys):
