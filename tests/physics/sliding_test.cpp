@@ -23,7 +23,7 @@ std::string tank(const std::string& law, const std::string& inflow) {
     "scenes": {"s": {"stop": 4, "samples": 81}}, "outputs": {"e": "c.e", "f": "valve.f"}})x";
 }
 
-const std::vector<Method> kMethods{Method::bdf,   Method::adams, Method::erk5,  Method::dirk3,
+const std::vector<Method> kMethods{Method::bdf,   Method::adams, Method::ida,   Method::erk5,     Method::dirk3,
                                    Method::dirk4, Method::dirk5, Method::radau, Method::automatic};
 
 }  // namespace
@@ -83,6 +83,47 @@ TEST_CASE("a mass whose drag jumps at a speed keeps that speed") {
   CHECK(std::abs(last(run, "v") - 1.0) < 1e-6);
   CHECK(std::abs(last(run, "e") - 2.0) < 1e-6);
   CHECK(std::abs(run.trace["v"][5] - 0.5) < 1e-6);
+}
+
+TEST_CASE("a valve is held at its border beside a nonlinear loop, which IDA finds inside the rates from there on") {
+  // 2 - e = 3 f + 2 f^3 behind two resistances: what flows in while the level is 1.
+  double inflow = 0.3;
+  for (int k = 0; k < 50; ++k)
+    inflow -= (3.0 * inflow + 2.0 * std::pow(inflow, 3) - 1.0) / (3.0 + 6.0 * inflow * inflow);
+  for (const Method method : {Method::ida, Method::bdf}) {
+    CAPTURE(method_name(method));
+    const RunResult run = run_text(R"x({"bgsim": 1, "name": "tank", "elements": {"n": {"kind": "0"}, "j": {"kind": "1"},
+        "s": {"kind": "Se", "effort": 2}, "a": {"kind": "R", "law": "e = f + f^3"}, "b": {"kind": "R", "law": "e = 2*f + f^3"},
+        "c": {"kind": "C", "capacitance": 0.2}, "valve": {"kind": "R", "law": "f = if(e >= 1, 10*(e - 0.9), 0)"}},
+      "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "a"}, {"from": "j", "to": "b"}, {"from": "j", "to": "n"},
+                {"from": "n", "to": "c"}, {"from": "n", "to": "valve"}],
+      "outputs": {"e": "c.e", "f": "valve.f"}, "scenes": {"s": {"stop": 4, "samples": 41}}})x",
+                                   with_method(method));
+    REQUIRE(run.stop == StopReason::completed);
+    CHECK(std::abs(last(run, "e") - 1.0) < 1e-6);
+    CHECK(std::abs(last(run, "f") - inflow) < 1e-6);
+  }
+}
+
+TEST_CASE("two rotors that a dry torque brings to one speed go on together, by every method") {
+  // 5 and -1 at first; (0.2 - 2)/1 and 2/2 while they slip: equal at t = 6/2.8, then 0.2/3.
+  const double together = 6.0 / 2.8;
+  for (const Method method : kMethods) {
+    CAPTURE(method_name(method));
+    const RunResult run =
+        run_text(R"x({"bgsim": 1, "name": "clutch", "elements": {"a": {"kind": "1"}, "b": {"kind": "1"},
+        "slip": {"kind": "1"}, "z": {"kind": "0"}, "u": {"kind": "Se", "effort": 0.2},
+        "i1": {"kind": "I", "inertance": 1, "initial": {"f": 5}}, "i2": {"kind": "I", "inertance": 2, "initial": {"f": -1}},
+        "plates": {"kind": "R", "law": "e = 2*sign(f)"}},
+      "bonds": [{"from": "u", "to": "a"}, {"from": "a", "to": "i1"}, {"from": "a", "to": "z"}, {"from": "z", "to": "slip"},
+                {"from": "slip", "to": "plates"}, {"from": "z", "to": "b"}, {"from": "b", "to": "i2"}],
+      "outputs": {"w1": "i1.f", "w2": "i2.f"}, "scenes": {"s": {"stop": 5, "samples": 51}}})x",
+                 with_method(method));
+    REQUIRE(run.stop == StopReason::completed);
+    const double w = 5.0 - 1.8 * together + (5.0 - together) * 0.2 / 3.0;
+    CHECK(std::abs(last(run, "w1") - w) < 2e-5);  // some tolerances of a range of 6
+    CHECK(std::abs(last(run, "w2") - w) < 2e-5);
+  }
 }
 
 TEST_CASE("a condition that rates follow by more than a straight line is not held") {

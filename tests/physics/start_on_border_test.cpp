@@ -97,18 +97,16 @@ TEST_CASE("a tank that is filled from where its law changes fills as its law say
   struct Outflow {
     std::string text;
     double power;
-    bool both_sides;  ///< by a law for each, which IDA does not cross (docs/design/state.md)
   };
-  const std::vector<Outflow> laws{{"0.7*sign(e - h0)*sqrt(abs(e - h0))", 0.5, false},
-                                  {"0.7*sqrt(max(e - h0, 0))", 0.5, false},
-                                  {"if(e > h0, 0.7*sqrt(e - h0), -0.7*sqrt(h0 - e))", 0.5, true},
-                                  {"if(e > h0, 0.7*(e - h0)^1.5, -0.7*(h0 - e)^1.5)", 1.5, true},
-                                  {"if(e >= h0, 0.7*(e - h0)^1.5, 0)", 1.5, false}};
+  const std::vector<Outflow> laws{{"0.7*sign(e - h0)*sqrt(abs(e - h0))", 0.5},
+                                  {"0.7*sqrt(max(e - h0, 0))", 0.5},
+                                  {"if(e > h0, 0.7*sqrt(e - h0), -0.7*sqrt(h0 - e))", 0.5},
+                                  {"if(e > h0, 0.7*(e - h0)^1.5, -0.7*(h0 - e)^1.5)", 1.5},
+                                  {"if(e >= h0, 0.7*(e - h0)^1.5, 0)", 1.5}};
   for (const Outflow& law : laws)
     for (const double level : {0.0, 3.7})
       for (const double start : {0.0, 5.0})
         for (const Method method : kMethods) {
-          if (law.both_sides && method == Method::ida) continue;
           CAPTURE(law.text, level, start, method_name(method));
           const RunResult run = run_text(tank(law.text, "2", level, start), with_method(method));
           REQUIRE(run.stop == StopReason::completed);

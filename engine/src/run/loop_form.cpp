@@ -8,7 +8,8 @@
 // three_phase_rectifier, charge_pump_if in tests/physics/loop_form_test.cpp). Inside the rates, a loop whose solution
 // moves faster than the states do, or is hardly determined by them, makes rates that no iteration over states
 // converges with: currents of coils that meet in diodes, of index 2 while these block (ring modulator without its
-// stray capacities, there).
+// stray capacities, there). A condition is held at its border by rates whose modes depend on the point: inside them,
+// too.
 #include "bgsim/text.hpp"
 #include "run/run.hpp"
 
@@ -59,7 +60,6 @@ bool Run::change_form(bool implicit) {
   counts_before_ = counts();
   implicit_ = implicit;
   tolerances_.use_tears(implicit);
-  events_.let_hold(!implicit);
   fresh_ = true;
   return choose_integrator();
 }
@@ -71,7 +71,7 @@ std::string given_loops_words(double since) {
 
 std::string eliminated_loops_words(double since) {
   return "loops are solved inside the state equations from t = " + number_text(since) +
-         " on: as unknowns of the integrator they were not found";
+         " on: as unknowns of the integrator they were not found, or kept a condition from being held at its border";
 }
 
 }  // namespace bgsim

@@ -51,7 +51,7 @@ class Run {
         inputs_(inputs),
         options_(options),
         implicit_(!program.state_names.empty() &&
-                  (inputs.method == Method::ida ||
+                  ((inputs.method == Method::ida && !program.blocks.empty()) ||
                    (inputs.method == Method::automatic && program.system_class == SystemClass::implicit_dae) ||
                    !program.plan.explicit_form)),
         own_evaluator_(evaluator != nullptr ? nullptr : std::make_unique<Evaluator>(program, inputs.parameters)),
@@ -60,7 +60,7 @@ class Run {
         own_log_(options, inputs),
         tolerances_(program, inputs, implicit_),
         schedule_(program, evaluator_, inputs),
-        events_(program, inputs, evaluator_, tolerances_, !implicit_),
+        events_(program, inputs, evaluator_, tolerances_, program.plan.explicit_form),
         jumps_(program, evaluator_, inputs),
         delays_(program, evaluator_, inputs, delayed),
         defects_(program, inputs, evaluator_, tolerances_),

@@ -169,6 +169,8 @@ bool Run::integrate_to(double limit) {
 /// The integrator at the run's point. While signs are held at their border, the rates are what balances them.
 bool Run::start_here(double limit) {
   if (events_.holding() && differentiates()) return fail(held_variation_failure(program_, t_));
+  // Modes that depend on the point are set within rates: the integrator's unknowns are the states alone.
+  if (events_.holding()) eliminate_loops();
   if (events_.holding())
     integrator_->use_rates([this](double t, const double* x, Branch& branch, double* rates) {
       return events_.prepare(t, x, branch) && evaluator_.rates(t, x, branch, rates);

@@ -81,9 +81,6 @@ class EventWatch {
     return (!followed_any_ || follow(t, x, branch)) && (!stiction_.any() || stiction_.balance(t, x, branch));
   }
 
-  /// From here on signs may be held, or not.
-  void let_hold(bool may) { may_hold_ = may; }
-
   template <class Archive>
   void carry(Archive& archive) {
     archive("side", side_);
