@@ -42,7 +42,8 @@ class RadauIntegrator final : public Integrator {
         border_(program.state_names.size(), program.jacobian_pattern.row.size()) {
     size_ = program.state_names.size();
     order_ = kDegree;
-    for (auto* const vector : {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &increment_, &bend_})
+    for (auto* const vector :
+         {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &raw_, &increment_, &bend_})
       vector->assign(size_, 0.0);
     for (auto* const vectors : {&z_, &w_, &right_, &stage_, &divided_})
       for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
@@ -134,15 +135,20 @@ class RadauIntegrator final : public Integrator {
         }
         error = std::max(error, share * within);
       }
-      const double quotient = std::clamp(std::pow(error, 0.25) / safety(), kMostGrowth, kMostCut);
-      if (error < 1.0 && accept(h)) {
-        finish(h, error, quotient);
-        return true;
+      if (error < 1.0) {
+        if (!accept(h)) {  // no rates at the end
+          h = shorten(h, 0.5, kStateEquationsText);
+          continue;
+        }
+        const double released = share * released_error(h);
+        if (released < 1.0) {
+          finish(h, error, quotient_of(std::max(error, released)));
+          return true;
+        }
+        take_back();
+        error = released;
       }
-      if (error < 1.0) {  // no rates at the end
-        h = shorten(h, 0.5, kStateEquationsText);
-        continue;
-      }
+      const double quotient = quotient_of(error);
       ++counts_.error_failures;
       words_ = kErrorTestText;
       faulted_ = false;
@@ -502,12 +508,14 @@ class RadauIntegrator final : public Integrator {
       increment_[i] = e[0] * z_[0][i] + e[1] * z_[1][i] + e[2] * z_[2][i];
       error_[i] = increment_[i] + h * rate_[i];
     }
+    raw_ = error_;
     systems_->solve_real(error_.data());
     double error = norm(error_) / looser_;
     if (error >= 1.0 && (first_ || rejected_)) {
       for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + error_[i];
       if (rates(time_, at_.data(), loops_ ? stage_branch_[0] : branch_, right_[0].data())) {
         for (std::size_t i = 0; i < size_; ++i) error_[i] = increment_[i] + h * right_[0][i];
+        raw_ = error_;
         systems_->solve_real(error_.data());
         error = norm(error_) / looser_;
       }
@@ -530,6 +538,49 @@ class RadauIntegrator final : public Integrator {
     }
     time_ = end;
     return true;
+  }
+
+  void take_back() {
+    y_ = begin_;
+    rate_ = rate_at_begin_;
+    time_ = previous_;
+    if (loops_) branch_ = branch_at_begin_;
+  }
+
+  [[nodiscard]] double quotient_of(double error) const {
+    return std::clamp(std::pow(error, 0.25) / safety(), kMostGrowth, kMostCut);
+  }
+
+  /// The error of an accepted step by the slopes at its end, where these no longer damp what those at its beginning
+  /// did: a filter as stiff as the beginning hides by how much the step missed the instant at which a fast state is let
+  /// go (friction that breaks loose). The slopes along the error tell for one evaluation of the rates whether this may
+  /// be. 0 if not. Slopes that were seen serve for the next step.
+  double released_error(double h) {
+    constexpr double kDamped = 0.5;
+    const double least = radau::kGamma * looser_;
+    if (!(norm(raw_) > least)) return 0.0;  // it would have passed without damping
+    for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + error_[i];
+    if (loops_) probe_ = branch_;
+    if (!rates(time_, at_.data(), loops_ ? probe_ : branch_, increment_.data())) return 0.0;
+    bool let_go = false;
+    for (std::size_t i = 0; i < size_ && !let_go; ++i) {
+      const double damped = radau::kGamma * error_[i] - h * (increment_[i] - rate_[i]);
+      let_go = std::abs(raw_[i] * weight_[i]) > least && std::abs(damped) < kDamped * std::abs(raw_[i]);
+    }
+    if (!let_go) return 0.0;
+    factored_ = 0.0;
+    if (!see_jacobian(h) || !systems_->factor(h, systems_->dense() ? full_.data() : entries_.data())) {
+      stale_ = kNoJacobian;
+      return 0.0;
+    }
+    ++counts_.factorizations;
+    factored_ = h;
+    error_ = raw_;
+    systems_->solve_real(error_.data());
+    const double error = norm(error_) / looser_;
+    seen_at_end_ = error < 1.0;
+    if (!seen_at_end_) stale_ = kNoJacobian;
+    return std::isfinite(error) ? error : 1e10;
   }
 
   void finish(double h, double error, double quotient) {
@@ -560,7 +611,10 @@ class RadauIntegrator final : public Integrator {
     first_ = rejected_ = false;
     // A rate that one iteration leaves unknown says nothing: with slopes that are far too steep by now any guess passes
     // for converged, and for exact. (A tank that runs empty: the slope of its root is beyond all bounds.)
-    stale_ = iterations_ > 1 && speed_ <= kServes ? kOld : kNoJacobian;
+    if (std::exchange(seen_at_end_, false))
+      stale_ = kFresh;
+    else
+      stale_ = iterations_ > 1 && speed_ <= kServes ? kOld : kNoJacobian;
     if (speed_ <= kServes && next >= h && next <= kSame * h) next = h;
     next_ = next;
   }
@@ -622,6 +676,7 @@ class RadauIntegrator final : public Integrator {
   double factored_ = 0.0;                                 ///< step that systems_ is for; 0: none
   Jacobian stale_ = kNoJacobian;
   bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false, extrapolates_ = false, from_rest_ = false;
+  bool seen_at_end_ = false;  ///< the Jacobian is that of the last step's end
   double speed_ = kNoSpeed,
          converged_ = 1.0;  ///< of Newton's iteration: rate, and the sum of what
                             ///< is left by what was last
@@ -633,7 +688,7 @@ class RadauIntegrator final : public Integrator {
   const char* words_ = kErrorTestText;
   Counts counts_;
   // Scratch
-  std::vector<double> at_, error_, increment_, bend_;
+  std::vector<double> at_, error_, raw_, increment_, bend_;
   std::array<std::vector<double>, 3> right_, stage_;
 };
 
