@@ -195,7 +195,7 @@ bool Run::take_step() {
   }
   const Fault& fault = integrator_->last_fault();
   if (fault.kind != Fault::Kind::none &&
-      vitality_.blocked(integrator_->step(), t_, fault.time, inputs_.stop - inputs_.start) && leave_law())
+      vitality_.blocked(integrator_->step(), t_, fault.time) && leave_law())
     return jump_ ? fail(std::move(*jump_)) : settle_instant();
   const double* end = integrator_->end();
   // Of a state that was not watched the step says how large it is, and no more: neither where it has crossed a border.

@@ -17,11 +17,10 @@ bool Vitality::look(double step, double time) {
   return tiny_ < kPatience && empty_ < kPatienceWithNone;
 }
 
-bool Vitality::blocked(double step, double from, double fault, double span) {
+bool Vitality::blocked(double step, double from, double fault) {
   constexpr double kShortly = 100.0;
   constexpr std::uint64_t kPatience = 30;
-  const bool tiny = step < kRoundings * std::numeric_limits<double>::epsilon() * span;
-  blocked_ = tiny && fault > from && fault - from < kShortly * step ? blocked_ + 1 : 0;
+  blocked_ = fault > from && fault - from < kShortly * step ? blocked_ + 1 : 0;
   if (blocked_ < kPatience) return false;
   blocked_ = 0;
   return true;

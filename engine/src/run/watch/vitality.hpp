@@ -13,9 +13,9 @@ class Vitality {
   /// An accepted step that ends at @p time. False: time no longer advances.
   bool look(double step, double time);
   /// An accepted step from @p from, and where the laws last had no value. True each time after a number of steps in a
-  /// row that ended shortly before such a place, and are roundings of the scene's length: at t = 0, or where a state is
-  /// a large number and differs from a border by its own roundings only, they are none of the time.
-  bool blocked(double step, double from, double fault, double span);
+  /// row that ended shortly before such a place. They need not be short: where a state is a large number, steps that
+  /// move it by less than its rounding go on for ever.
+  bool blocked(double step, double from, double fault);
 
   template <class Archive>
   void carry(Archive& archive) {
