@@ -71,25 +71,37 @@ std::optional<std::string> output_errors_note(const OutputErrors& errors, const 
                                               double relative) {
   constexpr std::size_t kMost = 5;
   if (!errors.done) return std::nullopt;
-  std::vector<std::pair<double, std::size_t>> wrong;  // part of the range, output
+  std::vector<std::pair<double, std::size_t>> wrong, open;  // part of the range, output
   for (std::size_t k = 0; k < names.size(); ++k) {
     const double error = errors.estimate[k], range = errors.range[k];
     // What stands still but for the tolerance has no range to compare with, nor has what is zero but for rounding.
     constexpr double kStill = 10.0;  // tolerances
     const double tolerance = relative * errors.magnitude[k];
     const double least = std::max(OutputErrors::kLarge * range, range > kStill * tolerance ? 0.0 : tolerance);
-    if (error > least && 2.0 * errors.beyond_rounding[k] > least) wrong.emplace_back(error / range, k);
+    const auto above = [&](double limit) { return error > limit && 2.0 * errors.beyond_rounding[k] > limit; };
+    // Where the tolerance alone is more of the range than that, the estimate must be clear of it by what it is known
+    // to.
+    constexpr double kKnownTo = 5.0;
+    const bool coarse = tolerance > OutputErrors::kLarge * range && range > kStill * tolerance;
+    if (above(least))
+      wrong.emplace_back(error / range, k);
+    else if (coarse && above(least / kKnownTo))
+      open.emplace_back(error / range, k);
   }
-  if (wrong.empty()) return std::nullopt;
+  if (wrong.empty() && open.empty()) return std::nullopt;
   std::stable_sort(wrong.begin(), wrong.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   const auto drowned = static_cast<std::size_t>(
       std::count_if(wrong.begin(), wrong.end(), [](const auto& output) { return output.first >= 1.0; }));
-  const auto list = [&](std::size_t from, std::size_t to, const auto& words) {
+  const auto list_of = [&](const auto& outputs, std::size_t from, std::size_t to, const auto& words) {
     std::string text;
     for (std::size_t k = from; k < to && k < from + kMost; ++k)
-      text += (k == from ? "\"" : ", \"") + names[wrong[k].second] + "\" " + words(wrong[k]);
+      text += (k == from ? "\"" : ", \"") + names[outputs[k].second] + "\" " + words(outputs[k]);
     return to > from + kMost ? text + " and " + std::to_string(to - from - kMost) + " more" : text;
   };
+  const auto list = [&](std::size_t from, std::size_t to, const auto& words) {
+    return list_of(wrong, from, to, words);
+  };
+  const auto percent = [](const auto& output) { return "by " + number_text(100.0 * output.first, 2) + " %"; };
   std::string text;
   if (drowned > 0)
     text = "outputs vary by no more than they are estimated to be wrong by: " +
@@ -98,8 +110,12 @@ std::optional<std::string> output_errors_note(const OutputErrors& errors, const 
   if (drowned < wrong.size())
     text += (drowned > 0 ? "; " : "") +
             std::string("outputs are estimated to be wrong by more than 0.01 % of their range: ") +
-            list(drowned, wrong.size(),
-                 [](const auto& output) { return "by " + number_text(100.0 * output.first, 2) + " %"; });
+            list(drowned, wrong.size(), percent);
+  if (!open.empty())
+    text += (wrong.empty() ? "" : "; ") +
+            std::string(
+                "outputs vary by so little beside the tolerance that they are not known to 0.01 % of their range, ") +
+            "though estimated to be wrong by less: " + list_of(open, 0, open.size(), percent);
   return text + "; a smaller relative tolerance, or --accuracy, gives more digits";
 }
 

@@ -194,8 +194,7 @@ bool Run::take_step() {
     return eliminate_loops() || take_multistep() || fail_as_stuck("time no longer advances");
   }
   const Fault& fault = integrator_->last_fault();
-  if (fault.kind != Fault::Kind::none &&
-      vitality_.blocked(integrator_->step(), t_, fault.time) && leave_law())
+  if (fault.kind != Fault::Kind::none && vitality_.blocked(integrator_->step(), t_, fault.time) && leave_law())
     return jump_ ? fail(std::move(*jump_)) : settle_instant();
   const double* end = integrator_->end();
   // Of a state that was not watched the step says how large it is, and no more: neither where it has crossed a border.

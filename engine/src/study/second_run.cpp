@@ -125,6 +125,9 @@ void SecondRun::compare(RunResult& result, const Trace& second, const EventTimes
     errors.range.push_back(most_[c] - least_[c]);
     errors.magnitude.push_back(std::max(std::abs(most_[c]), std::abs(least_[c])));
   }
+  // Errors are as large as the tolerance: what the second run is wrong by, too, is missing from the difference.
+  if (inputs_.relative > kLoosensBelow)
+    for (double& estimate : errors.estimate) estimate /= 1.0 - kSecondTolerance;
   errors.beyond_rounding = errors.estimate;
   // The second run is wrong, too, often to the same side: where the estimate that was carried along is larger, it
   // stands.

@@ -21,6 +21,10 @@ constexpr double kDiagonal = 1.0 - 1.0 / std::numbers::sqrt2;
 constexpr int kMostDefectPoints = 3;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
+double legendre(int n, double x) {
+  return n == 0 ? 1.0 : n == 1 ? x : n == 2 ? 1.5 * x * x - 0.5 : (2.5 * x * x - 1.5) * x;
+}
+
 }  // namespace
 
 GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tolerances& tolerances,
@@ -64,6 +68,7 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tol
   moment_.setZero(n);
   defect_.setZero(n);
   before_.setZero(n);
+  for (Eigen::MatrixXd& bend : bends_) bend.setZero(n, kMostDefectPoints - 1);
 }
 
 void GlobalError::give_up(const std::string& why) {
@@ -96,6 +101,15 @@ bool GlobalError::set_modes(double t, const std::vector<double>& y, Branch& bran
   return true;
 }
 
+/// The rates at a point. A dense output may be beyond the border at which the laws of this side end (a root at an empty
+/// tank): there those of the point hold.
+bool GlobalError::rates_at(double t, const std::vector<double>& y, const Integrator::Rates& held, double* rates) {
+  if (held) return held(t, y.data(), branch_, rates);
+  if (evaluator_.rates(t, y.data(), branch_, rates)) return true;
+  branch_there_ = branch_;
+  return set_modes(t, y, branch_there_) && evaluator_.rates(t, y.data(), branch_there_, rates);
+}
+
 /// In the middle between the dense output, in y_, and where the exact solution is taken to be: where a law bends more
 /// sharply than the error is small (a square root at 0), the slope there is nearer to what takes one to the other. With
 /// the modes that hold there: beyond a border a law goes on as it was never meant to (a transistor's conductance).
@@ -105,10 +119,7 @@ bool GlobalError::see_jacobian(double t) {
   const bool there =
       set_modes(t, middle_, branch_there_) && evaluator_.jacobian(t, middle_.data(), branch_there_, entries_.data());
   // A law without a slope where it rests (a turbulent pipe between two tanks that are level) has one over a distance.
-  if (!there && !evaluator_.jacobian(t, y_.data(), branch_, entries_.data()))
-    return see_differences(t, [this](double at, const double* x, Branch& branch, double* rates) {
-      return evaluator_.rates(at, x, branch, rates);
-    });
+  if (!there && !evaluator_.jacobian(t, y_.data(), branch_, entries_.data())) return see_differences(t, {});
   const Sparsity& pattern = program_.jacobian_pattern;
   for (std::size_t column = 0; column < error_.size(); ++column)
     for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
@@ -118,7 +129,7 @@ bool GlobalError::see_jacobian(double t) {
 }
 
 /// The Jacobian by differences from rates_, over the tolerances, as the integrators take it.
-bool GlobalError::see_differences(double t, const Integrator::Rates& rates) {
+bool GlobalError::see_differences(double t, const Integrator::Rates& held) {
   static const double kPart = std::sqrt(kEpsilon);
   std::copy_n(y_.begin(), middle_.size(), middle_.begin());
   for (std::size_t j = 0; j < error_.size(); ++j) {
@@ -127,7 +138,7 @@ bool GlobalError::see_differences(double t, const Integrator::Rates& rates) {
     const double move = std::max(kPart * std::abs(y_[j]), tolerances_.absolute(j));
     if (move == 0.0) continue;
     middle_[j] = y_[j] + move;
-    if (!rates(t, middle_.data(), branch_, rates_before_.data())) {
+    if (!rates_at(t, middle_, held, rates_before_.data())) {
       give_up("the slopes of the rates could not be evaluated at t = " + number_text(t, 6));
       return false;
     }
@@ -156,15 +167,15 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   const Integrator::Rates& held = integrator.special_rates();
   const int points = std::clamp(integrator.order() / 2 + 1, 1, kMostDefectPoints);
   if (!matters(begin_error_) || !integrator.one_step()) {
-    if (!propagate(from, to, points, held)) return;
+    if (!propagate(from, to, points, held, bends_[0])) return;
     if (!matters(error_) || !integrator.one_step()) return;
     error_ = begin_error_;
   }
   const double middle = from + 0.5 * (to - from);
-  if (!propagate(from, middle, points, held)) return;
+  if (!propagate(from, middle, points, held, bends_[0])) return;
   middle_at_ = middle;
   middle_error_ = error_;
-  propagate(middle, to, points, held);
+  propagate(middle, to, points, held, bends_[1]);
 }
 
 /// Whether an error is in reach of what is noted of outputs: a thousandth of that, beside the largest value of some
@@ -177,7 +188,15 @@ bool GlobalError::matters(const std::vector<double>& error) const {
 }
 
 /// Takes error_ from one time to another within polynomial_. False if it gave up.
-bool GlobalError::propagate(double from, double to, int points, const Integrator::Rates& held) {
+///
+/// Between both the error is not on a straight line: what the dense output is wrong by there, and not at the ends, is
+/// the integral of r up to each time, less its share of the whole. With r as a sum of a_n P_n(x), Legendre polynomials
+/// of x from -1 to 1, that is the sum over n > 0 of
+///
+///     h a_n (P_{n+1}(x) - P_{n-1}(x)) / (2 (2n + 1)).
+///
+/// @param bend  the h a_n / (2 (2n + 1)), by column; through (1 - g hJ), since stiff states forget r within the step
+bool GlobalError::propagate(double from, double to, int points, const Integrator::Rates& held, Eigen::MatrixXd& bend) {
   const std::size_t states = error_.size();
   const double length = to - from;
   for (std::size_t i = 0; i < states; ++i) before_[static_cast<Eigen::Index>(i)] = error_[i];
@@ -185,6 +204,7 @@ bool GlobalError::propagate(double from, double to, int points, const Integrator
   const GaussRule& rule = gauss_rule(points);
   defect_.setZero();
   moment_.setZero();
+  bend.setZero();
   for (std::size_t k = 0; k < rule.position.size(); ++k) {
     const double t = from + rule.position[k] * length;
     for (std::size_t i = 0; i < states; ++i) {
@@ -192,7 +212,7 @@ bool GlobalError::propagate(double from, double to, int points, const Integrator
       y_[i] = value;
       right_[static_cast<Eigen::Index>(i)] = slope;
     }
-    if (!(held ? held(t, y_.data(), branch_, rates_.data()) : evaluator_.rates(t, y_.data(), branch_, rates_.data()))) {
+    if (!rates_at(t, y_, held, rates_.data())) {
       give_up("the rates could not be evaluated at t = " + number_text(t, 6));
       return false;
     }
@@ -203,7 +223,9 @@ bool GlobalError::propagate(double from, double to, int points, const Integrator
       const double r = length * rule.weight[k] * (right_[row] - rates_[i]);
       defect_[row] += r;
       moment_[row] += length * (1.0 - rule.position[k]) * r;
+      right_[row] = r;
     }
+    for (int n = 1; n < points; ++n) bend.col(n - 1) += 0.5 * legendre(n, 2.0 * rule.position[k] - 1.0) * right_;
   }
   // (1 + (1 - 2 g) hJ) e + defect + J (moment - 2 g h defect), through (1 - g hJ) twice: right to second order in hJ.
   moment_ -= 2.0 * kDiagonal * length * defect_;
@@ -213,6 +235,7 @@ bool GlobalError::propagate(double from, double to, int points, const Integrator
   matrix_ = -kDiagonal * length * jacobian_;
   matrix_.diagonal().array() += 1.0;
   lu_.compute(matrix_);
+  bend = lu_.solve(bend).eval();
   before_ = lu_.solve(right_);
   right_ = lu_.solve(before_);
   if (!right_.allFinite()) {
@@ -301,13 +324,19 @@ void GlobalError::judge(double t, const double* y, const Branch& branch, const s
     sums_.least_value[k] = std::min(sums_.least_value[k], row[k]);
     sums_.most_value[k] = std::max(sums_.most_value[k], row[k]);
   }
-  // Between the ends of a step, and its middle where that is known, along straight lines.
+  // Between the ends of a step, and its middle where that is known: a straight line, and what bends it.
   const bool second = t > middle_at_;
   const std::vector<double>& left = second ? middle_error_ : begin_error_;
   const std::vector<double>& right = second || middle_at_ == to_ ? error_ : middle_error_;
   const double a = second ? middle_at_ : from_, b = second ? to_ : middle_at_;
   const double part = b > a ? std::clamp((t - a) / (b - a), 0.0, 1.0) : 1.0;
   for (std::size_t i = 0; i < error_.size(); ++i) y_[i] = y[i] - (left[i] + part * (right[i] - left[i]));
+  const double x = 2.0 * part - 1.0;
+  const Eigen::MatrixXd& bend = bends_[second ? 1 : 0];
+  for (int n = 1; part < 1.0 && n < kMostDefectPoints; ++n) {
+    const double shape = legendre(n + 1, x) - legendre(n - 1, x);
+    for (std::size_t i = 0; i < error_.size(); ++i) y_[i] -= shape * bend(static_cast<Eigen::Index>(i), n - 1);
+  }
   branch_ = branch;
   branch_.given = false;
   if (!evaluator_.outputs(t, y_.data(), branch_, row_.data())) return;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <array>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -112,9 +113,10 @@ class GlobalError {
   [[nodiscard]] bool holds(const Branch& branch) const;
   bool set_modes(double t, const std::vector<double>& y, Branch& branch);
   [[nodiscard]] bool matters(const std::vector<double>& error) const;
-  bool propagate(double from, double to, int points, const Integrator::Rates& held);
+  bool propagate(double from, double to, int points, const Integrator::Rates& held, Eigen::MatrixXd& bend);
   bool see_jacobian(double t);
-  bool see_differences(double t, const Integrator::Rates& rates);
+  bool rates_at(double t, const std::vector<double>& y, const Integrator::Rates& held, double* rates);
+  bool see_differences(double t, const Integrator::Rates& held);
   void hold_against_rounding(double t, const double* y, const Branch& branch, const std::vector<double>& row);
 
   const Program& program_;
@@ -127,6 +129,7 @@ class GlobalError {
   std::vector<double> error_, begin_error_;  ///< by state: at to_ and from_
   std::vector<double> middle_error_;         ///< at middle_at_, which is to_ where a step is taken in one part
   double from_ = 0.0, to_ = 0.0, middle_at_ = 0.0;
+  std::array<Eigen::MatrixXd, 2> bends_;  ///< of the two parts of the last step
   /// By output: largest error; errors held against rounding; more than rounding; least and most of its value.
   Sums sums_;
   Instant instant_;
