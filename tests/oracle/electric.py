@@ -230,3 +230,49 @@ def line(r):
     wave = lambda t: sin(w * t) if 0 <= t < .7 * T else 0.0
     bounce = (load - 1) / (load + 1)
     return s.known(lambda t: [(wave(t) - bounce * wave(t - 2 * T)) / (2 * Z), wave(t - T) * load / (1 + load)])
+
+
+@family
+def thermistor(r):
+    """A resistance that its own heat changes: runs away, or is limited."""
+    R0, B, C, G, V = flat(r, 5, 50), flat(r, 500, 4000), flat(r, .1, 5), flat(r, .005, .1), flat(r, 2, 15)
+    s = Scene(C / G * flat(r, 1, 10), 101).parameters(R0=R0, B=B, C=C, G=G, V=V, Rs=R0 / 5).junctions("hot", "wire cool")
+    s.signals(R="R0*exp(B*(1/T.e - 1/300))").element("u", "Se", effort="V").element("rs", "R", resistance="Rs").element("ntc", "MR", resistance="R")
+    s.element("heat", "MSf", flow="ntc.e*ntc.f").element("T", "C", capacitance="C", initial={"e": 300}).element("air", "Se", effort=300)
+    s.element("loss", "R", resistance="1/G").bonds("u>wire wire>rs wire>ntc heat>hot hot>T hot>cool cool>loss cool>air")
+    R = lambda T: R0 * exp(B * (1 / T - 1 / 300))
+    i = lambda T: V / (R0 / 5 + R(T))
+    return s.outputs(T="T.e", i="ntc.f").solved(lambda t, y: [(R(y[0]) * i(y[0])**2 - G * (y[0] - 300)) / C], [300], lambda t, y: [y[0], i(y[0])],
+                                                stiff=True, absolute=1e-9)
+
+
+@family
+def diode_with_resistance(r):
+    """A rectifier whose diode is an implicit law with its own resistance."""
+    Is, Vt, Rd, C, RL, V, w = 1e-12, .026, U(r, .1, 10), U(r, 1e-5, 1e-3), U(r, 100, 1e4), flat(r, 2, 20), U(r, 50, 500)
+    s = Scene(20 / w, 101).parameters(Is=Is, Vt=Vt, Rd=Rd, C=C, RL=RL, V=V, w=w).junctions("n", "j").element("u", "Se", effort="V*sin(w*t)")
+    s.element("d", "R", law="0 = f - Is*(exp((e - Rd*f)/Vt) - 1)").element("c", "C", capacitance="C").element("load", "R", resistance="RL")
+
+    def current(e):
+        """By bisection over the voltage of the junction."""
+        low, high = (-1.0, min(e, 1.5)) if e > 0 else (e, 0.0)
+        if e < -1:
+            return -Is
+        for _ in range(80):
+            x = (low + high) / 2
+            low, high = (x, high) if x + Rd * Is * (exp(x / Vt) - 1) < e else (low, x)
+        return Is * (exp(low / Vt) - 1)
+    return s.bonds("u>j j>d j>n n>c n>load").outputs(v="c.e", i="d.f").solved(
+        lambda t, y: [(current(V * sin(w * t) - y[0]) - y[0] / RL) / C], [0], lambda t, y: [y[0], current(V * sin(w * t) - y[0])], stiff=True,
+        relative=1e-10)
+
+
+@family
+def swing_equation(r):
+    """A generator on a line that is short-circuited for a while: it keeps step, or loses it."""
+    M, D, P, K, cleared = flat(r, .05, .3), flat(r, 0, .1), flat(r, .3, .9), flat(r, 1, 2), flat(r, .05, .6)
+    s = Scene(flat(r, 2, 8), 101).parameters(M=M, D=D, P=P, K=K, cleared=cleared).junctions(ones="j").element("m", "I", inertance="M")
+    start = math.asin(P / K)
+    s.signals(angle={"integral": "m.f", "initial": start}).element("damp", "R", resistance="D").element("drive", "Se", effort="P")
+    s.element("line", "MSe", effort="-if(t > 0.1 and t < 0.1 + cleared, 0, K*sin(angle))").bonds("drive>j line>j j>m j>damp").outputs(a="angle", w="m.f")
+    return s.solved(lambda t, y: [y[1], (P - (0 if .1 < t < .1 + cleared else K * sin(y[0])) - D * y[1]) / M], [start, 0], breaks=[.1, .1 + cleared])

@@ -180,3 +180,59 @@ def water_column(r):
     s.element("r", "R", law=one_of(r, "e = k*f*abs(f)", "e = if(f > 0, k*f^2, -k*f^2)")).bonds("n1>c1 n1>j j>i j>r j>n2 n2>c2")
     return s.outputs(h1="c1.e", f="i.f").solved(lambda t, y: [-y[2] / A1, y[2] / A2, (y[0] - y[1] - k * y[2] * abs(y[2])) / I], [h1, h2, 0],
                                                 lambda t, y: [y[0], y[2]], borders=[lambda t, y: y[2]])
+
+
+@family
+def colebrook(r):
+    """Two tanks level through a rough pipe whose friction is an implicit law."""
+    A1, A2, K, c, rough, h1, h2 = U(r, .1, 3), U(r, .1, 3), U(r, 100, 1e4), U(r, 1e5, 1e8), U(r, 1e-6, 1e-2), flat(r, 3, 6), flat(r, 0, 1)
+    # the friction at full turbulence, for the length of the scene: not until they are level, where the law ends
+    guess = (-2 * np.log10(rough / 3.7))**2
+    s = Scene(.7 * A1 * A2 / (A1 + A2) * 2 * sqrt(h1 - h2) * sqrt(K / guess), 61).parameters(A1=A1, A2=A2, K=K, c=c, rough=rough).junctions("n1 n2", "j")
+    s.element("c1", "C", capacitance="A1", initial={"e": h1}).element("c2", "C", capacitance="A2", initial={"e": h2})
+    s.element("pipe", "R", law="0 = f/sqrt(e/K) + 2*log10(rough/3.7 + 2.51/(c*sqrt(e/K)))").bonds("n1>c1 n1>j j>pipe j>n2 n2>c2").outputs(h="c1.e", f="pipe.f")
+    f = lambda e: -2 * sqrt(e / K) * np.log10(rough / 3.7 + 2.51 / (c * sqrt(e / K)))
+    return s.solved(lambda t, y: [-f(y[0] - y[1]) / A1, f(y[0] - y[1]) / A2], [h1, h2], lambda t, y: [y[0], f(y[0] - y[1])])
+
+
+@family
+def measured_orifice(r):
+    """A resistance by a spline of measured flows, on a chamber that a piston presses."""
+    k, C, P, w = flat(r, .5, 2), U(r, .05, 1), flat(r, .5, 2), flat(r, .5, 5)
+    x = np.linspace(-6, 6, 13)
+    y = (k * np.sign(x) * np.sqrt(np.abs(x)) + .3 * x).round(4)
+    s = Scene(flat(r, 4, 15), 101).parameters(C=C, P=P, w=w).junctions("n", "j").element("u", "Se", effort="P + P*sin(w*t)")
+    s.files["orifice.csv"] = "e,f\n" + "".join(f"{a},{b}\n" for a, b in zip(x, y))
+    s.element("r", "R", law="f = table('orifice.csv', 'f', e, spline)").element("c", "C", capacitance="C").element("load", "R", resistance="2").bonds("u>j j>r j>n n>c n>load")
+
+    def answer():
+        from integrated import solution
+        from scipy.interpolate import CubicSpline
+        flow, push = CubicSpline(x, y, bc_type="not-a-knot"), lambda t: P + P * sin(w * t)
+        states = solution(lambda t, v: [(float(flow(push(t) - v[0])) - v[0] / 2) / C], [0], s.times)
+        return [[v[0], float(flow(push(t) - v[0]))] for t, v in zip(s.times, states)]
+    s.answer = answer
+    return s.outputs(v="c.e", f="r.f")
+
+
+@family
+def hydraulic_ram(r):
+    """A long pipe, a waste valve that shuts at a speed of the flow, and a check valve into an air vessel."""
+    I, R, C, h, close, load = flat(r, .5, 3), flat(r, .1, .5), U(r, .05, .5), flat(r, 1, 3), flat(r, .5, 1.5), U(r, 5, 50)
+    s = Scene(flat(r, 5, 20), 121).parameters(I=I, R=R, C=C, h=h, close=close, load=load).junctions("n vessel", "pipe up")
+    s.element("spring", "Se", effort="h").element("i", "I", inertance="I").element("r", "R", resistance="R").element("c", "C", capacitance="C", initial={"e": "h"})
+    s.element("waste", "Sw", open="i.f > close", close="i.f < 0.01", initial="closed").element("check", "D").element("loss", "R", resistance="0.05")
+    s.element("use", "R", resistance="load").bonds("spring>pipe pipe>i pipe>r pipe>n n>waste n>up up>check up>loss up>vessel vessel>c vessel>use")
+    shut = {"now": False}
+
+    def switch(value):
+        def act(t, y):
+            shut["now"] = value
+        return act
+
+    def rates(t, y):
+        if not shut["now"]:
+            return [(h - R * y[0]) / I, -y[1] / (load * C)]
+        return [(h - (R + .05) * y[0] - y[1]) / I, (y[0] - y[1] / load) / C]
+    return s.outputs(f="i.f", e="c.e").solved(rates, [0, h], borders=[
+        (lambda t, y: -1 if shut["now"] else y[0] - close, switch(True)), (lambda t, y: .01 - y[0] if shut["now"] else -1, switch(False))])

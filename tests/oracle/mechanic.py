@@ -225,3 +225,100 @@ def stepper(r):
     s.element("m", "MSe", effort="-K*sin(50*(angle - command))").bonds("load>j m>j j>rotor j>r").outputs(angle="angle", w="rotor.f")
     return s.solved(lambda t, y: [y[1], (-K * sin(50 * (y[0] - floor(rate * t) * pi / 100)) - b * y[1] - T) / J], [0, 0],
                     breaks=[n / rate for n in range(1, 30)])
+
+
+@family
+def elastic_pendulum(r):
+    """A mixed field of length, angle and their momenta."""
+    m, k, L, g, r0, a0 = flat(r, .5, 3), flat(r, 20, 300), flat(r, .5, 2), 9.81, flat(r, .9, 1.3), flat(r, -2, 2)
+    s = Scene(flat(r, 2, 8), 81).parameters(m=m, k=k, L=L).junctions(ones="radial turn")
+    s.element("body", "IC", ports={"r": "q", "pr": "p", "a": "q", "pa": "p"}, initial={"r.q": r0 * L, "a.q": a0},
+              energy="pr.p^2/(2*m) + pa.p^2/(2*m*r.q^2) + k*(r.q - L)^2/2 - 9.81*m*r.q*cos(a.q)")
+    s.bonds("radial>body.r radial>body.pr turn>body.a turn>body.pa").outputs(r="body.r.q", a="body.a.q", w="turn.f")
+
+    def rates(t, y):
+        x, pr, a, pa = y
+        return [pr / m, pa * pa / (m * x**3) - k * (x - L) + m * g * cos(a), pa / (m * x * x), -m * g * x * sin(a)]
+    return s.solved(rates, [r0 * L, 0, a0, 0], lambda t, y: [y[0], y[2], y[3] / (m * y[0]**2)])
+
+
+@family
+def kepler(r):
+    """An orbit, by Kepler's equation, to an eccentricity of 0.95."""
+    e, turns = flat(r, 0, .95), flat(r, .5, 5)
+    s = Scene(turns * 2 * pi, 121).parameters(e=e).only_signals().outputs(x="x", y="y", u="u")
+    s.signals(d="hypot(x, y)", x={"integral": "u", "initial": "1 - e"}, y={"integral": "v", "initial": 0}, u={"integral": "-x/d^3", "initial": 0},
+              v={"integral": "-y/d^3", "initial": "sqrt((1 + e)/(1 - e))"})
+
+    def row(t):
+        E = pi
+        low, high = t - 1.0, t + 1.0
+        for _ in range(200):
+            E = (low + high) / 2
+            low, high = (E, high) if E - e * sin(E) < t else (low, E)
+        speed = 1 / (1 - e * cos(E))
+        return [cos(E) - e, sqrt(1 - e * e) * sin(E), -sin(E) * speed]
+    return s.known(row)
+
+
+@family
+def rocket(r):
+    """A mass that shrinks while it burns; its momentum is that of what is left. Drag of the square."""
+    m0, rate, burn, thrust, c = flat(r, 10, 50), flat(r, .2, 1), flat(r, 5, 20), flat(r, 300, 900), flat(r, .001, .05)
+    s = Scene(flat(r, 10, 40), 101).parameters(m0=m0, rate=rate, burn=burn, thrust=thrust, c=c).junctions(ones="j")
+    s.signals(m="m0 - rate*min(t, burn)", v={"integral": "(if(t < burn, thrust, 0) - c*v*abs(v))/m - 9.81"}, h={"integral": "v"})
+    s.element("u", "MSe", effort="v").element("r", "R", resistance=1).bonds("u>j j>r").outputs(v="v", h="h", power="u.f")
+    m = lambda t: m0 - rate * min(t, burn)
+    return s.solved(lambda t, y: [((thrust if t < burn else 0) - c * y[0] * abs(y[0])) / m(t) - 9.81, y[0]], [0, 0],
+                    lambda t, y: [y[0], y[1], y[0]], breaks=[burn], borders=[lambda t, y: y[0]])
+
+
+@family
+def fluid_coupling(r):
+    """An engine with a torque from a table drives a load through a torque of the square of the slip."""
+    J1, J2, k, load = flat(r, .05, .5), U(r, .5, 10), U(r, .002, .05), U(r, .001, .05)
+    s = Scene(flat(r, 5, 40), 101).parameters(J1=J1, J2=J2, k=k, load=load).junctions("z", "a b slip")
+    speeds, torques = [-10, 0, 50, 150, 300, 500], [120, 120, 150, 180, 120, 0]
+    s.files["engine.csv"] = "w,T\n" + "".join(f"{a},{b}\n" for a, b in zip(speeds, torques))
+    s.element("engine", "MSe", effort="table('engine.csv', 'T', i1.f)").element("i1", "I", inertance="J1", initial={"f": 20}).element("i2", "I", inertance="J2")
+    s.element("oil", "R", law="e = k*f*abs(f)").element("fan", "R", law="e = load*f*abs(f)").bonds("engine>a a>i1 a>z z>slip slip>oil z>b b>i2 b>fan")
+
+    def torque(w):
+        n = next(n for n in range(1, 6) if w <= speeds[n] or n == 5)
+        return torques[n - 1] + (torques[n] - torques[n - 1]) * (w - speeds[n - 1]) / (speeds[n] - speeds[n - 1])
+
+    def rates(t, y):
+        oil = k * (y[0] - y[1]) * abs(y[0] - y[1])
+        return [(torque(y[0]) - oil) / J1, (oil - load * y[1] * abs(y[1])) / J2]
+    return s.outputs(w1="i1.f", w2="i2.f").solved(rates, [20, 0], borders=[lambda t, y, at=at: y[0] - at for at in speeds[1:-1]])
+
+
+@family
+def stribeck(r):
+    """A block on a belt: friction that falls with the speed of slip, and holds."""
+    k, v, Fs, Fc, vs, d = flat(r, 1, 10), flat(r, .05, .5), flat(r, 1.2, 2), flat(r, .5, 1), flat(r, .1, .5), flat(r, 0, .1)
+    s = Scene(flat(r, 10, 40), 101).parameters(k=k, v=v, Fs=Fs, Fc=Fc, vs=vs, d=d).junctions("z", "body slip").element("belt", "Sf", flow="v")
+    s.element("m", "I", inertance=1).element("c", "C", capacitance="1/k").element("damp", "R", resistance="d")
+    s.element("friction", "R", law="e = sign(f)*(Fc + (Fs - Fc)*exp(-abs(f)/vs))").bonds("belt>z z>slip slip>friction z>body body>m body>c body>damp")
+    side = {"now": 0}
+    pull = lambda t, y: k * y[0] + d * y[1]
+
+    def slips(direction):
+        def act(t, y):
+            side["now"] = direction
+            return [y[0], y[1] - 1e-14 * direction]
+        return act
+
+    def stops(t, y):
+        side["now"] = 0 if abs(k * y[0] + d * v) <= Fs else -side["now"]
+        return [y[0], v]
+
+    def rates(t, y):
+        if side["now"] == 0:
+            return [v, 0.0]
+        return [y[1], side["now"] * (Fc + (Fs - Fc) * exp(-abs(v - y[1]) / vs)) - pull(t, y)]
+    # it starts at rest: the belt slips past it
+    side["now"] = 1
+    return s.outputs(x="c.q", v="m.f").solved(rates, [0, 0], borders=[
+        (lambda t, y: -side["now"] * (v - y[1]) if side["now"] else -1, stops), (lambda t, y: pull(t, y) - Fs if side["now"] == 0 else -1, slips(1)),
+        (lambda t, y: -pull(t, y) - Fs if side["now"] == 0 else -1, slips(-1))])

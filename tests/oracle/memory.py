@@ -243,3 +243,42 @@ def long_swing(r):
     A = -swing.imag
     B = (1 - (1.3j * w * swing).imag + z * w * A) / damped
     return s.known(lambda t: [(swing * np.exp(1.3j * w * t)).imag + exp(-z * w * t) * (A * cos(damped * t) + B * sin(damped * t))])
+
+
+@family
+def mackey_glass(r):
+    """White blood cells: growth that follows a late value."""
+    b, g, n, T = flat(r, .15, .3), flat(r, .08, .12), int(r.integers(4, 11)), flat(r, 2, 20)
+    s = Scene(flat(r, 3, 8) * T, 101).parameters(b=b, g=g, T=T).only_signals().outputs(x="x")
+    s.signals(x={"integral": f"b*y/(1 + y^{n}) - g*x", "initial": .5}, y={"delay": "x", "by": "T", "initial": .5})
+    s.answer = lambda: by_steps(lambda t, x, late: [b * late[0] / (1 + late[0]**n) - g * x[0]], lambda t: [.5], T, [.5], s.times)
+    return s
+
+
+@family
+def regulated_converter(r):
+    """A step-down converter that conducts all the time, whose duty a sampled integral controls."""
+    T, L, C, R, goal, ki = 1e-4, U(r, 5e-4, 5e-3), U(r, 2e-5, 2e-4), U(r, 1, 5), flat(r, 3, 8), flat(r, .002, .02)
+    s = Scene(int(r.integers(40, 120)) * T, 101).parameters(T=T, L=L, C=C, R=R, goal=goal, ki=ki).junctions("out", "coil")
+    s.signals(duty={"value": "min(max(previous(duty) + ki*(goal - c.e), 0.1), 0.9)", "every": "T", "initial": .4})
+    s.element("sw", "MSe", effort="if(mod(t, T) < duty*T, 12, 0)").element("l", "I", inertance="L").element("c", "C", capacitance="C")
+    s.element("r", "R", resistance="R").bonds("sw>coil coil>l coil>out out>c out>r").outputs(i="l.f", v="c.e")
+
+    def answer():
+        A = np.array([[0, -1 / L], [1 / C, -1 / (R * C)]])
+        poles, modes = np.linalg.eig(A)
+        back = np.linalg.inv(modes)
+
+        def ahead(x, e, d):
+            rest = np.array([e / R, e])
+            return rest + (modes @ (np.exp(poles * d) * (back @ (x - rest)))).real
+        rows, x, duty, k, times = [], np.zeros(2), .4, 0, s.times
+        for n in range(int(round(s.stop / T)) + 1):
+            duty = min(max(duty + ki * (goal - x[1]), .1), .9)
+            while k < len(times) and times[k] < (n + 1) * T * (1 - 1e-13):
+                d = max(times[k] - n * T, 0)
+                rows.append(ahead(x, 12, d) if d < duty * T else ahead(ahead(x, 12, duty * T), 0, d - duty * T))
+                k += 1
+            x = ahead(ahead(x, 12, duty * T), 0, (1 - duty) * T)
+        return rows
+    return s.computed(answer)

@@ -207,3 +207,36 @@ def submodels(r):
         flow = -np.diff(np.concatenate([[sin(t)], y])) / R
         return (flow - np.append(flow[1:], 0)) / C
     return s.bonds("u>cell[1].a cell[i].b>cell[i+1].a").outputs(v=f"cell[{n}].c.e").solved(rates, [0] * n, lambda t, y: [y[-1]])
+
+
+@family
+def action_potential(r):
+    """Hodgkin and Huxley's nerve with a current: its rates are 0/0 at two voltages."""
+    I = flat(r, 3, 20)
+    s = Scene(flat(r, 20, 60), 121).parameters(I=I).only_signals().outputs(v="v", n="n")
+    s.signals(an="0.01*(v + 55)/(1 - exp(-(v + 55)/10))", bn="0.125*exp(-(v + 65)/80)", am="0.1*(v + 40)/(1 - exp(-(v + 40)/10))", bm="4*exp(-(v + 65)/18)",
+              ah="0.07*exp(-(v + 65)/20)", bh="1/(1 + exp(-(v + 35)/10))", n={"integral": "an*(1 - n) - bn*n", "initial": .3177},
+              m={"integral": "am*(1 - m) - bm*m", "initial": .0529}, h={"integral": "ah*(1 - h) - bh*h", "initial": .5961},
+              v={"integral": "I - 120*m^3*h*(v - 50) - 36*n^4*(v + 77) - 0.3*(v + 54.387)", "initial": -65})
+
+    def rates(t, y):
+        n, m, h, v = y
+        part = lambda x: 1.0 if abs(x) < 1e-9 else x / (1 - exp(-x))
+        return [.1 * part((v + 55) / 10) * (1 - n) - .125 * exp(-(v + 65) / 80) * n,
+                part((v + 40) / 10) * (1 - m) - 4 * exp(-(v + 65) / 18) * m, .07 * exp(-(v + 65) / 20) * (1 - h) - h / (1 + exp(-(v + 35) / 10)),
+                I - 120 * m**3 * h * (v - 50) - 36 * n**4 * (v + 77) - .3 * (v + 54.387)]
+    return s.solved(rates, [.3177, .0529, .5961, -65], lambda t, y: [y[3], y[0]])
+
+
+@family
+def photosynthesis(r):
+    """HIRES: eight reactions, stiff."""
+    light = flat(r, .0005, .002)
+    s = Scene(flat(r, 50, 321.8122), 61).parameters(light=light).only_signals().outputs(y1="y1", y7="y7", y8="y8")
+    texts = ["-1.71*y1 + 0.43*y2 + 8.32*y3 + light", "1.71*y1 - 8.75*y2", "-10.03*y3 + 0.43*y4 + 0.035*y5", "8.32*y2 + 1.71*y3 - 1.12*y4",
+             "-1.745*y5 + 0.43*y6 + 0.43*y7", "-280*y6*y8 + 0.69*y4 + 1.71*y5 - 0.43*y6 + 0.69*y7", "280*y6*y8 - 1.81*y7", "-280*y6*y8 + 1.81*y7"]
+    start = [1, 0, 0, 0, 0, 0, 0, .0057]
+    s.signals(**{f"y{k + 1}": {"integral": text, "initial": start[k]} for k, text in enumerate(texts)})
+    code = [compile(text, "hires", "eval") for text in texts]
+    rates = lambda t, y: [eval(c, {"light": light, **{f"y{k + 1}": x for k, x in enumerate(y)}}) for c in code]  # noqa: S307
+    return s.solved(rates, start, lambda t, y: [y[0], y[6], y[7]], stiff=True, absolute=1e-15)

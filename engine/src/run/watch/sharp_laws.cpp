@@ -159,9 +159,9 @@ SharpLaws::Point SharpLaws::point_at(const SharpStep& step, double t) {
   return point;
 }
 
-/// Loops' variables that are no unknowns of the integrator are taken to lie between their values at the ends, and a
-/// quarter of their difference beyond.
-void SharpLaws::enclose(const SharpStep& step, const Point& a, const Point& b) {
+/// Loops' variables that are no unknowns of the integrator are taken to lie between their values at the ends and in the
+/// middle, and some way beyond: a quarter of the ends' difference, and twice as far as they are beside the mean.
+void SharpLaws::enclose(const SharpStep& step, const Point& a, const Point& middle, const Point& b) {
   const std::vector<std::uint32_t>& states = rates_too_->states();
   const std::vector<std::uint32_t>& tears = rates_too_->tears();
   const bool given = step.unknowns > step.states;
@@ -173,11 +173,13 @@ void SharpLaws::enclose(const SharpStep& step, const Point& a, const Point& b) {
       tears_[k] = polynomial_.over(step.states + tears[k], a.t, b.t);
       continue;
     }
-    const double left = a.tears[tears[k]], right = b.tears[tears[k]];
-    const double room = 0.25 * std::fabs(right - left), slope = (right - left) / (b.t - a.t);
-    tears_[k].middle = 0.5 * (left + right);
-    tears_[k].value = Range(std::min(left, right) - room, std::max(left, right) + room);
-    tears_[k].slope = Range(slope - std::fabs(slope), slope + std::fabs(slope));
+    const double left = a.tears[tears[k]], right = b.tears[tears[k]], at = middle.tears[tears[k]];
+    const double beside = std::fabs(at - 0.5 * (left + right)), slope = (right - left) / (b.t - a.t);
+    const double room = 0.25 * std::fabs(right - left) + 2.0 * beside;
+    const double bent = std::fabs(slope) + 4.0 * beside / (b.t - a.t);
+    tears_[k].middle = at;
+    tears_[k].value = Range(std::min({left, at, right}) - room, std::max({left, at, right}) + room);
+    tears_[k].slope = Range(slope - bent, slope + bent);
   }
   rates_too_->evaluate(a.t, b.t, states_, tears_);
 }
@@ -287,8 +289,13 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
   while (!stack.empty()) {
     auto [a, b] = std::move(stack.back());
     stack.pop_back();
-    const double length = b.t - a.t;
-    enclose(step, a, b);
+    const double length = b.t - a.t, at = a.t + length / 2;
+    const bool divisible = at > a.t && at < b.t;
+    Point middle;
+    const bool loops = step.unknowns == step.states && !rates_too_->tears().empty();
+    if (loops && divisible) middle = point_at(step, at);
+    if (loops && !middle.good) continue;
+    enclose(step, a, middle, b);
     bool smooth = !is_sharp();
     if (!smooth) {
       smooth = true;
@@ -296,10 +303,7 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
         smooth = length * width((*rates_too_)[sharp_.size() + i].value) <= kSmall * limit[i];
       if (smooth && parts.empty() && stack.empty()) return verdict;  // the whole step
     }
-    const double at = a.t + length / 2;
-    const bool divisible = at > a.t && at < b.t;
-    Point middle;
-    if (divisible) middle = point_at(step, at);
+    if (divisible && !loops) middle = point_at(step, at);
     ++points;
     if (!divisible || !middle.good) continue;
     const bool shortest = length <= 1e-13 * std::max(std::fabs(a.t), std::fabs(b.t));

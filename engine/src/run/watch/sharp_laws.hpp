@@ -72,7 +72,7 @@ class SharpLaws {
   void find_operators_of_rates(const std::vector<ExprId>& roots, const std::vector<char>& by_loops,
                                const IdMap<std::uint32_t>& position);
   bool ends_show_it(const SharpStep& step, double until);
-  void enclose(const SharpStep& step, const Point& a, const Point& b);
+  void enclose(const SharpStep& step, const Point& a, const Point& middle, const Point& b);
   [[nodiscard]] bool is_sharp() const;
   [[nodiscard]] double allowed(const SharpStep& step, std::size_t state, const Point& first, const Point& last) const;
   void add_doubt(const SharpStep& step, double from, double to, std::vector<double>& doubt);
