@@ -63,12 +63,15 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tol
   const auto n = static_cast<Eigen::Index>(states);
   jacobian_.setZero(n, n);
   matrix_.setZero(n, n);
-  lu_ = Eigen::PartialPivLU<Eigen::MatrixXd>(n);
   right_.setZero(n);
   moment_.setZero(n);
   defect_.setZero(n);
   before_.setZero(n);
-  for (Eigen::MatrixXd& bend : bends_) bend.setZero(n, kMostDefectPoints - 1);
+  for (Within& within : within_) {
+    within.lu = Eigen::PartialPivLU<Eigen::MatrixXd>(n);
+    within.defects.setZero(n, kMostDefectPoints);
+    within.bend.setZero(n, kMostDefectPoints - 1);
+  }
 }
 
 void GlobalError::give_up(const std::string& why) {
@@ -167,15 +170,15 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   const Integrator::Rates& held = integrator.special_rates();
   const int points = std::clamp(integrator.order() / 2 + 1, 1, kMostDefectPoints);
   if (!matters(begin_error_) || !integrator.one_step()) {
-    if (!propagate(from, to, points, held, bends_[0])) return;
+    if (!propagate(from, to, points, held, within_[0])) return;
     if (!matters(error_) || !integrator.one_step()) return;
     error_ = begin_error_;
   }
   const double middle = from + 0.5 * (to - from);
-  if (!propagate(from, middle, points, held, bends_[0])) return;
+  if (!propagate(from, middle, points, held, within_[0])) return;
   middle_at_ = middle;
   middle_error_ = error_;
-  propagate(middle, to, points, held, bends_[1]);
+  propagate(middle, to, points, held, within_[1]);
 }
 
 /// Whether an error is in reach of what is noted of outputs: a thousandth of that, beside the largest value of some
@@ -188,15 +191,7 @@ bool GlobalError::matters(const std::vector<double>& error) const {
 }
 
 /// Takes error_ from one time to another within polynomial_. False if it gave up.
-///
-/// Between both the error is not on a straight line: what the dense output is wrong by there, and not at the ends, is
-/// the integral of r up to each time, less its share of the whole. With r as a sum of a_n P_n(x), Legendre polynomials
-/// of x from -1 to 1, that is the sum over n > 0 of
-///
-///     h a_n (P_{n+1}(x) - P_{n-1}(x)) / (2 (2n + 1)).
-///
-/// @param bend  the h a_n / (2 (2n + 1)), by column; through (1 - g hJ), since stiff states forget r within the step
-bool GlobalError::propagate(double from, double to, int points, const Integrator::Rates& held, Eigen::MatrixXd& bend) {
+bool GlobalError::propagate(double from, double to, int points, const Integrator::Rates& held, Within& within) {
   const std::size_t states = error_.size();
   const double length = to - from;
   for (std::size_t i = 0; i < states; ++i) before_[static_cast<Eigen::Index>(i)] = error_[i];
@@ -204,7 +199,8 @@ bool GlobalError::propagate(double from, double to, int points, const Integrator
   const GaussRule& rule = gauss_rule(points);
   defect_.setZero();
   moment_.setZero();
-  bend.setZero();
+  within.points = points;
+  within.ready = false;
   for (std::size_t k = 0; k < rule.position.size(); ++k) {
     const double t = from + rule.position[k] * length;
     for (std::size_t i = 0; i < states; ++i) {
@@ -225,7 +221,7 @@ bool GlobalError::propagate(double from, double to, int points, const Integrator
       moment_[row] += length * (1.0 - rule.position[k]) * r;
       right_[row] = r;
     }
-    for (int n = 1; n < points; ++n) bend.col(n - 1) += 0.5 * legendre(n, 2.0 * rule.position[k] - 1.0) * right_;
+    within.defects.col(static_cast<Eigen::Index>(k)) = right_;
   }
   // (1 + (1 - 2 g) hJ) e + defect + J (moment - 2 g h defect), through (1 - g hJ) twice: right to second order in hJ.
   moment_ -= 2.0 * kDiagonal * length * defect_;
@@ -234,10 +230,9 @@ bool GlobalError::propagate(double from, double to, int points, const Integrator
   right_.noalias() += jacobian_ * moment_;
   matrix_ = -kDiagonal * length * jacobian_;
   matrix_.diagonal().array() += 1.0;
-  lu_.compute(matrix_);
-  bend = lu_.solve(bend).eval();
-  before_ = lu_.solve(right_);
-  right_ = lu_.solve(before_);
+  within.lu.compute(matrix_);
+  before_ = within.lu.solve(right_);
+  right_ = within.lu.solve(before_);
   if (!right_.allFinite()) {
     give_up("it grew beyond all numbers");
     return false;
@@ -317,6 +312,31 @@ void GlobalError::go_on(Sums sums, std::vector<double> error) {
   error_ = begin_error_ = middle_error_ = std::move(error);
 }
 
+/// Between both ends of a part the error is not on a straight line: what the dense output is wrong by there, and not at
+/// the ends, is the integral of r up to each time, less its share of the whole. With r as a sum of a_n P_n(x), Legendre
+/// polynomials of x from -1 to 1, that is the sum over n > 0 of
+///
+///     h a_n (P_{n+1}(x) - P_{n-1}(x)) / (2 (2n + 1)),
+///
+/// through (1 - g hJ), since stiff states forget r within the step. Taken from y_ at a part of the way from 0 to 1.
+void GlobalError::add_bend(Within& within, double part) {
+  if (!within.ready) {
+    const GaussRule& rule = gauss_rule(within.points);
+    within.bend.setZero();
+    for (int n = 1; n < within.points; ++n)
+      for (std::size_t k = 0; k < rule.position.size(); ++k)
+        within.bend.col(n - 1) +=
+            0.5 * legendre(n, 2.0 * rule.position[k] - 1.0) * within.defects.col(static_cast<Eigen::Index>(k));
+    within.bend = within.lu.solve(within.bend).eval();
+    within.ready = true;
+  }
+  const double x = 2.0 * part - 1.0;
+  for (int n = 1; n < within.points; ++n) {
+    const double shape = legendre(n + 1, x) - legendre(n - 1, x);
+    for (std::size_t i = 0; i < error_.size(); ++i) y_[i] -= shape * within.bend(static_cast<Eigen::Index>(i), n - 1);
+  }
+}
+
 void GlobalError::judge(double t, const double* y, const Branch& branch, const std::vector<double>& row) {
   if (!measuring_) return;
   const Stopwatch watch(seconds_);
@@ -331,12 +351,7 @@ void GlobalError::judge(double t, const double* y, const Branch& branch, const s
   const double a = second ? middle_at_ : from_, b = second ? to_ : middle_at_;
   const double part = b > a ? std::clamp((t - a) / (b - a), 0.0, 1.0) : 1.0;
   for (std::size_t i = 0; i < error_.size(); ++i) y_[i] = y[i] - (left[i] + part * (right[i] - left[i]));
-  const double x = 2.0 * part - 1.0;
-  const Eigen::MatrixXd& bend = bends_[second ? 1 : 0];
-  for (int n = 1; part < 1.0 && n < kMostDefectPoints; ++n) {
-    const double shape = legendre(n + 1, x) - legendre(n - 1, x);
-    for (std::size_t i = 0; i < error_.size(); ++i) y_[i] -= shape * bend(static_cast<Eigen::Index>(i), n - 1);
-  }
+  if (part < 1.0) add_bend(within_[second ? 1 : 0], part);
   branch_ = branch;
   branch_.given = false;
   if (!evaluator_.outputs(t, y_.data(), branch_, row_.data())) return;

@@ -108,12 +108,22 @@ class GlobalError {
   }
 
  private:
+  /// A part of the last step.
+  struct Within {
+    int points = 1;                           ///< of Gauss' rule
+    Eigen::MatrixXd defects;                  ///< by column: r at each, times its weight and the length
+    Eigen::PartialPivLU<Eigen::MatrixXd> lu;  ///< of (1 - g hJ)
+    bool ready = false;                       ///< bend is known
+    Eigen::MatrixXd bend;                     ///< by column: the h a_n / (2 (2n + 1)) of add_bend()
+  };
+
   void give_up(const std::string& why);
   void come_to(double t, const std::vector<double>& x);
   [[nodiscard]] bool holds(const Branch& branch) const;
   bool set_modes(double t, const std::vector<double>& y, Branch& branch);
   [[nodiscard]] bool matters(const std::vector<double>& error) const;
-  bool propagate(double from, double to, int points, const Integrator::Rates& held, Eigen::MatrixXd& bend);
+  bool propagate(double from, double to, int points, const Integrator::Rates& held, Within& within);
+  void add_bend(Within& within, double part);
   bool see_jacobian(double t);
   bool rates_at(double t, const std::vector<double>& y, const Integrator::Rates& held, double* rates);
   bool see_differences(double t, const Integrator::Rates& held);
@@ -129,7 +139,7 @@ class GlobalError {
   std::vector<double> error_, begin_error_;  ///< by state: at to_ and from_
   std::vector<double> middle_error_;         ///< at middle_at_, which is to_ where a step is taken in one part
   double from_ = 0.0, to_ = 0.0, middle_at_ = 0.0;
-  std::array<Eigen::MatrixXd, 2> bends_;  ///< of the two parts of the last step
+  std::array<Within, 2> within_;
   /// By output: largest error; errors held against rounding; more than rounding; least and most of its value.
   Sums sums_;
   Instant instant_;
@@ -144,7 +154,6 @@ class GlobalError {
   std::vector<int> direction_;
   Branch branch_before_, branch_there_;
   Eigen::MatrixXd jacobian_, matrix_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
   Eigen::VectorXd right_, moment_, defect_, before_;
 };
 
