@@ -1,8 +1,6 @@
-// Radau IIA of order 5 as in RADAU5. E. Hairer, G. Wanner, Solving Ordinary
-// Differential Equations II, 1996, IV.8: simplified Newton iteration on the
-// transformed system, error by an embedded formula of order 3 that the real
-// system filters, Gustafsson's predictive step control. The dense output is the
-// collocation polynomial, corrected at one point.
+// Radau IIA of order 5 as in RADAU5. E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, IV.8:
+// simplified Newton iteration on the transformed system, error by an embedded formula of order 3 that the real system
+// filters. The dense output is the collocation polynomial, corrected at one point.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,11 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "run/integrate/border_slopes.hpp"
-#include "run/integrate/dense_jacobian.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/integrate/packages.hpp"
+#include "run/integrate/radau_control.hpp"
 #include "run/integrate/radau_formula.hpp"
+#include "run/integrate/radau_jacobian.hpp"
+#include "run/integrate/radau_polynomial.hpp"
 #include "run/integrate/radau_stages.hpp"
 #include "run/integrate/radau_systems.hpp"
 
@@ -34,33 +33,28 @@ class RadauIntegrator final : public Integrator {
  public:
   RadauIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
       : Integrator(inputs.stop - inputs.start),
-        program_(program),
         evaluator_(evaluator),
         tolerances_(tolerances),
         systems_(make_radau_systems(program.jacobian_pattern)),
-        loops_(!program.blocks.empty()),
-        border_(program.state_names.size(), program.jacobian_pattern.row.size()) {
+        jacobian_(program, evaluator, tolerances, systems_->dense()),
+        polynomial_(program.state_names.size()),
+        loops_(!program.blocks.empty()) {
     size_ = program.state_names.size();
     order_ = kDegree;
     for (auto* const vector :
          {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &raw_, &increment_, &bend_})
       vector->assign(size_, 0.0);
-    for (auto* const vectors : {&z_, &w_, &right_, &stage_, &divided_})
+    for (auto* const vectors : {&z_, &w_, &right_, &stage_})
       for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
-    entries_.resize(program.jacobian_pattern.row.size());
-    if (systems_->dense()) {
-      full_.assign(size_ * size_, 0.0);
+    if (systems_->dense())
       stages_ = std::make_unique<RadauStages>(
           size_, [this](std::size_t k, const double* x, double* out) { return rates_of_stage(k, x, out); },
           [this](std::size_t k, const double* x, double* full) { return jacobian_of_stage(k, x, full); });
-    }
-    // As RADAU5 does: the error that is held is of order 3, that of the steps'
-    // ends of order 5. But what is recorded between them is not, and nobody
-    // expects more than some tolerances there.
+    // As RADAU5 does: the error that is held is of order 3, that of the steps' ends of order 5. But what is recorded
+    // between them is not, and nobody expects more than some tolerances there.
     const double held = std::min(0.1 * std::cbrt(inputs.relative * inputs.relative), kLooser * inputs.relative);
     looser_ = held / inputs.relative;
-    // Not below what Tolerances leave for rounding in the rates, which is a
-    // part of the tolerances themselves.
+    // Not below what Tolerances leave for rounding in the rates, which is a part of the tolerances themselves.
     newton_part_ = std::min(kNewtonPart, std::max(std::sqrt(held), kNewtonPart / looser_));
   }
 
@@ -76,14 +70,13 @@ class RadauIntegrator final : public Integrator {
     rejected_ = false;
     extrapolates_ = false;
     from_rest_ = false;
-    border_.begin();
+    jacobian_.begin();
     stale_ = kNoJacobian;
     factored_ = 0.0;
     speed_ = kNoSpeed;
     converged_ = 1.0;
-    accepted_ = 0;
+    control_.begin();
     next_ = std::exchange(first_step_, 0.0);
-    steps_since_look_ = kStepsBetweenLooks;
     if (!rates(t, y_.data(), branch_, rate_.data())) return fault(t);
     return true;
   }
@@ -98,8 +91,8 @@ class RadauIntegrator final : public Integrator {
     double h = above_resolution(fit(next_));
     tolerances_.weights(time_, h, y_.data(), weight_.data());
     for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
-      // Time that no longer advances by the step is the run's matter as long as
-      // there is a step. One to the limit needs no resolution.
+      // Time that no longer advances by the step is the run's matter as long as there is a step. One to the limit needs
+      // no resolution.
       if (h < limit_ - time_ && !(time_ + 0.1 * h > time_)) return fail(words_);
       if (stale_ == kNoJacobian) {
         if (!see_jacobian(h)) return fault(time_);
@@ -112,7 +105,7 @@ class RadauIntegrator final : public Integrator {
       if (factored_ != h) {
         factored_ = 0.0;
         ++counts_.factorizations;
-        if (!systems_->factor(h, systems_->dense() ? full_.data() : entries_.data())) {
+        if (!systems_->factor(h, jacobian_.values())) {
           h = shorten(h, 0.5, kLinearText);
           continue;
         }
@@ -123,8 +116,7 @@ class RadauIntegrator final : public Integrator {
         continue;
       }
       double error = estimate_error(h);
-      // Where slopes change within the step no order says that its end is
-      // better than the estimate.
+      // Where slopes change within the step no order says that its end is better than the estimate.
       const double share = bent_ || rejected_ ? looser_ : 1.0;
       error *= share;
       if (error < 1.0) {
@@ -142,13 +134,13 @@ class RadauIntegrator final : public Integrator {
         }
         const double released = share * released_error(h);
         if (released < 1.0) {
-          finish(h, error, quotient_of(std::max(error, released)));
+          finish(h, error, RadauControl::quotient_of(std::max(error, released), iterations_));
           return true;
         }
         take_back();
         error = released;
       }
-      const double quotient = quotient_of(error);
+      const double quotient = RadauControl::quotient_of(error, iterations_);
       ++counts_.error_failures;
       words_ = kErrorTestText;
       faulted_ = false;
@@ -169,7 +161,7 @@ class RadauIntegrator final : public Integrator {
       return;
     }
     const double u = (t - previous_) / (time_ - previous_), bubble = radau::bubble(u);
-    for (std::size_t i = 0; i < size_; ++i) y[i] = collocation(i, u - 1.0) + bubble * bend_[i];
+    for (std::size_t i = 0; i < size_; ++i) y[i] = y_[i] + polynomial_.from_end(i, u - 1.0) + bubble * bend_[i];
   }
 
   [[nodiscard]] const double* end() const override { return y_.data(); }
@@ -183,10 +175,9 @@ class RadauIntegrator final : public Integrator {
   }
 
  private:
-  static constexpr int kDegree = 4, kIterations = 7, kMostAttempts = 100, kStepsBetweenLooks = 20;
-  static constexpr double kSafety = 0.9, kMostCut = 5.0, kMostGrowth = 1.0 / 8.0, kNewtonPart = 0.03, kLooser = 5.0;
-  /// Newton's iteration converges so fast that the Jacobian serves for another
-  /// step.
+  static constexpr int kDegree = 4, kIterations = RadauControl::kIterations, kMostAttempts = 100;
+  static constexpr double kNewtonPart = 0.03, kLooser = 5.0;
+  /// Newton's iteration converges so fast that the Jacobian serves for another step.
   static constexpr double kServes = 1e-3;
   /// A step so little longer is not worth two factorizations.
   static constexpr double kSame = 1.2;
@@ -279,49 +270,13 @@ class RadauIntegrator final : public Integrator {
 
   bool see_jacobian(double h) {
     ++counts_.jacobians;
-    const Sparsity& pattern = program_.jacobian_pattern;
     const double factored = std::exchange(factored_, 0.0);
-    if (special_rates_ && systems_->dense()) {
-      seen_.clear();
-      if (!jacobian_by_differences()) return false;
-      stale_ = kFresh;
-      return true;
-    }
-    const bool look = !special_rates_ && steps_since_look_ >= kStepsBetweenLooks;
-    const auto evaluate = [&](const double* x) {
-      return look ? evaluator_.jacobian(time_, x, branch_, entries_.data(), rounding_)
-                  : evaluator_.jacobian(time_, x, branch_, entries_.data());
-    };
-    if (!evaluate(y_.data())) {
-      // A slope without bound at a point that the solution only passes (sqrt at
-      // 0): take it a little further on.
-      const double move = std::max({time_ - previous_, h, 1e-9 * (limit_ - time_)});
-      for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + move * rate_[i];
-      // One where it rests (sqrt(max(q, 0)) of an empty tank): by differences.
-      if (!evaluate(at_.data())) {
-        if (!systems_->dense() || !jacobian_by_differences()) return false;
-        seen_.clear();
-        stale_ = kFresh;
-        return true;
-      }
-    }
-    if (look) {
-      steps_since_look_ = 0;
-      tolerances_.see({time_, y_.data(), pattern, entries_.data(), rounding_},
-                      [this](double t, const double* x, double* f) { return evaluator_.rates(t, x, branch_, f); });
-    }
-    if (!special_rates_) slopes_beside_border(time_, y_.data(), branch_);
-    if (entries_ == seen_) factored_ = factored;
-    seen_ = entries_;
-    if (systems_->dense()) spread_entries(pattern, entries_.data(), full_.data());
+    const double ahead = std::max({time_ - previous_, h, 1e-9 * (limit_ - time_)});
+    const auto rates_at_begin = [this](const double* x, double* out) { return rates(time_, x, branch_, out); };
+    if (!jacobian_.see({time_, ahead, y_, rate_, branch_}, rates_at_begin, !special_rates_)) return false;
+    if (jacobian_.is_as_before()) factored_ = factored;
     stale_ = kFresh;
     return true;
-  }
-
-  bool jacobian_by_differences() {
-    return difference_jacobian(
-        y_, rate_, [this](std::size_t j) { return tolerances_.absolute(j); },
-        [this](const double* x, double* out) { return rates(time_, x, branch_, out); }, at_, full_.data());
   }
 
   /// Where Newton's iteration begins: on the polynomial of the step before, or at rest. What is held within a narrow
@@ -338,7 +293,7 @@ class RadauIntegrator final : public Integrator {
     const double ratio = h / last_;
     for (std::size_t i = 0; i < size_; ++i) {
       std::array<double, 3> z{};
-      for (std::size_t k = 0; k < 3; ++k) z[k] = collocation_from_end(i, radau::kAt[k] * ratio);
+      for (std::size_t k = 0; k < 3; ++k) z[k] = polynomial_.from_end(i, radau::kAt[k] * ratio);
       for (std::size_t k = 0; k < 3; ++k) {
         z_[k][i] = z[k];
         w_[k][i] = radau::kBack[k][0] * z[0] + radau::kBack[k][1] * z[1] + radau::kBack[k][2] * z[2];
@@ -364,7 +319,7 @@ class RadauIntegrator final : public Integrator {
     double from_polynomial = 0.0, from_rest = 0.0;
     for (std::size_t i = 0; i < size_; ++i)
       for (std::size_t k = 0; k < 3; ++k) {
-        const double promised = collocation_from_end(i, radau::kAt[k] * ratio), found = z_[k][i];
+        const double promised = polynomial_.from_end(i, radau::kAt[k] * ratio), found = z_[k][i];
         from_polynomial += (found - promised) * weight_[i] * ((found - promised) * weight_[i]);
         from_rest += found * weight_[i] * (found * weight_[i]);
       }
@@ -392,8 +347,7 @@ class RadauIntegrator final : public Integrator {
     return true;
   }
 
-  /// The stages of a step of length h. 1 if they were found, else by how much
-  /// the step should be shortened.
+  /// The stages of a step of length h. 1 if they were found, else by how much the step should be shortened.
   double iterate(double h, bool extrapolated) {
     constexpr double kDiverged = 0.5, kNoRates = 0.25;
     faulted_ = false;
@@ -445,15 +399,12 @@ class RadauIntegrator final : public Integrator {
     return kDiverged;
   }
 
-  /// The same by Newton's method proper, each stage with the Jacobian where it
-  /// is. At a kink, as of a square root at 0, slopes differ by orders of
-  /// magnitude from one stage to the next, and an iteration with the slopes of
-  /// the step's beginning converges only for steps far shorter than the error
-  /// asks for.
+  /// The same by Newton's method proper, each stage with the Jacobian where it is. At a kink, as of a square root at 0,
+  /// slopes differ by orders of magnitude from one stage to the next, and an iteration with the slopes of the step's
+  /// beginning converges only for steps far shorter than the error asks for.
   bool iterate_by_stages(double h) {
     if (!stages_ || special_rates_ || faulted_) return false;
-    // What the iteration before has come to is a better beginning if it came
-    // nearer.
+    // What the iteration before has come to is a better beginning if it came nearer.
     constexpr double kNearer = 0.5;
     if (!(speed_ < kNearer)) begin_iteration(h, !from_rest_);
     if (loops_) stage_branch_.fill(branch_);
@@ -476,32 +427,13 @@ class RadauIntegrator final : public Integrator {
   }
   bool jacobian_of_stage(std::size_t k, const double* x, double* full) {
     const double t = time_ + radau::kAt[k] * stages_step_;
-    if (!evaluator_.jacobian(t, x, loops_ ? stage_branch_[k] : branch_, entries_.data())) {
-      note_fault(t);
-      return false;
-    }
-    slopes_beside_border(t, x, loops_ ? stage_branch_[k] : branch_);
-    spread_entries(program_.jacobian_pattern, entries_.data(), full);
-    return true;
-  }
-  /// In entries_.
-  void slopes_beside_border(double t, const double* x, const Branch& branch) {
-    border_.replace(
-        x, [&](std::size_t j) { return tolerances_.relative() * std::abs(x[j]) + tolerances_.absolute(j); },
-        [&](const double* at, double* out) {
-          aside_ = branch;
-          return evaluator_.jacobian(t, at, aside_, out);
-        },
-        entries_.data());
+    if (jacobian_.see_stage(t, x, loops_ ? stage_branch_[k] : branch_, full)) return true;
+    note_fault(t);
+    return false;
   }
 
-  [[nodiscard]] double safety() const {
-    return std::min(kSafety, kSafety * (1.0 + 2.0 * kIterations) / (iterations_ + 2.0 * kIterations));
-  }
-
-  /// The distance from the embedded formula, filtered by the real system. Where
-  /// this is large at a first step or after a rejection, it is filtered once
-  /// more: the formula alone is not bounded for stiff components.
+  /// The distance from the embedded formula, filtered by the real system. Where this is large at a first step or after
+  /// a rejection, it is filtered once more: the formula alone is not bounded for stiff components.
   double estimate_error(double h) {
     const auto& e = radau::kError;
     for (std::size_t i = 0; i < size_; ++i) {
@@ -547,10 +479,6 @@ class RadauIntegrator final : public Integrator {
     if (loops_) branch_ = branch_at_begin_;
   }
 
-  [[nodiscard]] double quotient_of(double error) const {
-    return std::clamp(std::pow(error, 0.25) / safety(), kMostGrowth, kMostCut);
-  }
-
   /// The error of an accepted step by the slopes at its end, where these no longer damp what those at its beginning
   /// did: a filter as stiff as the beginning hides by how much the step missed the instant at which a fast state is let
   /// go (friction that breaks loose). The slopes along the error tell for one evaluation of the rates whether this may
@@ -569,7 +497,7 @@ class RadauIntegrator final : public Integrator {
     }
     if (!let_go) return 0.0;
     factored_ = 0.0;
-    if (!see_jacobian(h) || !systems_->factor(h, systems_->dense() ? full_.data() : entries_.data())) {
+    if (!see_jacobian(h) || !systems_->factor(h, jacobian_.values())) {
       stale_ = kNoJacobian;
       return 0.0;
     }
@@ -584,28 +512,13 @@ class RadauIntegrator final : public Integrator {
   }
 
   void finish(double h, double error, double quotient) {
-    border_.stepped();
+    jacobian_.stepped();
     if (from_rest_ && extrapolation_is_nearer(h)) from_rest_ = false;
     order_ = kDegree;
     by_hand_ = false;
     ++counts_.steps;
-    ++steps_since_look_;
-    if (++accepted_ > 1) {
-      const double predicted = (accepted_step_ / h) * std::pow(error * error / accepted_error_, 0.25) / kSafety;
-      quotient = std::max(quotient, std::clamp(predicted, kMostGrowth, kMostCut));
-    }
-    accepted_step_ = h;
-    accepted_error_ = std::max(1e-2, error);
-    double next = h / quotient;
-    if (rejected_) next = std::min(next, h);
-    for (std::size_t i = 0; i < size_; ++i) {  // divided differences, in units of the step, from its end
-      const double a = (z_[1][i] - z_[2][i]) / (radau::kAt[1] - 1.0);
-      const double b = (z_[0][i] - z_[1][i]) / (radau::kAt[0] - radau::kAt[1]);
-      const double c = (b - z_[0][i] / radau::kAt[0]) / radau::kAt[1];
-      divided_[0][i] = a;
-      divided_[1][i] = (b - a) / (radau::kAt[0] - 1.0);
-      divided_[2][i] = divided_[1][i] - c;
-    }
+    double next = control_.next_length(h, error, quotient, rejected_);
+    polynomial_.fit(z_);
     last_ = h;
     extrapolates_ = true;
     first_ = rejected_ = false;
@@ -619,17 +532,8 @@ class RadauIntegrator final : public Integrator {
     next_ = next;
   }
 
-  /// The change from the last step's end along its collocation polynomial; @p s
-  /// in units of that step.
-  [[nodiscard]] double collocation_from_end(std::size_t i, double s) const {
-    return s *
-           (divided_[0][i] + (s + 1.0 - radau::kAt[1]) * (divided_[1][i] + (s + 1.0 - radau::kAt[0]) * divided_[2][i]));
-  }
-  [[nodiscard]] double collocation(std::size_t i, double s) const { return y_[i] + collocation_from_end(i, s); }
-
-  /// What the collocation polynomial needs to satisfy the (linearized)
-  /// equations at one more point. With d = h f - p' there, bubble (kGamma - h
-  /// J) bend = d.
+  /// What the collocation polynomial needs to satisfy the (linearized) equations at one more point. With d = h f - p'
+  /// there, bubble (kGamma - h J) bend = d.
   /// @return  how large it is: what the polynomial is wrong by within the step,
   /// relative to what is allowed. The embedded
   ///          formula alone does not see it where stiffness holds the stages on
@@ -653,27 +557,24 @@ class RadauIntegrator final : public Integrator {
     return std::isfinite(size) ? size : 1e10;
   }
 
-  const Program& program_;
   Evaluator& evaluator_;
   Tolerances& tolerances_;
   std::unique_ptr<RadauSystems> systems_;
+  RadauJacobian jacobian_;
+  RadauControl control_;
+  RadauPolynomial polynomial_;           ///< of the last step
   std::unique_ptr<RadauStages> stages_;  ///< null for sparse systems
   double stages_step_ = 0.0;             ///< that stages_ solves for
   bool loops_;                           ///< rates solve loops, each stage from its own last solution
-  BorderSlopes border_;
-  Branch aside_;         ///< scratch
-  double looser_ = 1.0;  ///< than the tolerances: what the error of order 3 may be
+  double looser_ = 1.0;                  ///< than the tolerances: what the error of order 3 may be
   double newton_part_ = kNewtonPart;
   double limit_ = 0.0;
   std::vector<double> y_, begin_, rate_, rate_at_begin_, weight_;
-  std::array<std::vector<double>, 3> z_,
-      w_;                                       ///< the stages' increments; the same in the basis of eigenvectors
-  std::array<std::vector<double>, 3> divided_;  ///< of the last step
+  std::array<std::vector<double>, 3> z_, w_;  ///< the stages' increments; the same in the basis of eigenvectors
   Branch branch_at_begin_, probe_;
   std::array<Branch, 3> stage_branch_;
-  std::vector<double> entries_, seen_, full_, rounding_;  ///< seen_: what the systems are made of
-  double next_ = 0.0;                                     ///< the next step; 0: not known
-  double factored_ = 0.0;                                 ///< step that systems_ is for; 0: none
+  double next_ = 0.0, last_ = 1.0;  ///< the next step, 0: not known; the last one
+  double factored_ = 0.0;           ///< step that systems_ is for; 0: none
   Jacobian stale_ = kNoJacobian;
   bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false, extrapolates_ = false, from_rest_ = false;
   bool seen_at_end_ = false;  ///< the Jacobian is that of the last step's end
@@ -682,9 +583,6 @@ class RadauIntegrator final : public Integrator {
                             ///< is left by what was last
   bool bent_ = false;       ///< the stages were found with a Jacobian each
   int iterations_ = 0;
-  std::uint64_t accepted_ = 0;  ///< since the restart
-  double accepted_step_ = 0.0, accepted_error_ = 0.0, last_ = 1.0;
-  int steps_since_look_ = 0;
   const char* words_ = kErrorTestText;
   Counts counts_;
   // Scratch
