@@ -316,14 +316,6 @@ TEST_CASE("what has no sensitivity is refused") {
       "scenes": { "s": { "stop": 2, "samples": 3 } })x",
                      {"k"}),
              Contains("BG414") && Contains("ideal switches"));
-  // An event that sets a store.
-  CHECK_THAT(refusal(R"x("parameters": { "k": 0.5 }, "elements": { "one": { "kind": "1" },
-      "m": { "kind": "I", "inertance": 1, "initial": { "p": 1 } }, "r": { "kind": "R", "resistance": 1 } },
-      "bonds": [ { "from": "one", "to": "m" }, { "from": "one", "to": "r" } ],
-      "events": { "kick": { "when": "t > 1", "set": { "m.p": "k*pre(m.p)" } } }, "outputs": { "p": "m.p" },
-      "scenes": { "s": { "stop": 2, "samples": 3 } })x",
-                     {"k"}),
-             Contains("BG414") && Contains("events that set stores"));
   // Dry friction that holds.
   CHECK_THAT(
       refusal(R"x("parameters": { "dry": 1 }, "elements": { "m": { "kind": "I", "inertance": 1, "initial": { "p": 1 } },
@@ -348,6 +340,20 @@ TEST_CASE("what has no sensitivity is refused") {
   CHECK_THAT(refusal(integrals(R"x("a": 1)x", R"x("x": { "integral": "1" })x", "if(t > a, 0.5, x)", 1.5), {"a"},
                      SensitivityNorm::peak),
              Contains("BG414") && Contains("corner: it jumps there, from 1 to 0.5"));
+}
+
+TEST_CASE("sensitivities to periods and shares of periods: what changes where a period ends has its instant") {
+  // On for d T of each period T: x(T_end) counts two whole pulses and the part of the third.
+  const auto by = [](const std::string& rate, double stop) {
+    return derivatives(integrals(R"x("T": 1, "d": 0.25)x", R"x("x": { "integral": ")x" + rate + R"x(" })x", "x", stop),
+                       {"T", "d"});
+  };
+  check_all(by("if(mod(t, T) < d*T, 1, 0)", 2.1), {2 * 0.25 - 2.0, 2.0});  // 2 d T + (2.1 - 2 T)
+  check_all(by("if(mod(t, T) < d*T, 1, 0)", 2.6), {3 * 0.25, 3.0});        // 3 d T
+  check_all(by("if(t - T*floor(t/T) < d, 1, 0)", 2.1), {-2.0, 2.0});       // 2 d + (2.1 - 2 T)
+  check_all(by("if(mod(t + d, T) < 0.3*T, 1, 0)", 2.1), {0.9, -1.0});      // (0.3 T - d) + 2 0.3 T
+  // A triangle: |t/T - whole - 1/2| < d for 2 d T of each period, in its middle.
+  check_all(by("if(abs(mod(t, T) - 0.5*T) < d, 1, 0)", 2.0 - 1e-9), {0.0, 4.0});
 }
 
 TEST_CASE("integrals and means of outputs that jump") {

@@ -212,7 +212,7 @@ struct Program {
   Routine diodes;  ///< by `diode_elements`: effort, flow (the way that it passes), threshold, 1 where it may fire
   std::vector<ElementId> diode_elements;
   Routine event_conditions;  ///< by `events`: 1 where its condition holds, else 0
-  Routine event_values;      ///< of all that they set, event by event
+  Routine event_values;      ///< of all that they set, event by event; with Variations then two slopes of each
   std::vector<ProgramEvent> events;
   Routine delayed;         ///< by `delays`: what is delayed, and by how much
   Routine delayed_before;  ///< by `delays`: what it was before the start; 0 where the model does not say

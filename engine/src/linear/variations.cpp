@@ -69,12 +69,16 @@ class Varying {
     for (const Block& block : loops) roots.insert(roots.end(), block.residuals.begin(), block.residuals.end());
     by_time_[system().time] = pool().constant(1.0);
     for (std::size_t i = 0; i < n; ++i) by_time_[system().states[i].symbol] = order().rates[i];
-    if (parts.slopes || has_conditions(pool(), roots))
+    if (parts.slopes || !system().events.empty() || has_conditions(pool(), roots))
       add_loops(loops, by_time_, [](const std::string& name) { return "d(" + name + ")/dt"; });
     for (std::size_t i = 0; i < n; ++i) {
       const ExprId rate = change(order().rates[i], by_parameter_);
       add_state(varied[i], rate);
     }
+    const std::vector<ExprId> sets = order().event_values;
+    for (const ExprId value : sets)
+      for (const Changes* changes : {&by_parameter_, &by_time_})
+        order().event_values.push_back(change(value, *changes));
     const std::size_t count = asked_.size();
     for (std::size_t i = 0; i < count; ++i) {
       const OutputEquation output = system().outputs[asked_[i]];
@@ -349,6 +353,10 @@ void refuse_kinks(const Model& model, const EquationSystem& system, const BlockO
   roots.assign(order.rates.begin(), order.rates.begin() + static_cast<std::ptrdiff_t>(rates));
   for (const Block& block : order.blocks) roots.insert(roots.end(), block.residuals.begin(), block.residuals.end());
   for (const std::size_t i : outputs) roots.push_back(order.outputs[i]);
+  std::size_t sets = 0;
+  for (const EventEquation& event : system.events) sets += event.sets.size();
+  roots.insert(roots.end(), order.event_values.begin(), order.event_values.begin() + static_cast<std::ptrdiff_t>(sets));
+  roots.insert(roots.end(), order.event_conditions.begin(), order.event_conditions.end());
   look(
       order.pool, system.symbols.size(), [&](std::size_t i) { return system.parameters[i]; }, roots,
       [&](SymbolId s) { return system.symbols[s.index()].name; });

@@ -150,7 +150,7 @@ class Backward {
   bool look_at_events() {
     FreeGuards at_start(program_, inputs_, units_, &seeds_), guards(program_, inputs_, units_, nullptr);
     if (auto refused =
-            events_.begin(evaluator_, at_start, inputs_.start, trajectory_.start(), trajectory_.start_branch()))
+            events_.begin(evaluator_, at_start, inputs_.start, trajectory_.start(), trajectory_.start_branch(), false))
       return fail(std::move(*refused));
     for (const Trajectory::Event& event : trajectory_.events()) {
       std::optional<Diagnostic> refused;

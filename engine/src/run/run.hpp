@@ -138,6 +138,7 @@ class Run {
   bool audit_to(double t);
   bool follow_grid();
   bool vary_event(const Branch& before, std::optional<std::size_t> crossed);
+  bool vary_sets(const std::vector<double>& before);
   /// Whether derivatives of the run are wanted, in it or of what is recorded: what has none ends it.
   [[nodiscard]] bool differentiates() const { return program_.varied_states > 0 || options_.trajectory != nullptr; }
 

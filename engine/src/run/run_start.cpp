@@ -35,7 +35,8 @@ bool Run::begin() {
 
   if (program_.varied_states > 0) {
     VariedGuards guards(evaluator_);
-    if (auto refused = variations_.begin(evaluator_, guards, t_, x_, branch_)) return fail(std::move(*refused));
+    if (auto refused = variations_.begin(evaluator_, guards, t_, x_, branch_, !inputs_.starting_events.empty()))
+      return fail(std::move(*refused));
   }
   if (options_.trajectory != nullptr) options_.trajectory->begin(t_, x_, branch_);
 

@@ -76,6 +76,8 @@ bool Run::take_events() {
   if (events_.unresolved()) return fail(jumps_.accumulation(jumps_.due().front(), t_));
   jumped_at_ = t_;
   fresh_ = true;
+  std::vector<double> rates(program_.varied_states > 0 ? x_.size() : 0);
+  if (!rates.empty() && !evaluator_.rates(t_, x_.data(), branch_, rates.data())) return fail_with_fault();
   errors_.before_set(t_, x_, [this](double t, std::vector<double>& x) { return jumps_.set_elsewhere(t, x, branch_); });
   for (const std::size_t event : jumps_.due()) {
     const std::vector<double> before = log_->wanted() ? x_ : std::vector<double>{};
@@ -88,6 +90,7 @@ bool Run::take_events() {
     log_->add_set(t_, program_, event, before, x_, options_.energy_audit ? std::optional(energy) : std::nullopt);
     log_->look(t_, branch_);
   }
+  if (!rates.empty() && !vary_sets(rates)) return false;
   errors_.after_set(t_, x_, branch_);
   if (auto full = log_->full(t_)) return fail(std::move(*full));
   tolerances_.forget_noise();

@@ -18,6 +18,8 @@ namespace {
 constexpr double kSame = 1e-9;
 /// Of the run's length: conditions that come to their borders within this time of the event begin it, others follow.
 constexpr double kAtOnce = 1e-9;
+/// Of the time: what rounding leaves of a known one, and samples are taken early by.
+constexpr double kLocated = 1e-12;
 /// Instants of one event whose derivatives differ by less are the same condition written in two ways.
 constexpr double kSameInstant = 1e-6;
 
@@ -114,10 +116,12 @@ bool VariationEvents::matters(Evaluator& evaluator, const GuardSlopes& guards, d
 }
 
 std::optional<Diagnostic> VariationEvents::begin(Evaluator& evaluator, GuardSlopes& guards, double t,
-                                                 const std::vector<double>& x, const Branch& branch) const {
+                                                 const std::vector<double>& x, const Branch& branch, bool sets) {
   const Program& program = evaluator.program();
   std::vector<double> own, others;
   Branch here = branch;
+  time_ = t;
+  if (sets) changes_.push_back({0, {0.0}, 0.0, 0.0});                                     // the start does not move
   if (!rates(evaluator, t, x, here, own) || !guards.at(t, x, here)) return std::nullopt;  // the run says what is wrong
   for (std::size_t r = 0; r < program.relations.size(); ++r) {
     const Relation& relation = program.relations[r];
@@ -125,7 +129,7 @@ std::optional<Diagnostic> VariationEvents::begin(Evaluator& evaluator, GuardSlop
     if (!at_border(evaluator, relation, t, x, here, guards.by_time(r), kAtOnce * span_)) continue;
     const std::vector<double> moves = guards.by_variation(r);
     if (std::all_of(moves.begin(), moves.end(), [](double by) { return by == 0.0; })) continue;
-    bool jumps = false;
+    bool jumps = sets;
     for (const double side : {-1.0, 1.0}) {
       Branch other = branch;
       double& mode = other.modes[r];
@@ -171,21 +175,27 @@ std::optional<VariationEvents::Jump> VariationEvents::take(Evaluator& evaluator,
   if (!start_ || t - time_ > kAtOnce * span_) {
     start_ = before;
     changes_.clear();
+    touched_ = false;
   }
   time_ = t;
   // What begins the event; conditions that change because rates have jumped follow it.
   std::optional<std::vector<double>> instant;
   for (const std::size_t r : changed) {
     const double by_time = guards.by_time(r);
-    const bool begins = r == crossed || program.relations[r].time_only ||
-                        at_border(evaluator, program.relations[r], t, x, one, by_time, kAtOnce * span_);
+    // A known time may be of another condition of time: where mod(t, T) falls to 0, mod(t, T) < d T changes far from
+    // its border. It is known to the roundings of the time.
+    const double within = kAtOnce * span_ + kLocated * std::abs(t);
+    const bool begins = r == crossed || at_border(evaluator, program.relations[r], t, x, one, by_time, within);
     if (!begins) continue;
     std::vector<double> moved = guards.by_variation(r);
     for (double& by : moved) by = by_time == 0.0 ? std::nan("") : -by / by_time;
     if (std::all_of(moved.begin(), moved.end(), [](double by) { return std::isfinite(by); })) {
       if (!instant) instant = moved;
       changes_.push_back({r, std::move(moved), before.modes[r], after.modes[r]});
-    } else if (jumps) {
+      continue;
+    }
+    touched_ = true;
+    if (jumps) {
       refused =
           failure(program, r, t, "its border is touched and not passed, and the rates jump there",
                   "the instant of such an event has no derivative", "ask for the sensitivity of a run without it");
@@ -225,6 +235,27 @@ std::optional<VariationEvents::Jump> VariationEvents::take(Evaluator& evaluator,
   return Jump{std::move(*instant), std::move(left)};
 }
 
+std::optional<double> VariationEvents::instant_of_set(const ProgramEvent& event, double t,
+                                                      std::optional<Diagnostic>& refused) const {
+  const auto same = [&](const Change& change) {
+    const double one = change.instant.front(), other = changes_.front().instant.front();
+    return std::abs(one - other) <= kSameInstant * std::max(std::abs(one), std::abs(other));
+  };
+  if (t == time_ && !touched_ && !changes_.empty() && std::all_of(changes_.begin(), changes_.end(), same))
+    return changes_.front().instant.front();
+  const bool apart = t == time_ && !changes_.empty();
+  refused = diagnostic_of(
+      "BG414",
+      "at t = " + number_text(t) + " the event \"" + event.name + "\" takes place, " +
+          (t != time_ || changes_.empty() ? "and it is not known what set it off"
+           : touched_                     ? "and a border is touched there, not passed"
+                                          : "where conditions change that another value of the parameter parts"),
+      event.place, "what is set depends on the instant of the event, and so on how that changes with the parameter",
+      apart ? "ask for it at a slightly different value of the parameter"
+            : "write the condition over quantities that do not jump");
+  return std::nullopt;
+}
+
 Diagnostic held_variation_failure(const Program& program, double t) {
   return failure(
       program, {}, t,
@@ -252,6 +283,22 @@ bool Run::vary_event(const Branch& before, std::optional<std::size_t> crossed) {
   if (!jump) return true;
   const std::size_t n = program_.varied_states;
   for (std::size_t i = 0; i < n; ++i) x_[n + i] += jump->rates[i] * jump->instant.front();
+  return true;
+}
+
+/// The sensitivities where events have set states. @param before  the rates before.
+bool Run::vary_sets(const std::vector<double>& before) {
+  std::optional<Diagnostic> refused;
+  const auto instant = variations_.instant_of_set(program_.events[jumps_.due().front()], t_, refused);
+  if (!instant) return fail(std::move(*refused));
+  // By the parameter, at an instant that follows it.
+  const std::size_t n = program_.varied_states;
+  for (std::size_t i = 0; i < n; ++i) x_[n + i] += before[i] * *instant;
+  for (const EventJumps::SetSlope& slope : jumps_.set_slopes())
+    x_[n + slope.state] = slope.by_parameter + slope.by_time * *instant;
+  std::vector<double> after(x_.size());
+  if (!evaluator_.rates(t_, x_.data(), branch_, after.data())) return fail_with_fault();
+  for (std::size_t i = 0; i < n; ++i) x_[n + i] -= after[i] * *instant;
   return true;
 }
 

@@ -43,7 +43,8 @@ class VariedGuards : public GuardSlopes {
 };
 
 /// Where conditions change, the instant of the event depends on what is varied, too: with t' its derivative, the
-/// sensitivities of the states jump by (f- - f+) t', f- and f+ being the rates before and after.
+/// sensitivities of the states jump by (f- - f+) t', f- and f+ being the rates before and after. Where an event sets
+/// the states to h(x, z, p, t), they become dh/dp + dh/dt t' - f+ t'.
 class VariationEvents {
  public:
   /// @param own_states   those whose rates are looked at: the first ones
@@ -52,9 +53,11 @@ class VariationEvents {
   VariationEvents(std::size_t own_states, bool with_outputs, double span)
       : states_(own_states), with_outputs_(with_outputs), span_(span) {}
 
-  /// @return BG414 if a condition that decides rates is at its border at the start of the run, and moves away from it.
+  /// @param sets  whether an event takes place at the start
+  /// @return BG414 if a condition that decides rates, or an event, is at its border at the start of the run, and moves
+  /// away from it.
   std::optional<Diagnostic> begin(Evaluator& evaluator, GuardSlopes& guards, double t, const std::vector<double>& x,
-                                  const Branch& branch) const;
+                                  const Branch& branch, bool sets);
 
   /// What an event does.
   struct Jump {
@@ -70,6 +73,12 @@ class VariationEvents {
   std::optional<Jump> take(Evaluator& evaluator, GuardSlopes& guards, double t, const std::vector<double>& x,
                            const Branch& before, const Branch& after, std::optional<std::size_t> crossed,
                            std::optional<Diagnostic>& refused);
+
+  /// What t', by the one parameter, of the event that was last taken is for what is set there.
+  /// @param event  that sets it, at @p t
+  /// @param refused  BG414 if that is not known, or does not exist: conditions that another value of the parameter
+  ///                 parts changed there, or their border is touched and not passed.
+  std::optional<double> instant_of_set(const ProgramEvent& event, double t, std::optional<Diagnostic>& refused) const;
 
  private:
   /// A condition that has changed, and what its instant changes by with the parameter.
@@ -90,6 +99,7 @@ class VariationEvents {
   double time_ = 0.0;
   std::optional<Branch> start_;
   std::vector<Change> changes_;
+  bool touched_ = false;  ///< a condition changed whose border is touched and not passed
 };
 
 /// BG414: signs of resistors are held at their border, where rates are no expressions of the states.

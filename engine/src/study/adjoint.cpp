@@ -19,6 +19,7 @@ class AdjointScene {
                const std::vector<std::string>& to)
       : model_(study.model()), overrides_(overrides), inputs_(study.scene(scene, overrides).inputs()) {
     refuse_jumps(model_);
+    refuse_sets(model_);
     for (const std::string& name : to) seeds_.push_back(find_seed(model_, name));
     const auto cut = slice(model_, study.graph(), study.equations(), study.order(), inputs_.outputs, false);
     const EquationSystem& system = cut ? cut->system : study.equations();

@@ -45,7 +45,10 @@ SensitivityScene::SensitivityScene(const Study& study, const std::string& scene,
   GivenValues given = given_of(model, made->inputs.scene, overrides);
   made->value = value_of(model, given, made->seed, made->inputs);
   if (made->seed.parameter.valid()) made->unit = model.parameters[made->seed.parameter.index()].unit;
-  const auto cut = slice(model, study.graph(), study.equations(), study.order(), made->inputs.outputs, false);
+  // An event acts on what it sets, whatever the outputs depend on.
+  const auto cut = model.events.empty()
+                       ? slice(model, study.graph(), study.equations(), study.order(), made->inputs.outputs, false)
+                       : std::nullopt;
   const EquationSystem& system = cut ? cut->system : study.equations();
   const BlockOrder& order = cut ? cut->order : study.order();
   try {

@@ -24,13 +24,16 @@ void refuse_sensitivity(const Model& model, std::string situation, std::string r
                    model.sources);
 }
 
-void refuse_jumps(const Model& model) {
+void refuse_sets(const Model& model) {
   if (!model.events.empty())
     refuse_sensitivity(model,
                        "the model has events that set stores (" + in_quotes(model.events.front().name) +
-                           "), whose jumps are not derived",
-                       "sensitivities cross the events of conditions in laws and signals, not jumps of the states",
-                       "take the difference of two runs, by bgsim sweep", model.events.front().place);
+                           "), which the adjoint equations do not cross",
+                       "adjoints cross the events of conditions in laws and signals, not jumps of the states",
+                       "ask for --method forward", model.events.front().place);
+}
+
+void refuse_jumps(const Model& model) {
   for (const Signal& signal : model.signals)
     if (signal.delay)
       refuse_sensitivity(model, "the model has delayed signals (" + in_quotes(signal.name) + "), which are not derived",
@@ -41,7 +44,7 @@ void refuse_jumps(const Model& model) {
   const Element& first = model.elements[switches.front().index()];
   refuse_sensitivity(
       model, "the model has ideal switches or diodes (" + in_quotes(first.name) + "), whose jumps are not derived",
-      "sensitivities cross the events of conditions in laws and signals, not changes of the equations themselves",
+      "sensitivities cross events, not changes of the equations themselves",
       "write the switch as a resistor with if(..., r_closed, r_open), the diode as f = if(e > 0, e/ron, e/roff)",
       first.place);
 }

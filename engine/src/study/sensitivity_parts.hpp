@@ -16,8 +16,10 @@ GivenValues given_of(const Model& model, const std::string& scene, const SceneOv
 [[noreturn]] void refuse_sensitivity(const Model& model, std::string situation, std::string rule, std::string help,
                                      std::optional<Place> place = {});
 
-/// @throws ModelError BG414 what jumps without a derivative here: events, delays, switches.
+/// @throws ModelError BG414 what jumps without a derivative here: delays, switches.
 void refuse_jumps(const Model& model);
+/// @throws ModelError BG414 events that set stores, for the adjoint equations.
+void refuse_sets(const Model& model);
 
 /// @throws ModelError the failure of a run.
 void throw_failure(const RunResult& result, const Model& model);

@@ -116,6 +116,19 @@ void EventJumps::set(std::size_t event, std::vector<double>& x) const {
   for (std::size_t k = 0; k < at.sets.size(); ++k) x[*at.sets[k].state] = values_[at.first_value + k];
 }
 
+std::vector<EventJumps::SetSlope> EventJumps::set_slopes() const {
+  const std::size_t sets = values_.size() / 3;  // behind these two slopes for each (linear/variations)
+  std::vector<SetSlope> slopes;
+  for (const std::size_t event : due_) {
+    const ProgramEvent& at = program_.events[event];
+    for (std::size_t k = 0; k < at.sets.size(); ++k) {
+      const std::size_t slope = sets + 2 * (at.first_value + k);
+      slopes.push_back({*at.sets[k].state, values_[slope], values_[slope + 1]});
+    }
+  }
+  return slopes;
+}
+
 bool EventJumps::set_elsewhere(double t, std::vector<double>& x, Branch branch) {
   values_elsewhere_.resize(values_.size());
   if (!evaluator_.event_values(t, x.data(), branch, values_elsewhere_.data())) return false;

@@ -50,6 +50,13 @@ class EventJumps {
   [[nodiscard]] const std::vector<std::size_t>& due() const { return due_; }
   /// Sets what the event @p event sets, as found by look().
   void set(std::size_t event, std::vector<double>& x) const;
+  /// What a state is set to changes by with the parameter of a program with Variations, and with the instant.
+  struct SetSlope {
+    std::uint32_t state = 0;
+    double by_parameter = 0.0, by_time = 0.0;
+  };
+  /// Of all that the events that are due set, as found by look(). @pre the program has Variations.
+  [[nodiscard]] std::vector<SetSlope> set_slopes() const;
   /// Sets what those that are due set, from the values at another time and point. False if these cannot be evaluated.
   bool set_elsewhere(double t, std::vector<double>& x, Branch branch);
   /// The events that are due have taken place at @p t. False: failure(), where they accumulate or have no end.
