@@ -133,6 +133,22 @@ TEST_CASE("jumps of sources are measured from their edges, with states and witho
   }
 }
 
+TEST_CASE("of peaks that are equal but for rounding the first gives the time") {
+  // A saw tooth of height 0.8: its peaks are what rounding makes of 0.8, and the third is the largest.
+  const RunResult run = test::run_text(R"x({ "bgsim": 1, "name": "saw", "signals": { "x": { "integral": "1" } },
+      "elements": { "cap": { "kind": "C", "capacitance": 1 }, "res": { "kind": "R", "resistance": 1 } },
+      "bonds": [ { "from": "cap", "to": "res" } ], "events": { "back": { "when": "x >= 0.8", "set": { "x": "0" } } },
+      "outputs": { "x": "x", "down": "-x" }, "scenes": { "run": { "stop": 3.25, "samples": 2 } } })x",
+                                       {}, measured());
+  REQUIRE(run.stop == StopReason::completed);
+  const OutputMeasure &x = run.report.measures[0], &down = run.report.measures[1];
+  // Straight lines: exact but for roundings of the states and of events.
+  CHECK(std::abs(x.most - 0.8) < 1e-14);
+  CHECK(std::abs(x.most_at - 0.8) < 1e-14);
+  CHECK(std::abs(down.least_at - 0.8) < 1e-14);
+  CHECK(x.least_at == 0.0);
+}
+
 TEST_CASE("measures go on over changes of switches") {
   // A capacitor of 1 F behind 1 ohm at 1 V; after 1 s the switch opens and it keeps its voltage.
   const Study study = Study::from_text(R"x({ "bgsim": 1, "name": "held", "elements": {

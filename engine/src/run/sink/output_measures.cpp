@@ -20,7 +20,8 @@ OutputMeasures::OutputMeasures(const Program& program, Evaluator& evaluator, boo
       integral_(measures_.size()),
       square_(measures_.size()),
       size_(measures_.size()),
-      left_(measures_.size()) {}
+      left_(measures_.size()),
+      peaks_(measures_.size()) {}
 
 bool OutputMeasures::evaluate(double t, const double* x, std::vector<double>& row) {
   if (measuring_ && evaluator_.outputs(t, x, branch_, row.data())) return true;
@@ -41,6 +42,7 @@ void OutputMeasures::begin(double t, const double* x, const Branch& branch, doub
   for (std::size_t i = 0; i < measures_.size(); ++i) {
     measures_[i].initial = measures_[i].least = measures_[i].most = row_[i];
     measures_[i].least_at = measures_[i].most_at = t;
+    peaks_[i] = {Peak{row_[i]}, Peak{-row_[i]}};
   }
 }
 
@@ -177,14 +179,20 @@ void OutputMeasures::look_for_extreme(const std::vector<Sample>& samples, std::s
 
 void OutputMeasures::take(std::size_t output, double t, double value) {
   OutputMeasure& known = measures_[output];
-  if (value > known.most) {
-    known.most = value;
-    known.most_at = t;
-  }
-  if (value < known.least) {
-    known.least = value;
-    known.least_at = t;
-  }
+  const double within = relative_ * (known.most - known.least);
+  double least = -known.least;
+  take(peaks_[output][0], value, t, within, known.most, known.most_at);
+  take(peaks_[output][1], -value, t, within, least, known.least_at);
+  known.least = -least;
+}
+
+void OutputMeasures::take(Peak& peak, double value, double t, double within, double& most, double& at) {
+  if (value < peak.value - within) peak.left = true;
+  if (!(value > most)) return;
+  most = value;
+  if (peak.left && value <= peak.value + within) return;
+  peak = {value, false};
+  at = t;
 }
 
 std::vector<OutputMeasure> OutputMeasures::finish(double t, const double* x, const Branch& branch) {
@@ -201,6 +209,18 @@ std::vector<OutputMeasure> OutputMeasures::finish(double t, const double* x, con
   return std::move(measures_);
 }
 
+namespace {
+
+/// The later of two extremes, if it is one beyond rounding; with it the time.
+void take_later(double sign, double& value, double& at, double later, double later_at) {
+  constexpr double kRoundings = 64.0 * std::numeric_limits<double>::epsilon();
+  if (!(sign * later > sign * value)) return;
+  if (std::abs(later - value) > kRoundings * std::abs(value)) at = later_at;
+  value = later;
+}
+
+}  // namespace
+
 void append(std::vector<OutputMeasure>& whole, const std::vector<OutputMeasure>& part) {
   if (whole.empty()) {
     whole = part;
@@ -210,8 +230,8 @@ void append(std::vector<OutputMeasure>& whole, const std::vector<OutputMeasure>&
     OutputMeasure& sum = whole[i];
     const OutputMeasure& next = part[i];
     sum.final = next.final;
-    if (next.least < sum.least) std::tie(sum.least, sum.least_at) = std::pair(next.least, next.least_at);
-    if (next.most > sum.most) std::tie(sum.most, sum.most_at) = std::pair(next.most, next.most_at);
+    take_later(-1.0, sum.least, sum.least_at, next.least, next.least_at);
+    take_later(1.0, sum.most, sum.most_at, next.most, next.most_at);
     sum.integral += next.integral;
     sum.square += next.square;
     if (!sum.nonzero_at) sum.nonzero_at = next.nonzero_at;

@@ -17,7 +17,8 @@ namespace bgsim {
 /// over parts of a step on which it agrees with the same rule over both halves: an output may vary faster than the
 /// states, for which the step is made. Extremes are looked for among these points and the ends of each step; where one
 /// may be the largest so far, the dense output between its neighbours is searched by Brent's method, so that what lies
-/// between the points is found, too.
+/// between the points is found, too. Of several peaks that are as high to the run's tolerance the first gives the time:
+/// which of them is higher by a rounding says nothing.
 class OutputMeasures {
  public:
   OutputMeasures(const Program& program, Evaluator& evaluator, bool wanted);
@@ -54,6 +55,14 @@ class OutputMeasures {
   void look_for_extreme(const std::vector<Sample>& samples, std::size_t output, double sign, const Solution& solution);
   void take(std::size_t output, double t, double value);
 
+  /// Of the largest value, or of the smallest with the other sign: the one whose time is kept, and whether the output
+  /// has clearly come down from there since.
+  struct Peak {
+    double value = 0.0;
+    bool left = false;
+  };
+  static void take(Peak& peak, double value, double t, double within, double& most, double& at);
+
   Evaluator& evaluator_;
   bool measuring_;
   std::string why_not_;
@@ -68,6 +77,7 @@ class OutputMeasures {
   std::vector<std::size_t> coarse_;
   std::vector<OutputMeasure> measures_;
   std::vector<CompensatedSum> integral_, square_, size_, left_;  ///< left: differences from the halves
+  std::vector<std::array<Peak, 2>> peaks_;
 };
 
 /// What two parts of a run that follow each other measured, as one.
