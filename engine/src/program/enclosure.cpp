@@ -7,6 +7,7 @@
 #include "expression/apply.hpp"
 #include "expression/graph.hpp"
 #include "expression/table_cell.hpp"
+#include "program/enclosure_often.hpp"
 
 namespace bgsim {
 
@@ -14,13 +15,15 @@ namespace {
 
 constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
 const Range kZero(0.0, 0.0), kOne(1.0, 1.0);
+using often::both;
+using often::is_bounded;
+using often::is_zero;
 
 Range f(Op op, const Range& a) { return range_of(op, nullptr, a, kZero, kZero); }
 Range f(Op op, const Range& a, const Range& b) { return range_of(op, nullptr, a, b, kZero); }
 
 Jet constant_jet(double value) { return {value, {value, value}, kZero, 0.0, kZero}; }
 
-bool is_zero(const Range& x) { return x.lower() == 0.0 && x.upper() == 0.0; }
 /// All numbers for an empty range, or one with an end that is none.
 Range or_unknown(const Range& x) { return is_empty(x) ? kAllNumbers : x; }
 /// Zero times anything is zero: what stands still has no slope, however steep the operator is there.
@@ -30,11 +33,6 @@ Range quotient(const Range& a, const Range& b) {
   return b.lower() > 0.0 || b.upper() < 0.0 ? or_unknown(a / b) : kAllNumbers;
 }
 Range square(const Range& a) { return f(Op::pow, a, Range(2.0, 2.0)); }
-/// Of two ranges that hold the same.
-Range both(const Range& a, const Range& b) {
-  const double low = std::max(a.lower(), b.lower()), high = std::min(a.upper(), b.upper());
-  return low <= high ? Range(low, high) : a;
-}
 
 /// Partial derivative of an operator of one argument; @p v are its own values.
 Range partial(Op op, const Table* table, const Range& a, const Range& v) {
@@ -93,9 +91,6 @@ Range partial(Op op, const Table* table, const Range& a, const Range& v) {
       return is_thin(v) ? kZero : kAllNumbers;  // steps, which are frozen wherever they vary
   }
 }
-
-double largest(const Range& x) { return std::max(std::fabs(x.lower()), std::fabs(x.upper())); }
-bool is_bounded(const Range& x) { return std::isfinite(x.lower()) && std::isfinite(x.upper()); }
 
 /// Second derivative along the stretch, and slope in its middle, by the chain rule; @p by_a is the partial derivative
 /// of an operator of one argument. Of other operators nothing is known.
@@ -218,16 +213,18 @@ Enclosure::Enclosure(const Program& program, std::span<const double> parameters,
       }
       continue;
     }
-    Node step{node.op, 0, 0, 0, out, 0, nullptr, arity(node.op)};
+    Node step{node.op, 0, 0, 0, out, 0, nullptr, arity(node.op), 0, kNowhere};
     std::uint32_t* places[] = {&step.a, &step.b, &step.c};
     std::size_t n = 0;
     for_each_argument(node, [&](ExprId a) { *places[n++] = position[*at.find(a)]; });
     if (is_table(node.op)) step.table = &pool.table(TableId(node.b));
     step.cell = cell[i] == kNowhere ? kNowhere : cell_position[cell[i]];
-    if (level[i] == fixed)
+    if (level[i] == fixed) {
       run(step, 0.0);
-    else
-      (level[i] == by_modes ? of_modes_ : varying_).push_back(step);
+      continue;
+    }
+    if (level[i] == varying) take_rule(step);
+    (level[i] == by_modes ? of_modes_ : varying_).push_back(step);
   }
   std::sort(states_.begin(), states_.end());
   std::sort(tears_.begin(), tears_.end());
@@ -251,6 +248,9 @@ Enclosure::Enclosure(const Program& program, std::span<const double> parameters,
                                        [](const Node& n, std::uint32_t which) { return n.out < which; });
     const bool found = node != varying_.end() && node->out == out;
     node_of_root_.push_back(found ? static_cast<std::uint32_t>(node - varying_.begin()) : kNowhere);
+    if (!found || static_cast<often::Rule>(node->rule) != often::Rule::general) continue;
+    varying_[node_of_root_.back()].kept = static_cast<std::uint32_t>(kept_.size());
+    kept_.emplace_back();
   }
 }
 
@@ -264,7 +264,31 @@ void Enclosure::evaluate(double begin, double end, std::span<const Jet> states, 
   for (std::size_t i = 0; i < states.size(); ++i) jets_[at_state_[i]] = states[i];
   for (std::size_t i = 0; i < tears.size(); ++i) jets_[at_tear_[i]] = tears[i];
   const double half = (end - begin) / 2;
-  for (const Node& node : varying_) run(node, half);
+  for (const Node& node : varying_) {
+    const auto rule = static_cast<often::Rule>(node.rule);
+    const bool swapped = rule == often::Rule::scaled || rule == often::Rule::sum_right_still;
+    const std::uint32_t moves = swapped && node.a < first_varying_ ? node.b : node.a;
+    const std::uint32_t other = moves == node.a ? node.b : node.a;
+    if (half == 0.0 || !often::run(rule, jets_[moves], jets_[other], half, jets_[node.out])) run(node, half);
+  }
+}
+
+/// Which of the rules for what laws are mostly made of is the operator's.
+void Enclosure::take_rule(Node& node) const {
+  using often::Rule;
+  const bool a_moves = node.a >= first_varying_, b_moves = node.b >= first_varying_;
+  Rule rule = Rule::general;
+  if (node.op == Op::neg)
+    rule = Rule::negative;
+  else if (node.op == Op::add)
+    rule = a_moves && b_moves ? Rule::sum : Rule::sum_right_still;
+  else if (node.op == Op::sub)
+    rule = a_moves && b_moves ? Rule::difference : a_moves ? Rule::difference_right_still : Rule::difference_left_still;
+  else if (node.op == Op::mul && node.a != node.b)
+    rule = a_moves && b_moves ? Rule::product : Rule::scaled;
+  else if (node.op == Op::div && !b_moves)
+    rule = Rule::divided;
+  node.rule = static_cast<std::uint8_t>(rule);
 }
 
 void Enclosure::evaluate_box(const Range& time, std::span<const Range> unknowns) {
@@ -381,6 +405,7 @@ void Enclosure::run(const Node& node, double half) {
     const bool squared = node.op == Op::mul && node.a == node.b;
     out.value = squared ? square(a.value) : or_unknown(range_of(node.op, node.table, a.value, b.value, kZero));
   }
+  if (node.kept != kNowhere) kept_[node.kept].known = false;
   if (half == 0.0) {  // over a box, or of what stands still, whose arguments have no slopes
     out.slope = kZero;
     out.middle_slope = 0.0;
@@ -403,30 +428,9 @@ void Enclosure::run(const Node& node, double half) {
     }
   }
   bend_along(node.op, a, b, d.a, out);
-  if (n < 2 || is_zero(a.slope) || is_zero(b.slope)) return;
-  tighten(a, b, half, out);
-  // The mean value form, with room for the roundings of the middle.
-  constexpr double kRounding = 1e-15;
-  const double room = kRounding * (std::fabs(out.middle) + std::fabs(a.middle) + std::fabs(b.middle));
-  const double low = out.middle + half * std::min(out.slope.lower(), -out.slope.upper()) - room;
-  const double high = out.middle + half * std::max(out.slope.upper(), -out.slope.lower()) + room;
-  const double least = std::max(out.value.lower(), low), most = std::min(out.value.upper(), high);
-  if (least <= most) out.value = Range(least, most);
-}
-
-/// Taylor's formula for values and slopes, from the middle: terms that nearly cancel (the pressures on both sides of a
-/// valve) leave as much excess as their third derivatives, not their second.
-void Enclosure::tighten(const Jet& a, const Jet& b, double half, Jet& out) {
-  const double curve = std::max(std::fabs(out.curve.lower()), std::fabs(out.curve.upper()));
-  if (!std::isfinite(curve) || !std::isfinite(out.middle_slope)) return;
-  constexpr double kRounding = 1e-15;
-  const double slope_room = kRounding * (std::fabs(out.middle_slope) + std::fabs(a.middle_slope) +
-                                         std::fabs(b.middle_slope) + largest(out.slope));
-  const double bends = half * curve + slope_room;
-  out.slope = both(out.slope, {out.middle_slope - bends, out.middle_slope + bends});
-  const double room = kRounding * (std::fabs(out.middle) + std::fabs(a.middle) + std::fabs(b.middle));
-  const double moves = half * (std::fabs(out.middle_slope) + slope_room) + 0.5 * half * half * curve + room;
-  out.value = both(out.value, {out.middle - moves, out.middle + moves});
+  const double low = out.value.lower(), high = out.value.upper();
+  if (n > 1) often::narrow(a, b, half, out);
+  if (node.kept != kNowhere) kept_[node.kept] = {d, low == out.value.lower() && high == out.value.upper()};
 }
 
 const Enclosure::Node* Enclosure::node_of(std::size_t root) const {
@@ -442,7 +446,10 @@ double Enclosure::argument(std::size_t root, int which) const {
 
 double Enclosure::bend(const Node& node, const Range& a, const Range& b, const Range& v) const {
   if (node.op == Op::add || node.op == Op::sub || node.op == Op::select) return 0.0;
-  const Partials d = partials(node, a, b, v);
+  return bend(node, a, b, partials(node, a, b, v));
+}
+
+double Enclosure::bend(const Node& node, const Range& a, const Range& b, const Partials& d) {
   const auto part = [](const Range& slope, const Range& argument) {
     const double moved = argument.upper() - argument.lower();
     return moved == 0.0 ? 0.0 : 0.25 * (slope.upper() - slope.lower()) * moved;
@@ -454,7 +461,12 @@ double Enclosure::bend(const Node& node, const Range& a, const Range& b, const R
 
 double Enclosure::bend(std::size_t root) const {
   const Node* node = node_of(root);
-  return node == nullptr ? 0.0 : bend(*node, jets_[node->a].value, jets_[node->b].value, jets_[node->out].value);
+  if (node == nullptr) return 0.0;
+  const Range &a = jets_[node->a].value, &b = jets_[node->b].value;
+  const bool known = node->kept != kNowhere && kept_[node->kept].known;
+  const bool has_partials = node->op != Op::add && node->op != Op::sub && node->op != Op::select;
+  return known && has_partials ? bend(*node, a, b, kept_[node->kept].partials)
+                               : bend(*node, a, b, jets_[node->out].value);
 }
 
 bool Enclosure::bends(std::size_t root) const { return is_much(bend(root), jets_[position_of_root_[root]].value); }

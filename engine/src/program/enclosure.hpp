@@ -78,14 +78,22 @@ class Enclosure {
     std::uint32_t cell = 0;  ///< position of the mode that a linear table's cell is
     const Table* table = nullptr;
     int arguments = 0;
+    std::uint8_t rule = 0;                                           ///< often::Rule
+    std::uint32_t kept = std::numeric_limits<std::uint32_t>::max();  ///< of a root: position in kept_
   };
   struct Partials {
     Range a, b;
   };
+  /// Of a root's operator over the last stretch, where its own values did not become narrower afterwards.
+  struct Kept {
+    Partials partials;
+    bool known = false;
+  };
   void run(const Node& node, double half);
-  static void tighten(const Jet& a, const Jet& b, double half, Jet& out);
+  void take_rule(Node& node) const;
   [[nodiscard]] Partials partials(const Node& node, const Range& a, const Range& b, const Range& v) const;
   [[nodiscard]] double bend(const Node& node, const Range& a, const Range& b, const Range& v) const;
+  [[nodiscard]] static double bend(const Node& node, const Range& a, const Range& b, const Partials& d);
   [[nodiscard]] const Node* node_of(std::size_t root) const;
 
   std::vector<Jet> jets_;  ///< fixed numbers, modes and what follows from them, then all that varies
@@ -95,6 +103,7 @@ class Enclosure {
   std::uint32_t at_time_ = std::numeric_limits<std::uint32_t>::max();
   std::uint32_t first_varying_ = 0;
   std::vector<std::uint32_t> position_of_root_, node_of_root_;
+  std::vector<Kept> kept_;
 };
 
 }  // namespace bgsim

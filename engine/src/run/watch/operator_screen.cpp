@@ -69,7 +69,7 @@ bool OperatorScreen::bends(std::size_t root) {
   return true;
 }
 
-void OperatorScreen::drop_noise(const StepEnds& step, const std::function<double(std::size_t state)>& tolerances) {
+bool OperatorScreen::all_noise(const StepEnds& step, const std::function<double(std::size_t state)>& tolerances) {
   noise_.assign(2 * bending_.size(), 0.0);
   const std::vector<std::uint32_t>& states = operators_->states();
   // The tears at the step's end are where take_ends() left them.
@@ -87,23 +87,19 @@ void OperatorScreen::drop_noise(const StepEnds& step, const std::function<double
         noise = std::max(noise, std::fabs(operators_->argument(bending_[k], which) - at));
       }
   }
-  std::size_t kept = 0;
   for (std::size_t k = 0; k < bending_.size(); ++k) {
     const Watched& watched = watched_[bending_[k]];
-    const bool all_noise = watched.a.room() <= noise_[2 * k] && watched.b.room() <= noise_[2 * k + 1];
-    if (!all_noise) bending_[kept++] = bending_[k];
+    if (!(watched.a.room() <= noise_[2 * k] && watched.b.room() <= noise_[2 * k + 1])) return false;
   }
-  bending_.resize(kept);
+  return true;
 }
 
-const std::vector<std::uint32_t>& OperatorScreen::bending(const StepEnds& step,
-                                                          const std::function<double(std::size_t state)>& tolerances) {
+bool OperatorScreen::any_bends(const StepEnds& step) {
   take_ends(step);
   bending_.clear();
   for (std::uint32_t k = 0; k < watched_.size(); ++k)
     if (bends(k)) bending_.push_back(k);
-  if (!bending_.empty()) drop_noise(step, tolerances);
-  return bending_;
+  return !bending_.empty();
 }
 
 }  // namespace bgsim

@@ -23,11 +23,13 @@ class OperatorScreen {
 
   /// When modes have changed.
   void clear();
-  /// The operators, by root, that may bend in a step. Those whose arguments move by no more than the tolerances of the
-  /// states make of them are not among them: no method knows them better.
+  /// Whether an operator may bend in a step.
+  bool any_bends(const StepEnds& step);
+  /// After that: whether all that may bend have arguments that move by no more than the tolerances of the states make
+  /// of them. No method knows them better.
   /// @param tolerances  of a state, as many as a step may be wrong by.
-  const std::vector<std::uint32_t>& bending(const StepEnds& step,
-                                            const std::function<double(std::size_t state)>& tolerances);
+  /// @note Three evaluations at a point.
+  bool all_noise(const StepEnds& step, const std::function<double(std::size_t state)>& tolerances);
 
  private:
   struct Argument {
@@ -46,11 +48,10 @@ class OperatorScreen {
   void evaluate(double t, const double* states, const double* tears);
   void take_ends(const StepEnds& step);
   bool bends(std::size_t root);
-  void drop_noise(const StepEnds& step, const std::function<double(std::size_t state)>& tolerances);
 
   Enclosure* operators_;
   std::vector<Watched> watched_;
-  std::vector<std::uint32_t> bending_;
+  std::vector<std::uint32_t> bending_;  ///< roots that may bend in the last step seen
   std::vector<double> states_, tears_, noise_;
   double begin_ = std::numeric_limits<double>::quiet_NaN(), end_ = begin_;  ///< of the last step seen
 };

@@ -268,7 +268,8 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
   constexpr double kSmall = 0.1, kStarts = 0.25;
   Verdict verdict;
   if (!any() || !(until > step.begin)) return verdict;
-  if (screen_->bending(step.ends, step.tolerance).empty() || ends_show_it(step, until)) return verdict;
+  if (!screen_->any_bends(step.ends) || ends_show_it(step, until) || screen_->all_noise(step.ends, step.tolerance))
+    return verdict;
   all_.resize(step.unknowns);
   std::iota(all_.begin(), all_.end(), 0U);
   polynomial_.take(step.begin, step.end, step.degree, all_, step.unknowns, step.at);
