@@ -83,6 +83,9 @@ class Evaluator {
   /// one by one: there are loops to solve, the routine is long, a value is not finite, or the run is to end.
   bool rates(const Points& points, const Branch& branch);
   bool outputs(const Points& points, const Branch& branch);
+  bool powers(const Points& points, const Branch& branch);
+  /// Whether powers() may take several points at once, which does not change during a run.
+  [[nodiscard]] bool powers_together() const;
 
   // Implicit form: y holds states, then tears; yp their derivatives. Of the branch, the modes alone matter.
   bool residual(double t, const double* y, const Branch& branch, const double* yp, double* r);

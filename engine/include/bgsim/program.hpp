@@ -36,6 +36,8 @@ struct Strip {
 struct CodeList {
   std::vector<Instruction> instructions;
   std::vector<Strip> strips;
+  std::uint32_t number = 0;  ///< among those of the program, 0 for Program::once: where an evaluator keeps what it made
+                             ///< of it
 
   [[nodiscard]] auto begin() const { return instructions.begin(); }
   [[nodiscard]] auto end() const { return instructions.end(); }
@@ -198,6 +200,8 @@ struct Program {
   std::vector<double> initial_slots;    ///< constants in place, 0 elsewhere
   std::vector<ExprId> slot_expression;  ///< by slot
   std::uint32_t time_slot = 0, first_state = 0, first_tear = 0, first_mode = 0, first_parameter = 0;
+
+  std::uint32_t code_lists = 1;  ///< number of the next one
 
   Routine once;  ///< everything that depends on parameters only
   Routine rates, outputs, guards;

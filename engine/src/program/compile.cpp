@@ -298,6 +298,7 @@ class Compiler {
 
   /// What does not depend on each other side by side, by operator, where there is enough of it for loops.
   void write(Roots found, CodeList& code) {
+    code.number = program_.code_lists++;
     constexpr std::size_t kWorthLoops = 64;
     const bool by_depth = found.size() >= kWorthLoops;
     if (by_depth) {

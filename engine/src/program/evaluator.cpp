@@ -11,7 +11,7 @@
 namespace bgsim {
 
 Evaluator::Impl::Impl(const Program& p, std::span<const double> parameters)
-    : program(p), slots(p.initial_slots), symbol_values(p.symbol_names.size(), 0.0) {
+    : program(p), slots(p.initial_slots), symbol_values(p.symbol_names.size(), 0.0), made(p) {
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     slots[program.first_parameter + i] = parameters[i];
     symbol_values[program.parameters[i].index()] = parameters[i];
@@ -72,9 +72,9 @@ bool Evaluator::Impl::run(const Routine& routine, double t, const double* x, Bra
 }
 
 bool Evaluator::Impl::run(const Routine& routine, const Points& points, const Branch& branch) {
-  if (!Lanes::suits(routine) || branch.given || !goes_on()) return false;
+  if (!Lanes::suits(routine) || branch.given || !goes_on(points.count)) return false;
   if (!lanes) lanes.emplace(program, slots);
-  return lanes->run(routine, branch.modes, points);
+  return lanes->run(routine, branch.modes, points, made);
 }
 
 bool Evaluator::Impl::take(const Routine& routine, double* values, const char* what,
@@ -269,6 +269,11 @@ bool Evaluator::rates(const Points& points, const Branch& branch) {
 bool Evaluator::outputs(const Points& points, const Branch& branch) {
   return impl_->run(impl_->program.outputs, points, branch);
 }
+
+bool Evaluator::powers(const Points& points, const Branch& branch) {
+  return impl_->run(impl_->program.powers, points, branch);
+}
+bool Evaluator::powers_together() const { return Lanes::suits(impl_->program.powers); }
 
 bool Evaluator::powers(double t, const double* x, Branch& branch, double* values) {
   return impl_->run_or_given(impl_->program.powers, t, x, branch) &&

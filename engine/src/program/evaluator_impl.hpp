@@ -63,8 +63,12 @@ struct Evaluator::Impl {
   std::function<std::uint64_t()> look;                  ///< see Evaluator::watch
   std::uint64_t until_look = std::numeric_limits<std::uint64_t>::max();
 
-  /// False when the evaluations were ended (Evaluator::watch).
-  bool goes_on() { return --until_look != 0 || ask(); }
+  /// Before evaluations at so many points. False when they were ended (Evaluator::watch).
+  bool goes_on(std::uint64_t points = 1) {
+    if (until_look <= points) return ask();
+    until_look -= points;
+    return true;
+  }
   bool ask();
 
   void look_for_change(std::size_t relation, double after, double until);
@@ -76,6 +80,7 @@ struct Evaluator::Impl {
   /// At several points at once; false if they are to be taken one by one.
   bool run(const Routine& routine, const Points& points, const Branch& branch);
   std::optional<Lanes> lanes;
+  MachineCode made;
   /// Runs a routine at (t, x) on the branch, with its loops' tears as they are.
   bool run_given(const Routine& routine, double t, const double* x, const Branch& branch);
   /// The same with loops solved, and the solution left in the branch; false at a fault in a loop.

@@ -37,14 +37,19 @@ Lanes::Lanes(const Program& program, std::span<const double> constants) : progra
   for (std::size_t i = 0; i < constants.size(); ++i) slots_[i].fill(constants[i]);
 }
 
-bool Lanes::run(const Routine& routine, std::span<const double> modes, const Evaluator::Points& points) {
+bool Lanes::run(const Routine& routine, std::span<const double> modes, const Evaluator::Points& points,
+                MachineCode& made) {
   for (std::size_t l = 0; l < kLanes; ++l) {
     const std::size_t of = l < points.count ? l : 0;  // lanes without a point of their own repeat the first
     slots_[program_.time_slot][l] = points.t[of];
     for (std::size_t i = 0; i < program_.state_names.size(); ++i) slots_[program_.first_state + i][l] = points.x[of][i];
   }
   for (std::size_t i = 0; i < modes.size(); ++i) slots_[program_.first_mode + i].fill(modes[i]);
-  run(routine.code.front(), points.count);
+  const CodeList& code = routine.code.front();
+  if (const MachineCode::Entry entry = made.of(code, MachineCode::Width::four))
+    entry(slots_.front().data(), points.count);
+  else
+    run(code, points.count);
   bool finite = true;
   for (std::size_t i = 0; i < routine.results.size(); ++i) {
     const Lane& lane = slots_[routine.results[i]];

@@ -8,6 +8,7 @@
 
 #include "bgsim/evaluator.hpp"
 #include "bgsim/program.hpp"
+#include "program/machine_code.hpp"
 
 namespace bgsim {
 
@@ -24,7 +25,7 @@ class Lanes {
 
   /// @param modes  of all points.
   /// @return  whether all results are finite.
-  bool run(const Routine& routine, std::span<const double> modes, const Evaluator::Points& points);
+  bool run(const Routine& routine, std::span<const double> modes, const Evaluator::Points& points, MachineCode& made);
 
  private:
   static constexpr std::size_t kLanes = Evaluator::Points::kMost;

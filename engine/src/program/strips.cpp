@@ -104,6 +104,7 @@ std::vector<Strip> strips_of(std::span<const Instruction> code, std::span<const 
 
 void Evaluator::Impl::run(const CodeList& code) {
   double* const s = slots.data();
+  if (const MachineCode::Entry entry = made.of(code, MachineCode::Width::one)) return entry(s, 1);
   for (const Strip& strip : code.strips) {
     const std::span<const Instruction> part(code.instructions.data() + strip.first, strip.count);
     if (strip.kind == Strip::Kind::mixed) {

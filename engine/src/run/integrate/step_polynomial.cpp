@@ -18,7 +18,7 @@ using Coefficients = std::array<double, kMost>;
 /// magnified), and what makes Bernstein coefficients of the samples.
 struct Conversion {
   std::vector<double> points;
-  Eigen::MatrixXd matrix;
+  std::vector<double> matrix;  ///< by rows
 
   explicit Conversion(std::size_t degree) : points(degree + 1, 0.0) {
     const auto n = static_cast<Eigen::Index>(degree);
@@ -36,7 +36,9 @@ struct Conversion {
         binomial *= static_cast<long double>(n - j) / static_cast<long double>(j + 1);
       }
     }
-    matrix = bernstein.inverse().cast<double>();
+    const Eigen::MatrixXd inverse = bernstein.inverse().cast<double>();
+    for (Eigen::Index j = 0; j <= n; ++j)
+      for (Eigen::Index k = 0; k <= n; ++k) matrix.push_back(inverse(j, k));
   }
 };
 
@@ -88,10 +90,12 @@ void StepPolynomial::take(double begin, double end, int degree, std::span<const 
     const double* samples = samples_.data() + i * points;
     double* b = coefficients_.data() + i * points;
     b[0] = samples[0];
-    for (std::size_t j = 1; j < points; ++j) {
+    Coefficients moved{};
+    for (std::size_t k = 1; k < points; ++k) moved[k] = samples[k] - samples[0];
+    for (std::size_t j = 1; j + 1 < points; ++j) {
+      const double* row = c.matrix.data() + j * points;
       double sum = 0.0;
-      for (std::size_t k = 1; k < points; ++k)
-        sum += c.matrix(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k)) * (samples[k] - samples[0]);
+      for (std::size_t k = 1; k < points; ++k) sum += row[k] * moved[k];
       b[j] = samples[0] + sum;
     }
     b[points - 1] = samples[points - 1];
@@ -154,6 +158,37 @@ std::pair<double, double> StepPolynomial::at(std::size_t which, double t) const 
     for (std::size_t j = 0; j < level; ++j) b[j] = (1.0 - s) * b[j] + s * b[j + 1];
   }
   return {b[0], slope};
+}
+
+/// By differences of the coefficients, so that what stands still has no slope. The Bernstein polynomials at the time
+/// are the same for all unknowns.
+void StepPolynomial::at(double t, double* values, double* slopes) const {
+  const std::size_t points = degree_ + 1;
+  const double length = end_ - begin_, s = (t - begin_) / length;
+  Coefficients lower{}, share{};  // of one degree less; sums of those from each on
+  lower[0] = 1.0;
+  for (std::size_t level = 1; level < degree_; ++level) {
+    for (std::size_t j = level; j > 0; --j) lower[j] = (1.0 - s) * lower[j] + s * lower[j - 1];
+    lower[0] *= 1.0 - s;
+  }
+  const double scale = static_cast<double>(degree_) / length;
+  double rest = 0.0;
+  for (std::size_t j = degree_; j-- > 0;) {
+    share[j] = rest + s * lower[j];  // B_{j+1} + ... + B_n of degree n
+    rest += lower[j];
+  }
+  for (std::size_t j = 0; j < degree_; ++j) lower[j] *= scale;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const double* b = coefficients_.data() + i * points;
+    double value = b[0], slope = 0.0;
+    for (std::size_t j = 0; j < degree_; ++j) {
+      const double moved = b[j + 1] - b[j];
+      value += share[j] * moved;
+      slope += lower[j] * moved;
+    }
+    values[i] = value;
+    slopes[i] = slope;
+  }
 }
 
 }  // namespace bgsim

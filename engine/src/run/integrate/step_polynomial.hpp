@@ -32,6 +32,8 @@ class StepPolynomial {
   void over(double from, double to, std::vector<Jet>& jets) const;
   /// Its value and its slope at a time within the step.
   [[nodiscard]] std::pair<double, double> at(std::size_t which, double t) const;
+  /// The same of all of them.
+  void at(double t, double* values, double* slopes) const;
 
  private:
   double begin_ = 0.0, end_ = 0.0;

@@ -51,15 +51,18 @@ EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, bool 
     : program_(program),
       evaluator_(evaluator),
       measuring_(wanted && !program.energy_roles.empty()),
+      together_(evaluator.powers_together()),
       rules_(all_rules()),
-      y_(evaluator.states() + evaluator.tears()),
-      power_(program.powers.results.size()),
       stretch_(program.powers.results.size()),
       activity_(program.energy_roles.size()),
       samples_(program.powers.results.size() * kMostPoints),
       total_(program.powers.results.size()),
       energy_before_(program.energy_roles.size()),
       energy_after_(program.energy_roles.size()) {
+  for (std::size_t k = 0; k < (together_ ? Evaluator::Points::kMost : 1); ++k) {
+    y_[k].resize(evaluator.states() + evaluator.tears());
+    power_[k].resize(program.powers.results.size());
+  }
   if (!wanted) why_not_ = "switched off";
   if (wanted && program.energy_roles.empty()) why_not_ = "no element of the run exchanges energy";
   const std::size_t ports = program.first_displacement.empty() ? 0 : program.first_displacement.back();
@@ -90,34 +93,38 @@ void EnergyAuditor::begin(double t, const double* x, const Branch& branch, doubl
 
 void EnergyAuditor::start_stretch() { std::fill(stretch_.begin(), stretch_.end(), 0.0); }
 
-void EnergyAuditor::add_point(std::size_t point, double t, double weight) {
-  if (!evaluator_.powers(t, y_.data(), branch_, power_.data())) {
-    const Fault& fault = evaluator_.fault();
-    give_up("a power could not be evaluated: " + fault.what + " (" + fault.target + ")");
-    return;
-  }
-  for (std::size_t i = 0; i < power_.size(); ++i) {
-    stretch_[i] += weight * power_[i];
-    samples_[i * kMostPoints + point] = power_[i];
+/// The powers at the point that is in y_[k].
+bool EnergyAuditor::see_powers(double t, std::size_t k) {
+  if (evaluator_.powers(t, y_[k].data(), branch_, power_[k].data())) return true;
+  const Fault& fault = evaluator_.fault();
+  give_up("a power could not be evaluated: " + fault.what + " (" + fault.target + ")");
+  return false;
+}
+
+void EnergyAuditor::add_point(std::size_t point, std::size_t k, double t, double weight) {
+  const std::vector<double>& power = power_[k];
+  for (std::size_t i = 0; i < power.size(); ++i) {
+    stretch_[i] += weight * power[i];
+    samples_[i * kMostPoints + point] = power[i];
     if (i >= program_.energy_roles.size()) continue;
     if (program_.energy_roles[i] == EnergyPart::Role::source) {
-      gross_source_ += weight * std::abs(power_[i]);
+      gross_source_ += weight * std::abs(power[i]);
     } else if (program_.energy_roles[i] == EnergyPart::Role::dissipator) {
-      gross_dissipation_ += weight * std::abs(power_[i]);
-      take_least(i, t);
+      gross_dissipation_ += weight * std::abs(power[i]);
+      take_least(i, k, t);
     }
   }
 }
 
 /// Remembers the smallest power of a dissipator. A negative one counts as far as rounding cannot have made it: a
 /// resistor at rest between large efforts is not active.
-void EnergyAuditor::take_least(std::size_t part, double t) {
-  double power = power_[part];
+void EnergyAuditor::take_least(std::size_t part, std::size_t k, double t) {
+  double power = power_[k][part];
   if (least_part_ && power >= least_power_) return;
   if (power < 0.0) {
     if (rounding_at_ != t) {
-      rounding_.resize(power_.size());
-      evaluator_.power_rounding(t, y_.data(), branch_, rounding_.data());
+      rounding_.resize(power_[k].size());
+      evaluator_.power_rounding(t, y_[k].data(), branch_, rounding_.data());
       rounding_at_ = t;
     }
     if (power >= -rounding_[part]) power = 0.0;
@@ -244,9 +251,9 @@ void EnergyAuditor::record_course(const OutputTimes& output_times, std::size_t p
     record_times_.push_back(output_times.back());
 }
 
-/// The terms at @p t, with the solution there in y_.
+/// The terms at @p t, with the solution there in y_[0].
 void EnergyAuditor::record(double t) {
-  if (look_at_stores(t, y_.data(), "during the run")) append(t, terms());
+  if (look_at_stores(t, y_[0].data(), "during the run")) append(t, terms());
 }
 
 void EnergyAuditor::append(double t, const Terms& now) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -62,7 +63,7 @@ class EnergyAuditor {
       const double at = record_times_[next_record_++];
       add_smooth(from, at, order, solution);
       if (!measuring_) return;
-      solution(at, y_.data(), branch_);
+      solution(at, y_[0].data(), branch_);
       record(at);
       from = at;
     }
@@ -116,21 +117,44 @@ class EnergyAuditor {
     const double length = (to - from) / pieces;
     start_stretch();
     for (double piece = 0.0; piece < pieces; ++piece) {
-      for (std::size_t i = 0; i < rule.position.size() && measuring_; ++i) {
-        const double t = from + length * (piece + rule.position[i]);
-        solution(t, y_.data(), branch_);
-        add_point(i, t, length * rule.weight[i]);
-      }
+      for (std::size_t i = 0; i < rule.position.size() && measuring_;)
+        i = add_points(rule, i, from, piece, length, solution);
       if (measuring_) add_activities(rule, length);
     }
     finish_stretch();
+  }
+  /// The points from @p first on, as many as the evaluator takes at once. @return  the next one
+  template <class Solution>
+  std::size_t add_points(const Rule& rule, std::size_t first, double from, double piece, double length,
+                         Solution&& solution) {
+    Evaluator::Points at;
+    at.count = together_ ? std::min(rule.position.size() - first, Evaluator::Points::kMost) : 1;
+    bool same = true;  // modes that are held differ from point to point
+    for (std::size_t k = 0; k < at.count; ++k) {
+      at.t[k] = from + length * (piece + rule.position[first + k]);
+      solution(at.t[k], y_[k].data(), branch_);
+      if (k == 0 && at.count > 1) modes_ = branch_.modes;
+      same = same && (k == 0 || branch_.modes == modes_);
+      at.x[k] = y_[k].data();
+      at.values[k] = power_[k].data();
+    }
+    const bool known = at.count > 1 && same && evaluator_.powers(at, branch_);
+    for (std::size_t k = 0; k < at.count && measuring_; ++k) {
+      if (!known) {
+        if (at.count > 1) solution(at.t[k], y_[k].data(), branch_);
+        if (!see_powers(at.t[k], k)) break;
+      }
+      add_point(first + k, k, at.t[k], length * rule.weight[first + k]);
+    }
+    return first + at.count;
   }
   static Rule rule_with(int points);
   /// By number of points, from 1 on.
   static const std::vector<Rule>& all_rules();
   [[nodiscard]] std::size_t rule_for(int order) const;
   void start_stretch();
-  void add_point(std::size_t point, double t, double weight);
+  bool see_powers(double t, std::size_t k);
+  void add_point(std::size_t point, std::size_t k, double t, double weight);
   void add_activities(const Rule& rule, double length);
   void finish_stretch();
   void give_up(const std::string& why);
@@ -150,15 +174,18 @@ class EnergyAuditor {
   double audited_ = 0.0, seconds_ = 0.0;
   double longest_ = 0.0;  ///< stretch that the rule is applied to in one piece
   std::string why_not_;
-  Branch branch_;  ///< at y_
+  Branch branch_;        ///< at y_
+  const bool together_;  ///< powers of several points are evaluated at once
+  std::vector<double> modes_;
   const std::vector<Rule>& rules_;
-  std::vector<double> y_, power_, stretch_, activity_, samples_;  ///< samples: powers by part and point
-  std::vector<CompensatedSum> total_;                             ///< by energy part, then by port of fields
+  std::array<std::vector<double>, Evaluator::Points::kMost> y_, power_;  ///< of points that are evaluated at once
+  std::vector<double> stretch_, activity_, samples_;                     ///< samples: powers by part and point
+  std::vector<CompensatedSum> total_;                                    ///< by energy part, then by port of fields
   double gross_source_ = 0.0, gross_dissipation_ = 0.0, swing_ = 0.0;
-  void take_least(std::size_t part, double t);
+  void take_least(std::size_t part, std::size_t k, double t);
   double least_power_ = 0.0;
   std::optional<std::size_t> least_part_;
-  std::vector<double> rounding_;  ///< of power_, at rounding_at_
+  std::vector<double> rounding_;  ///< of powers, at rounding_at_
   double rounding_at_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> energy_before_, energy_after_, displaced_before_, displaced_after_;
   CompensatedSum by_events_;

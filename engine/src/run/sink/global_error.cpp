@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bgsim/text.hpp"
+#include "run/integrate/dense_jacobian.hpp"
 #include "run/sink/gauss_rule.hpp"
 
 namespace bgsim {
@@ -17,8 +18,6 @@ namespace {
 /// The propagation over a step is that of the L-stable SDIRK method of order two with this diagonal: a stiff error is
 /// forgotten, one that oscillates keeps its size.
 constexpr double kDiagonal = 1.0 - 1.0 / std::numbers::sqrt2;
-/// A solution of order q leaves a defect that q/2 + 1 points integrate exactly.
-constexpr int kMostDefectPoints = 3;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 double legendre(int n, double x) {
@@ -60,18 +59,11 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tol
   row_.resize(outputs);
   state_rounding_.resize(states);
   rounding_.resize(outputs);
-  const auto n = static_cast<Eigen::Index>(states);
-  jacobian_.setZero(n, n);
-  matrix_.setZero(n, n);
-  right_.setZero(n);
-  moment_.setZero(n);
-  defect_.setZero(n);
-  before_.setZero(n);
-  for (Within& within : within_) {
-    within.lu = Eigen::PartialPivLU<Eigen::MatrixXd>(n);
-    within.defects.setZero(n, kMostDefectPoints);
-    within.bend.setZero(n, kMostDefectPoints - 1);
-  }
+  for (auto* const by_point : {&at_, &slope_at_, &rate_at_})
+    for (std::vector<double>& vector : *by_point) vector.resize(states);
+  jacobian_.resize(states * states);
+  for (auto* const vector : {&right_, &moment_, &defect_, &before_}) vector->resize(states);
+  within_.assign(2, Within(states));
 }
 
 void GlobalError::give_up(const std::string& why) {
@@ -123,11 +115,7 @@ bool GlobalError::see_jacobian(double t) {
       set_modes(t, middle_, branch_there_) && evaluator_.jacobian(t, middle_.data(), branch_there_, entries_.data());
   // A law without a slope where it rests (a turbulent pipe between two tanks that are level) has one over a distance.
   if (!there && !evaluator_.jacobian(t, y_.data(), branch_, entries_.data())) return see_differences(t, {});
-  const Sparsity& pattern = program_.jacobian_pattern;
-  for (std::size_t column = 0; column < error_.size(); ++column)
-    for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
-         k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
-      jacobian_(static_cast<Eigen::Index>(pattern.row[k]), static_cast<Eigen::Index>(column)) = entries_[k];
+  spread_entries(program_.jacobian_pattern, entries_.data(), jacobian_.data());
   return true;
 }
 
@@ -136,8 +124,8 @@ bool GlobalError::see_differences(double t, const Integrator::Rates& held) {
   static const double kPart = std::sqrt(kEpsilon);
   std::copy_n(y_.begin(), middle_.size(), middle_.begin());
   for (std::size_t j = 0; j < error_.size(); ++j) {
-    const auto column = static_cast<Eigen::Index>(j);
-    jacobian_.col(column).setZero();
+    double* const column = jacobian_.data() + j * error_.size();
+    std::fill_n(column, error_.size(), 0.0);
     const double move = std::max(kPart * std::abs(y_[j]), tolerances_.absolute(j));
     if (move == 0.0) continue;
     middle_[j] = y_[j] + move;
@@ -145,8 +133,7 @@ bool GlobalError::see_differences(double t, const Integrator::Rates& held) {
       give_up("the slopes of the rates could not be evaluated at t = " + number_text(t, 6));
       return false;
     }
-    for (std::size_t i = 0; i < error_.size(); ++i)
-      jacobian_(static_cast<Eigen::Index>(i), column) = (rates_before_[i] - rates_[i]) / (middle_[j] - y_[j]);
+    for (std::size_t i = 0; i < error_.size(); ++i) column[i] = (rates_before_[i] - rates_[i]) / (middle_[j] - y_[j]);
     middle_[j] = y_[j];
   }
   return true;
@@ -168,7 +155,8 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   error_ = begin_error_;
   middle_at_ = to;
   const Integrator::Rates& held = integrator.special_rates();
-  const int points = std::clamp(integrator.order() / 2 + 1, 1, kMostDefectPoints);
+  const auto points =
+      std::clamp(static_cast<std::size_t>(integrator.order() / 2 + 1), std::size_t{1}, Within::kMostPoints);
   if (!matters(begin_error_) || !integrator.one_step()) {
     if (!propagate(from, to, points, held, within_[0])) return;
     if (!matters(error_) || !integrator.one_step()) return;
@@ -190,54 +178,80 @@ bool GlobalError::matters(const std::vector<double>& error) const {
   return false;
 }
 
+/// The rates at points of polynomial_, all at once where that can be done.
+bool GlobalError::see_rates(const std::array<double, Within::kMostPoints>& at, std::size_t points,
+                            const Integrator::Rates& held) {
+  Evaluator::Points all;
+  all.count = points;
+  for (std::size_t k = 0; k < points; ++k) {
+    polynomial_.at(at[k], at_[k].data(), slope_at_[k].data());
+    all.t[k] = at[k];
+    all.x[k] = at_[k].data();
+    all.values[k] = rate_at_[k].data();
+  }
+  if (!held && evaluator_.rates(all, branch_)) return true;
+  for (std::size_t k = 0; k < points; ++k) {
+    if (rates_at(at[k], at_[k], held, rate_at_[k].data())) continue;
+    give_up("the rates could not be evaluated at t = " + number_text(at[k], 6));
+    return false;
+  }
+  return true;
+}
+
 /// Takes error_ from one time to another within polynomial_. False if it gave up.
-bool GlobalError::propagate(double from, double to, int points, const Integrator::Rates& held, Within& within) {
+bool GlobalError::propagate(double from, double to, std::size_t points, const Integrator::Rates& held, Within& within) {
   const std::size_t states = error_.size();
   const double length = to - from;
-  for (std::size_t i = 0; i < states; ++i) before_[static_cast<Eigen::Index>(i)] = error_[i];
+  const GaussRule& rule = gauss_rule(static_cast<int>(points));
+  std::array<double, Within::kMostPoints> at{};
+  for (std::size_t k = 0; k < points; ++k) at[k] = from + rule.position[k] * length;
+  if (!see_rates(at, points, held)) return false;
+  // Where friction is held it takes whatever force an error brings. What holds is solved for, and has no program.
+  const std::size_t middle = points / 2;
+  std::copy(at_[middle].begin(), at_[middle].end(), y_.begin());
+  std::copy(rate_at_[middle].begin(), rate_at_[middle].end(), rates_.begin());
+  if (!(held ? see_differences(at[middle], held) : see_jacobian(at[middle]))) return false;
   // Integrals of r and of (to - t) r by Gauss' rule.
-  const GaussRule& rule = gauss_rule(points);
-  defect_.setZero();
-  moment_.setZero();
   within.points = points;
   within.ready = false;
-  for (std::size_t k = 0; k < rule.position.size(); ++k) {
-    const double t = from + rule.position[k] * length;
+  std::fill(defect_.begin(), defect_.end(), 0.0);
+  std::fill(moment_.begin(), moment_.end(), 0.0);
+  for (std::size_t k = 0; k < points; ++k) {
+    const double weight = length * rule.weight[k], left = length * (1.0 - rule.position[k]);
+    double* const defects = within.defects.data() + k * states;
     for (std::size_t i = 0; i < states; ++i) {
-      const auto [value, slope] = polynomial_.at(i, t);
-      y_[i] = value;
-      right_[static_cast<Eigen::Index>(i)] = slope;
+      const double r = weight * (slope_at_[k][i] - rate_at_[k][i]);
+      defect_[i] += r;
+      moment_[i] += left * r;
+      defects[i] = r;
     }
-    if (!rates_at(t, y_, held, rates_.data())) {
-      give_up("the rates could not be evaluated at t = " + number_text(t, 6));
-      return false;
-    }
-    // Where friction is held it takes whatever force an error brings. What holds is solved for, and has no program.
-    if (k == rule.position.size() / 2 && !(held ? see_differences(t, held) : see_jacobian(t))) return false;
-    for (std::size_t i = 0; i < states; ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      const double r = length * rule.weight[k] * (right_[row] - rates_[i]);
-      defect_[row] += r;
-      moment_[row] += length * (1.0 - rule.position[k]) * r;
-      right_[row] = r;
-    }
-    within.defects.col(static_cast<Eigen::Index>(k)) = right_;
   }
   // (1 + (1 - 2 g) hJ) e + defect + J (moment - 2 g h defect), through (1 - g hJ) twice: right to second order in hJ.
-  moment_ -= 2.0 * kDiagonal * length * defect_;
-  moment_ += (1.0 - 2.0 * kDiagonal) * length * before_;
-  right_ = before_ + defect_;
-  right_.noalias() += jacobian_ * moment_;
-  matrix_ = -kDiagonal * length * jacobian_;
-  matrix_.diagonal().array() += 1.0;
-  within.lu.compute(matrix_);
-  before_ = within.lu.solve(right_);
-  right_ = within.lu.solve(before_);
-  if (!right_.allFinite()) {
+  for (std::size_t i = 0; i < states; ++i) {
+    moment_[i] -= 2.0 * kDiagonal * length * defect_[i];
+    moment_[i] += (1.0 - 2.0 * kDiagonal) * length * error_[i];
+    right_[i] = error_[i] + defect_[i];
+  }
+  double* const matrix = within.lu.real();
+  for (std::size_t j = 0; j < states; ++j) {
+    const double* const column = jacobian_.data() + j * states;
+    for (std::size_t i = 0; i < states; ++i) {
+      right_[i] += column[i] * moment_[j];
+      matrix[j * states + i] = -kDiagonal * length * column[i];
+    }
+    matrix[j * states + j] += 1.0;
+  }
+  bool finite = within.lu.factor();
+  if (finite) {
+    within.lu.solve(right_.data());
+    within.lu.solve(right_.data());
+    for (const double x : right_) finite = finite && std::isfinite(x);
+  }
+  if (!finite) {
     give_up("it grew beyond all numbers");
     return false;
   }
-  for (std::size_t i = 0; i < states; ++i) error_[i] = right_[static_cast<Eigen::Index>(i)];
+  std::copy(right_.begin(), right_.end(), error_.begin());
   return true;
 }
 
@@ -320,20 +334,24 @@ void GlobalError::go_on(Sums sums, std::vector<double> error) {
 ///
 /// through (1 - g hJ), since stiff states forget r within the step. Taken from y_ at a part of the way from 0 to 1.
 void GlobalError::add_bend(Within& within, double part) {
+  const std::size_t states = error_.size();
   if (!within.ready) {
-    const GaussRule& rule = gauss_rule(within.points);
-    within.bend.setZero();
-    for (int n = 1; n < within.points; ++n)
-      for (std::size_t k = 0; k < rule.position.size(); ++k)
-        within.bend.col(n - 1) +=
-            0.5 * legendre(n, 2.0 * rule.position[k] - 1.0) * within.defects.col(static_cast<Eigen::Index>(k));
-    within.bend = within.lu.solve(within.bend).eval();
+    const GaussRule& rule = gauss_rule(static_cast<int>(within.points));
+    std::fill(within.bend.begin(), within.bend.end(), 0.0);
+    for (std::size_t n = 1; n < within.points; ++n) {
+      double* const bend = within.bend.data() + (n - 1) * states;
+      for (std::size_t k = 0; k < within.points; ++k) {
+        const double shape = 0.5 * legendre(static_cast<int>(n), 2.0 * rule.position[k] - 1.0);
+        for (std::size_t i = 0; i < states; ++i) bend[i] += shape * within.defects[k * states + i];
+      }
+      within.lu.solve(bend);
+    }
     within.ready = true;
   }
   const double x = 2.0 * part - 1.0;
-  for (int n = 1; n < within.points; ++n) {
-    const double shape = legendre(n + 1, x) - legendre(n - 1, x);
-    for (std::size_t i = 0; i < error_.size(); ++i) y_[i] -= shape * within.bend(static_cast<Eigen::Index>(i), n - 1);
+  for (std::size_t n = 1; n < within.points; ++n) {
+    const double shape = legendre(static_cast<int>(n) + 1, x) - legendre(static_cast<int>(n) - 1, x);
+    for (std::size_t i = 0; i < states; ++i) y_[i] -= shape * within.bend[(n - 1) * states + i];
   }
 }
 

@@ -1,8 +1,6 @@
 /// How far a run has strayed from the exact solution: an estimate, carried along.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/LU>
 #include <array>
 #include <functional>
 #include <limits>
@@ -13,6 +11,7 @@
 #include "base/stopwatch.hpp"
 #include "bgsim/evaluator.hpp"
 #include "bgsim/simulate.hpp"
+#include "run/integrate/column_lu.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/integrate/step_polynomial.hpp"
 #include "run/tolerances.hpp"
@@ -110,11 +109,13 @@ class GlobalError {
  private:
   /// A part of the last step.
   struct Within {
-    int points = 1;                           ///< of Gauss' rule
-    Eigen::MatrixXd defects;                  ///< by column: r at each, times its weight and the length
-    Eigen::PartialPivLU<Eigen::MatrixXd> lu;  ///< of (1 - g hJ)
-    bool ready = false;                       ///< bend is known
-    Eigen::MatrixXd bend;                     ///< by column: the h a_n / (2 (2n + 1)) of add_bend()
+    explicit Within(std::size_t states) : lu(states), defects(states * kMostPoints), bend(states * (kMostPoints - 1)) {}
+    static constexpr std::size_t kMostPoints = 3;  ///< a solution of order q leaves a defect that q/2 + 1 integrate
+    std::size_t points = 1;                        ///< of Gauss' rule
+    ColumnLu<false> lu;                            ///< of (1 - g hJ)
+    std::vector<double> defects;                   ///< by point and state: r there, times its weight and the length
+    bool ready = false;                            ///< bend is known
+    std::vector<double> bend;                      ///< by n and state: the h a_n / (2 (2n + 1)) of add_bend()
   };
 
   void give_up(const std::string& why);
@@ -122,7 +123,8 @@ class GlobalError {
   [[nodiscard]] bool holds(const Branch& branch) const;
   bool set_modes(double t, const std::vector<double>& y, Branch& branch);
   [[nodiscard]] bool matters(const std::vector<double>& error) const;
-  bool propagate(double from, double to, int points, const Integrator::Rates& held, Within& within);
+  bool propagate(double from, double to, std::size_t points, const Integrator::Rates& held, Within& within);
+  bool see_rates(const std::array<double, Within::kMostPoints>& at, std::size_t points, const Integrator::Rates& held);
   void add_bend(Within& within, double part);
   bool see_jacobian(double t);
   bool rates_at(double t, const std::vector<double>& y, const Integrator::Rates& held, double* rates);
@@ -139,7 +141,7 @@ class GlobalError {
   std::vector<double> error_, begin_error_;  ///< by state: at to_ and from_
   std::vector<double> middle_error_;         ///< at middle_at_, which is to_ where a step is taken in one part
   double from_ = 0.0, to_ = 0.0, middle_at_ = 0.0;
-  std::array<Within, 2> within_;
+  std::vector<Within> within_;  ///< of both halves of a step; the first alone where it is taken in one part
   /// By output: largest error; errors held against rounding; more than rounding; least and most of its value.
   Sums sums_;
   Instant instant_;
@@ -149,12 +151,13 @@ class GlobalError {
   StepPolynomial polynomial_;
   std::vector<std::uint32_t> all_;
   Branch branch_;
+  std::array<std::vector<double>, Within::kMostPoints> at_, slope_at_, rate_at_;  ///< by point of Gauss' rule
   std::vector<double> y_, middle_, rates_, entries_, rates_before_, guards_, guards_off_, row_, state_rounding_,
       rate_rounding_, rounding_;
   std::vector<int> direction_;
   Branch branch_before_, branch_there_;
-  Eigen::MatrixXd jacobian_, matrix_;
-  Eigen::VectorXd right_, moment_, defect_, before_;
+  std::vector<double> jacobian_;  ///< by columns
+  std::vector<double> right_, moment_, defect_, before_;
 };
 
 }  // namespace bgsim
