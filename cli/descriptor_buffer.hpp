@@ -36,7 +36,7 @@ class DescriptorBuffer : public std::streambuf {
   bool hand_over(const char* text, std::size_t count);
 
   static constexpr std::size_t kSize = std::size_t{1} << 16U;
-  std::array<char, kSize> block_{};
+  std::array<char, kSize> block_;  // not set to zero: that would touch all of its pages at each start
   int descriptor_, error_ = 0;
   std::size_t written_ = 0;
   bool by_line_;

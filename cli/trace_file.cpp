@@ -14,7 +14,7 @@ namespace bgsim::cli {
 
 namespace {
 
-constexpr std::chrono::milliseconds kBetween{250};
+constexpr std::chrono::milliseconds kBetween{250}, kMoment{20};
 constexpr std::size_t kEnough = std::size_t{1} << 18U;  // bytes that are handed over at once
 
 /// Whether standard output is a pipe that nobody reads any more. Seen also while there is nothing to write.
@@ -61,11 +61,19 @@ void TraceFile::begin_events() {
 void TraceFile::start() {
   // A second interruption ends the process at once; what was computed is worth having then as well.
   file_.keep();
+  begun_ = std::chrono::steady_clock::now();
+}
+
+void TraceFile::look() {
+  if (!thread_.joinable() && !alone_ && std::chrono::steady_clock::now() - begun_ > kMoment) start_thread();
+}
+
+void TraceFile::start_thread() {
   const SignalsElsewhere for_the_thread;
   try {
     thread_ = std::thread([this] { hand_over_now_and_then(); });
   } catch (const std::system_error&) {
-    // No more threads are to be had: each row is then handed over at once.
+    alone_ = true;  // no more threads are to be had: each row is then handed over at once
   }
 }
 
@@ -84,7 +92,7 @@ void TraceFile::take(const RunEvent& event) {
 }
 
 void TraceFile::take_pending() {
-  if (thread_.joinable() && pending_.size() < kEnough) return;
+  if (!alone_ && pending_.size() < kEnough) return;
   hand_over();
   rethrow_failure();
 }

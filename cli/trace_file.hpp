@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -17,7 +18,9 @@ namespace bgsim::cli {
 
 /// Rows are collected and handed over by a thread of its own four times a second, whatever the run is busy with: what
 /// ends the process without a word (SIGKILL, a crash) leaves all rows but those of the last moment in FILE.partial.
-/// There is no fsync meanwhile: what the system has outlives the process, and a failing system is no matter of a run.
+/// A run that is over at once needs no thread, whose start takes as long as a thousand rows: it begins when the run
+/// asks, after its first moment, whether to go on. There is no fsync meanwhile: what the system has outlives the
+/// process, and a failing system is no matter of a run.
 class TraceFile {
  public:
   /// @param path  "-": standard output.
@@ -35,6 +38,8 @@ class TraceFile {
   /// The same of a table of events: its header, and each event.
   void begin_events();
   void take(const RunEvent& event);
+  /// To be called now and then while the run goes on.
+  void look();
   /// Whether something could not be written, or nobody reads any more. finish() tells what.
   [[nodiscard]] bool failed() const { return failed_; }
   /// All rows to the disk, under the file's own name.
@@ -46,6 +51,7 @@ class TraceFile {
 
  private:
   void start();
+  void start_thread();
   void take_pending();
   void hand_over_now_and_then();
   void hand_over();
@@ -59,7 +65,9 @@ class TraceFile {
   std::string pending_;
   std::exception_ptr failure_;
   bool end_ = false;
-  bool kept_ = false;  ///< the partial file outlives this
+  std::chrono::steady_clock::time_point begun_;
+  bool alone_ = false;  ///< there is no thread to be had
+  bool kept_ = false;   ///< the partial file outlives this
   std::atomic<bool> failed_ = false;
   std::thread thread_;
 };

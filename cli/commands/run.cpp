@@ -243,6 +243,8 @@ RunResult simulate_into(TraceFile& trace, TraceFile* events, const Simulation& c
   how.error_estimate = !options.no_error_estimate;
   options.limits.apply(how);
   how.progress = [&trace, events, ask = watch.progress()](double t) {
+    trace.look();
+    if (events != nullptr) events->look();
     return !trace.failed() && !(events != nullptr && events->failed()) && ask(t);
   };
   how.rows = [&trace](double t, std::span<const double> values) { trace.take(t, values); };

@@ -65,12 +65,15 @@ constexpr const char* kWide = R"x({ "bgsim": 1, "name": "wide", "elements": {
 
 std::string old_text(const std::string& output) { return "the old " + output + std::string(3000, '.'); }
 
-/// The command with one fault. ("env" comes before the command's own quotes: see Workplace::bgsim.)
+/// The command with one fault, as the program that has all commands itself: the release's bgsim is linked with an
+/// archive of the C library, and nothing comes before that. ("env" comes before the command's own quotes: see
+/// Workplace::bgsim.)
 Outcome with_fault(const Workplace& here, const std::string& fault, const std::string& arguments) {
   std::error_code none;
   fs::remove(fs::path(here.folder()) / ".calls", none);
   return here.shell("ASAN_OPTIONS=\"$ASAN_OPTIONS:verify_asan_link_order=0\" BGSIM_FAULT=" + fault +
-                    " BGSIM_FAULT_LOG=.calls LD_PRELOAD='" BGSIM_FAULTS "' '" + bgsim_path() + "' " + arguments);
+                    " BGSIM_FAULT_LOG=.calls LD_PRELOAD='" BGSIM_FAULTS "' '" + bgsim_path() + "-studies' " +
+                    arguments);
 }
 
 std::vector<std::string> calls(const Workplace& here) {

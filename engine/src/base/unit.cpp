@@ -1,6 +1,9 @@
 #include "bgsim/unit.hpp"
 
 #include <cmath>
+#include <initializer_list>
+#include <string_view>
+#include <utility>
 
 #include "base/unit_table.hpp"
 #include "bgsim/text.hpp"
@@ -11,6 +14,8 @@ namespace {
 
 constexpr double kSameExponent = 1e-6;
 constexpr double kSameScale = 1e-6;
+
+constexpr std::string_view kMass = "kg";
 
 /// Units that others are written with. Of two equally short ways the first one is used.
 constexpr const char* kDerived[] = {"N", "Pa", "J", "W", "V", "C", "F", "Ohm", "S", "Wb", "H", "T"};
@@ -43,12 +48,13 @@ std::string joined(const std::vector<Factor>& factors) {
   return above + "/" + (divisors == 1 ? below : "(" + below + ")");
 }
 
-/// How long a text is to read: a name counts one, and so does each power. kg beside a derived unit counts more, so that
-/// an acceleration is m/s^2 and not N/kg.
-double length(const std::vector<Factor>& factors, bool derived) {
+/// How long the base units of a text are to read: a name counts one, and so does each power. kg beside a derived unit
+/// counts more, so that an acceleration is m/s^2 and not N/kg.
+double base_length(const Unit& unit, bool derived) {
   double sum = 0.0;
-  for (const Factor& factor : factors)
-    sum += 1.0 + std::abs(factor.exponent) + (derived && factor.name == "kg" ? 1.5 : 0.0);
+  for (std::size_t i = 0; i < unit.exponents.size(); ++i)
+    if (const double size = std::abs(unit.exponents[i]); size > kSameExponent)
+      sum += 1.0 + size + (derived && Unit::kBase[i] == kMass ? 1.5 : 0.0);
   return sum;
 }
 
@@ -77,17 +83,19 @@ const std::vector<Derived>& derived_units() {
 /// The best of the texts with base units only, with one derived unit, and with two.
 std::vector<Factor> shortest(const Unit& unit) {
   std::vector<Factor> best = base_factors(unit);
-  double best_length = length(best, false);
-  const auto consider = [&](const std::vector<Factor>& names, const Unit& rest) {
-    std::vector<Factor> factors;
-    for (const Factor& factor : names)
-      if (factor.exponent == 1.0) factors.push_back(factor);
-    for (const Factor& factor : base_factors(rest)) factors.push_back(factor);
-    for (const Factor& factor : names)
-      if (factor.exponent != 1.0) factors.push_back(factor);
-    if (length(factors, true) > best_length - 1e-9) return;
-    best_length = length(factors, true);
-    best = std::move(factors);
+  double best_length = base_length(unit, false);
+  using Named = std::pair<const char*, double>;
+  const auto consider = [&](std::initializer_list<Named> names, const Unit& rest) {
+    double length = base_length(rest, true);
+    for (const auto& [name, exponent] : names) length += 1.0 + std::abs(exponent);
+    if (length > best_length - 1e-9) return;
+    best_length = length;
+    best.clear();
+    for (const auto& [name, exponent] : names)
+      if (exponent == 1.0) best.push_back({name, exponent});
+    for (Factor& factor : base_factors(rest)) best.push_back(std::move(factor));
+    for (const auto& [name, exponent] : names)
+      if (exponent != 1.0) best.push_back({name, exponent});
   };
   bool kinematic = true;  // only m and s: nobody writes m^3/s as W/Pa
   for (std::size_t i = 0; i < unit.exponents.size(); ++i)
