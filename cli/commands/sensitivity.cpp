@@ -33,7 +33,7 @@ struct SensitivityArguments {
   RunLimits limits;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
   bool no_error_estimate = false;
-  bool forward = false, adjoint = false;
+  bool forward = false, adjoint = false, differences = false;
   std::vector<std::string> files;
 };
 
@@ -42,7 +42,7 @@ SensitivityArguments parse(const Arguments& arguments) {
   LinearArguments& model = options.model;
   CLI::App app(
       "By how much the outputs of a scene change with parameters and initial values: exact derivatives by the "
-      "variational equations, or by the adjoint equations.",
+      "variational equations or the adjoint equations, or differences of runs.",
       "bgsim sensitivity");
   app.footer(
       "Example: bgsim sensitivity models/bellow.json --scene step --of x --to k,m --norm peak\n"
@@ -76,15 +76,18 @@ SensitivityArguments parse(const Arguments& arguments) {
   add_parameters_option(app, model.reading);
   add_time_options(app, model.reading);
   add_tolerance_options(app, model.overrides);
-  add_method_option(app, model.overrides, {{"forward", &options.forward}, {"adjoint", &options.adjoint}},
-                    "forward (a run for each parameter, the default) or adjoint (one run back for all of them, each "
-                    "output by itself)");
+  add_method_option(
+      app, model.overrides,
+      {{"forward", &options.forward}, {"adjoint", &options.adjoint}, {"differences", &options.differences}},
+      "forward (a run for each parameter, the default), adjoint (one run back for all of them, each "
+      "output by itself) or differences (of runs, also with switches, diodes, contacts and delays)");
   add_limit_options(app, options.limits);
   app.add_flag("--no-error-estimate", options.no_error_estimate,
                "no second run at ten times the tolerance, by which errors are estimated");
   app.add_flag("--quiet", model.quiet, "print warnings and errors only, beside the result");
   parse_arguments(app, arguments);
-  if (options.forward && options.adjoint) throw UsageError("--method names both forward and adjoint");
+  if (options.forward + options.adjoint + options.differences > 1)
+    throw UsageError("--method names more than one of forward, adjoint and differences");
   take_outputs(model);
   return options;
 }
@@ -175,7 +178,7 @@ void print(const SensitivityTable& table, const std::string& norm) {
     const std::string unit = table.output_units[i].empty() ? "" : ' ' + visible_line(table.output_units[i]);
     std::cout << '\n'
               << (norm == "final" ? "" : norm + " of ") << short_name(table.outputs[i]) << " = "
-              << number_text(table.values[i], 9) << unit;
+              << number_text(table.values[i] + 0.0, 9) << unit;
     if (norm == "final" || norm == "peak") std::cout << " at t = " << number_text(table.times[i], 6);
     std::cout << '\n';
     const std::vector<std::size_t> order = importance_of(table, i).order;
@@ -196,7 +199,7 @@ Exit sensitivity_command(const Arguments& arguments) {
   SensitivityArguments options = parse(arguments);
   LinearArguments& given = options.model;
   for (const std::string& file : options.files) {
-    if (options.adjoint && file.ends_with(".csv"))
+    if ((options.adjoint || options.differences) && file.ends_with(".csv"))
       throw UsageError("-o " + short_path(file) + ": derivatives over time are those of --method forward");
     if (!file.ends_with(".csv") && !file.ends_with(".svg"))
       throw UsageError("-o " + short_path(file) + ": the file is to end in .csv or .svg");
@@ -227,7 +230,9 @@ Exit sensitivity_command(const Arguments& arguments) {
     options.limits.apply(how);
     try {
       const bool errors = !options.no_error_estimate;
-      table = options.adjoint
+      table = options.differences
+                  ? difference_sensitivities(study, given.scene, given.overrides, to, norm, how, options.threads)
+              : options.adjoint
                   ? adjoint_sensitivities(study, given.scene, given.overrides, to, norm, how, errors)
                   : sensitivities(study, given.scene, given.overrides, to, norm, how, options.threads, errors);
     } catch (const ModelError& error) {

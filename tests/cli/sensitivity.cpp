@@ -48,16 +48,19 @@ TEST_CASE("by default sensitivities are those of the outputs of the scene to all
   CHECK_THAT(twice.out, Contains("double = "));
 }
 
-TEST_CASE("by the adjoint equations the same table comes of one run back") {
+TEST_CASE("by the adjoint equations, and by differences of runs, comes the same table") {
   Workplace here;
   const Outcome forward = with_model(here).bgsim("sensitivity rc.json --norm integral --method forward,radau --quiet");
   const Outcome adjoint = here.bgsim("sensitivity rc.json --norm integral --method adjoint,radau --quiet");
+  const Outcome differences = here.bgsim("sensitivity rc.json --norm integral --method differences,radau --quiet");
   CAPTURE(forward.err, adjoint.err);
   CHECK(adjoint.code == 0);
   // Of u: 3 (T - tau (1 - e^-T/tau)), by R: -3 (dtau/dR) (1 - e^-4 (1 + 4)) = -1.36263.
-  for (const Outcome* each : {&forward, &adjoint})
+  for (const Outcome* each : {&forward, &adjoint, &differences})
     CHECK_THAT(each->out, Contains("integral of u = 9.05494692 V*s\n") && Contains("-1.362632") && Contains("V*s/ohm"));
   CHECK(here.bgsim("sensitivity rc.json --method adjoint --norm final -o s.svg").code == 0);
+  CHECK_THAT(here.bgsim("sensitivity rc.json --method adjoint,differences").err,
+             Contains("--method names more than one of forward, adjoint and differences"));
 }
 
 TEST_CASE("what cannot be derived is refused with a reason") {

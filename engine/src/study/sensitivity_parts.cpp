@@ -37,15 +37,14 @@ void refuse_jumps(const Model& model) {
   for (const Signal& signal : model.signals)
     if (signal.delay)
       refuse_sensitivity(model, "the model has delayed signals (" + in_quotes(signal.name) + "), which are not derived",
-                         "what a delayed signal was depends on parameters as well",
-                         "take the difference of two runs, by bgsim sweep", signal.place);
+                         "what a delayed signal was depends on parameters as well", "ask for --method differences",
+                         signal.place);
   const std::vector<ElementId> switches = switches_of(model);
   if (switches.empty()) return;
   const Element& first = model.elements[switches.front().index()];
   refuse_sensitivity(
       model, "the model has ideal switches or diodes (" + in_quotes(first.name) + "), whose jumps are not derived",
-      "sensitivities cross events, not changes of the equations themselves",
-      "write the switch as a resistor with if(..., r_closed, r_open), the diode as f = if(e > 0, e/ron, e/roff)",
+      "sensitivities cross events, not changes of the equations themselves", "ask for --method differences",
       first.place);
 }
 

@@ -1,0 +1,186 @@
+// Sensitivities by differences of runs: of whatever runs.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <optional>
+#include <thread>
+
+#include "base/text.hpp"
+#include "bgsim/sensitivity.hpp"
+#include "bgsim/text.hpp"
+#include "linear/variations.hpp"
+#include "study/sensitivity_parts.hpp"
+
+namespace bgsim {
+namespace {
+
+/// The tolerance of the runs, if none is given: what they are wrong by is divided by the steps below.
+constexpr double kRelative = 1e-10;
+
+/// The numbers of one run's outputs, and when the peaks are.
+struct RunNumbers {
+  std::vector<double> values, times;
+  RunResult run;
+};
+
+RunNumbers numbers_of(const Simulation& simulation, SensitivityNorm norm, SimulateOptions how) {
+  how.measures = true;
+  how.error_estimate = false;
+  how.energy_audit = false;
+  const Model& model = simulation.model();
+  const RunInputs& inputs = simulation.inputs();
+  RunNumbers made;
+  made.run = simulation.simulate(how);
+  throw_failure(made.run, model);
+  const std::size_t n = inputs.outputs.size();
+  const std::vector<Peak> peaks = peaks_of(made.run, n, inputs.relative, model);
+  const double span = inputs.stop - inputs.start;
+  for (std::size_t i = 0; i < n; ++i) {
+    const OutputMeasure& m = made.run.report.measures[i];
+    made.times.push_back(norm == SensitivityNorm::peak ? peaks[i].time : inputs.stop);
+    made.values.push_back(norm == SensitivityNorm::final      ? m.final
+                          : norm == SensitivityNorm::rms      ? root_mean_square(model, inputs, i, m.square)
+                          : norm == SensitivityNorm::peak     ? peaks[i].value
+                          : norm == SensitivityNorm::integral ? m.integral
+                                                              : m.integral / span);
+  }
+  return made;
+}
+
+/// A derivative, and by how much what it was extrapolated from disagrees.
+struct Extrapolated {
+  double derivative = 0.0, error = std::numeric_limits<double>::infinity();
+  /// Where the second differences do not fall with the square of the step: the slopes to both sides.
+  std::optional<std::array<double, 2>> sides;
+};
+
+/// Of one output, from its numbers at -h, h, -h/2, h/2, -h/4, h/4 beside the middle.
+/// @param unknown  what the numbers may be wrong by
+Extrapolated extrapolate(double middle, const std::array<double, 6>& around, double h, double unknown) {
+  std::array<double, 3> slope{}, bend{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double step = std::ldexp(h, -static_cast<int>(k)), below = around[2 * k], above = around[2 * k + 1];
+    slope[k] = (above - below) / (2.0 * step);
+    bend[k] = std::abs((above - middle) - (middle - below));
+  }
+  const double coarse = (4.0 * slope[1] - slope[0]) / 3.0, fine = (4.0 * slope[2] - slope[1]) / 3.0;
+  Extrapolated made{fine, std::abs(fine - coarse), {}};
+  // Of a smooth output each is a quarter of the one before, at a corner a half, at a jump as large.
+  constexpr double kCorner = 0.375, kClearly = 0.01;
+  const double step = 0.25 * h;
+  const bool corner = bend[2] > kCorner * bend[1] && bend[1] > kCorner * bend[0];
+  if (corner && bend[2] > std::max(unknown, kClearly * step * std::abs(fine)))
+    made.sides = {{(middle - around[4]) / step, (around[5] - middle) / step}};
+  return made;
+}
+
+/// One parameter of a table.
+struct Difference {
+  double value = 0.0;
+  std::vector<Extrapolated> of;  ///< by output
+};
+
+Difference difference_by(const Simulation& simulation, const Seed& seed, double value, const RunNumbers& middle,
+                         SensitivityNorm norm, const SimulateOptions& how) {
+  constexpr std::array<double, 3> kSteps = {1e-3, 1e-4, 1e-5};  // of the parameter
+  constexpr double kEnough = 1e-6;                              // of a derivative
+  constexpr double kWrong = 100.0;                              // tolerances that a run is wrong by
+  const Model& model = simulation.model();
+  if (!(std::abs(value) > 0.0))
+    refuse_sensitivity(model, in_quotes(short_name(seed.name)) + " is 0, or not known, at the start",
+                       "differences are taken over a part of the value", "give it a value near 0, with --set");
+  SimulateOptions alone = how;
+  alone.rows = {};
+  Difference made;
+  made.value = value;
+  made.of.resize(middle.values.size());
+  for (const double part : kSteps) {
+    const double h = part * std::abs(value);
+    std::vector<std::array<double, 6>> around(middle.values.size());
+    for (std::size_t k = 0; k < 6; ++k) {
+      const double step = std::ldexp(h, -static_cast<int>(k / 2));
+      const RunNumbers at =
+          numbers_of(simulation.with(seed.name, k % 2 == 0 ? value - step : value + step), norm, alone);
+      for (std::size_t i = 0; i < around.size(); ++i) around[i][k] = at.values[i];
+    }
+    bool enough = true;
+    for (std::size_t i = 0; i < around.size(); ++i) {
+      const OutputMeasure& m = middle.run.report.measures[i];
+      const double unknown = kWrong * simulation.inputs().relative * std::max(std::abs(m.least), std::abs(m.most));
+      const Extrapolated found = extrapolate(middle.values[i], around[i], h, unknown);
+      if (found.error < made.of[i].error) made.of[i] = found;
+      enough = enough && made.of[i].error <= kEnough * std::abs(made.of[i].derivative);
+    }
+    if (enough) break;
+  }
+  for (std::size_t i = 0; i < made.of.size(); ++i)
+    if (const auto& sides = made.of[i].sides)
+      refuse_sensitivity(model,
+                         in_quotes(model.outputs[simulation.inputs().outputs[i]].name) + " changes with " +
+                             in_quotes(short_name(seed.name)) + " by " + number_text((*sides)[0], 6) +
+                             " to smaller values and by " + number_text((*sides)[1], 6) + " to larger ones",
+                         "a derivative exists where both sides have the same one",
+                         "ask for it at a slightly different value");
+  return made;
+}
+
+}  // namespace
+
+SensitivityTable difference_sensitivities(const Study& study, const std::string& scene, const SceneOverrides& overrides,
+                                          const std::vector<std::string>& to, SensitivityNorm norm,
+                                          const SimulateOptions& how, unsigned threads) {
+  const Model& model = study.model();
+  std::vector<Seed> seeds;
+  for (const std::string& name : to) seeds.push_back(find_seed(model, name));
+  SceneOverrides tight = overrides;
+  if (!tight.relative) tight.relative = std::min(prepare_scene(model, scene, overrides).relative, kRelative);
+  const Simulation simulation = study.scene(scene, tight, {false, false});
+  const RunInputs& inputs = simulation.inputs();
+  RunNumbers middle = numbers_of(simulation, norm, how);
+
+  std::vector<Difference> derived(to.size());
+  std::vector<std::exception_ptr> faults(to.size());
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < to.size(); i = next++) try {
+        GivenValues given = given_of(model, inputs.scene, tight);
+        derived[i] = difference_by(simulation, seeds[i], value_of(model, given, seeds[i], inputs), middle, norm, how);
+      } catch (...) {
+        faults[i] = std::current_exception();
+      }
+  };
+  std::vector<std::thread> others;
+  for (std::size_t i = 1; i < std::min<std::size_t>(threads, to.size()); ++i) others.emplace_back(work);
+  work();
+  for (std::thread& thread : others) thread.join();
+  for (const std::exception_ptr& fault : faults)
+    if (fault) std::rethrow_exception(fault);
+
+  SensitivityTable table;
+  table.scene = inputs.scene;
+  table.values = middle.values;
+  table.times = middle.times;
+  table.notes = middle.run.report.notes;
+  table.trace = std::move(middle.run.trace);
+  for (std::size_t p = 0; p < to.size(); ++p) {
+    const ParameterId parameter = seeds[p].parameter;
+    table.parameters.push_back(to[p]);
+    table.parameter_units.push_back(parameter.valid() ? model.parameters[parameter.index()].unit : "");
+    table.parameter_values.push_back(derived[p].value);
+  }
+  for (std::size_t i = 0; i < table.values.size(); ++i) {
+    const Output& output = model.outputs[inputs.outputs[i]];
+    table.outputs.push_back(output.name);
+    table.output_units.push_back(output.unit);
+    std::vector<OutputSensitivity>& row = table.of.emplace_back();
+    for (const Difference& each : derived)
+      row.push_back({each.of[i].derivative, relative_sensitivity(each.of[i].derivative, each.value, table.values[i]),
+                     each.of[i].error});
+  }
+  return table;
+}
+
+}  // namespace bgsim
