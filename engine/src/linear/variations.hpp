@@ -53,7 +53,8 @@ VariedSystem with_variations(const Model& model, const EquationSystem& system, c
                              const VariedParts& parts);
 
 /// @throws ModelError BG414 an expression of parameters alone, among the first @p rates, the loops, the @p outputs or
-///         the events, or in what parameters and initial values are computed from, has a kink or a jump at this value of the seed.
+///         the events, or in what parameters and initial values are computed from, has a kink or a jump at this value
+///         of the seed.
 void refuse_kinks(const Model& model, const EquationSystem& system, const BlockOrder& order, std::size_t rates,
                   const std::vector<std::size_t>& outputs, GivenValues& given, const Seed& seed,
                   const RunInputs& inputs);
