@@ -4,12 +4,11 @@
 #include <functional>
 #include <vector>
 
-#include "bgsim/program.hpp"
+#include "bgsim/evaluator.hpp"
 #include "run/integrate/border_slopes.hpp"
 
 namespace bgsim {
 
-class Evaluator;
 class Tolerances;
 
 /// At the beginning of a step for all stages, or at each stage.
