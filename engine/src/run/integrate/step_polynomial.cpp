@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 #include <utility>
 
 namespace bgsim {
@@ -161,27 +162,27 @@ std::pair<double, double> StepPolynomial::at(std::size_t which, double t) const 
 }
 
 /// By differences of the coefficients, so that what stands still has no slope. The Bernstein polynomials at the time
-/// are the same for all unknowns.
-void StepPolynomial::at(double t, double* values, double* slopes) const {
-  const std::size_t points = degree_ + 1;
+/// are the same for all unknowns. @param degree  as a number or, where the compiler is to know it, as a constant
+template <class Degree>
+void StepPolynomial::at(Degree degree, double t, double* values, double* slopes) const {
   const double length = end_ - begin_, s = (t - begin_) / length;
   Coefficients lower{}, share{};  // of one degree less; sums of those from each on
   lower[0] = 1.0;
-  for (std::size_t level = 1; level < degree_; ++level) {
+  for (std::size_t level = 1; level < degree; ++level) {
     for (std::size_t j = level; j > 0; --j) lower[j] = (1.0 - s) * lower[j] + s * lower[j - 1];
     lower[0] *= 1.0 - s;
   }
-  const double scale = static_cast<double>(degree_) / length;
+  const double scale = static_cast<double>(degree) / length;
   double rest = 0.0;
-  for (std::size_t j = degree_; j-- > 0;) {
+  for (std::size_t j = degree; j-- > 0;) {
     share[j] = rest + s * lower[j];  // B_{j+1} + ... + B_n of degree n
     rest += lower[j];
   }
-  for (std::size_t j = 0; j < degree_; ++j) lower[j] *= scale;
+  for (std::size_t j = 0; j < degree; ++j) lower[j] *= scale;
   for (std::size_t i = 0; i < count_; ++i) {
-    const double* b = coefficients_.data() + i * points;
+    const double* b = coefficients_.data() + i * (degree + 1);
     double value = b[0], slope = 0.0;
-    for (std::size_t j = 0; j < degree_; ++j) {
+    for (std::size_t j = 0; j < degree; ++j) {
       const double moved = b[j + 1] - b[j];
       value += share[j] * moved;
       slope += lower[j] * moved;
@@ -189,6 +190,14 @@ void StepPolynomial::at(double t, double* values, double* slopes) const {
     values[i] = value;
     slopes[i] = slope;
   }
+}
+
+void StepPolynomial::at(double t, double* values, double* slopes) const {
+  constexpr std::size_t kRadau = 4;
+  if (degree_ == kRadau)
+    at(std::integral_constant<std::size_t, kRadau>(), t, values, slopes);
+  else
+    at(degree_, t, values, slopes);
 }
 
 }  // namespace bgsim

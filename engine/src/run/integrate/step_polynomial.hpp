@@ -36,6 +36,9 @@ class StepPolynomial {
   void at(double t, double* values, double* slopes) const;
 
  private:
+  template <class Degree>
+  void at(Degree degree, double t, double* values, double* slopes) const;
+
   double begin_ = 0.0, end_ = 0.0;
   std::size_t count_ = 0, degree_ = 0;
   std::vector<double> coefficients_;  ///< by unknown, degree + 1 of each
