@@ -93,12 +93,14 @@ bool EventWatch::settle(double t, const double* x, Branch& branch) {
   for (std::size_t i = 0; i < border_.size(); ++i)
     if (border_[i] && program_.relations[relation_[i]].kind == Relation::Kind::cell)
       most += program_.pool.table(program_.relations[relation_[i]].table).x.size();
+  constexpr std::size_t kRoundsToDoubt = 50;
   for (std::size_t round = 0; round < most; ++round) {
     if (!guards(t, x, branch, values_)) return fail_with_fault();
     for (std::size_t i = 0; i < largest_.size(); ++i) largest_[i] = std::max(largest_[i], std::abs(values_[i]));
     for (std::size_t i = 0; i < hold_.size(); ++i)
       if (std::isinf(hold_[i])) hold_[i] = 4.0 * std::abs(values_[i]);
     keep_what_only_wavers(branch);
+    if (round >= kRoundsToDoubt) keep_what_is_nothing(t, x, branch);
     if (!any_crossed(values_, branch) || !change(values_, branch)) {
       std::fill(changed_.begin(), changed_.end(), false);
       return true;
@@ -116,6 +118,22 @@ void EventWatch::keep_what_only_wavers(const Branch& branch) {
   for (std::size_t i = 0; i < side_.size(); ++i)
     if (changed_[i] && !border_[i] && std::abs(values_[i]) <= kOfLoops * largest_[i] && crossed(i, values_[i], branch))
       hold_[i] = 4.0 * std::abs(values_[i]);
+}
+
+/// The same of guards that go back and forth although they are next to nothing: less than the tolerances make of them,
+/// or than they move by themselves in a moment. (A bridge of diodes with two slopes at rest, before anything has a
+/// size.)
+void EventWatch::keep_what_is_nothing(double t, const double* x, const Branch& branch) {
+  constexpr double kMoment = 1e-9;  // of the scene
+  const std::vector<double> doubt = doubts(t, x, branch);
+  if (doubt.empty()) return;
+  probe_ = branch;
+  if (!evaluator_.guards(t + kMoment * span_, x, probe_, at_probe_.data())) at_probe_ = values_;
+  for (std::size_t i = 0; i < side_.size(); ++i) {
+    const double nothing = std::max(doubt[i], std::abs(at_probe_[i] - values_[i]));
+    if (changed_[i] && !border_[i] && std::abs(values_[i]) <= nothing && crossed(i, values_[i], branch))
+      hold_[i] = 4.0 * std::abs(values_[i]);
+  }
 }
 
 bool EventWatch::crossed(std::size_t guard, double value, const Branch& branch) const {

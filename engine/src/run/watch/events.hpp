@@ -144,10 +144,12 @@ class EventWatch {
   void see_excursions();
   void judge_returns(double t, const double* x, Branch& branch);
   bool rests_at_zero(std::size_t guard, double doubt, double t, const double* x, const Branch& branch);
+  bool leads_back_only(std::size_t guard, double t, const double* x, const Branch& branch);
   bool change(const std::vector<double>& values, Branch& branch);
   bool guards(double t, const double* x, Branch& branch, std::vector<double>& values);
   bool evaluate(Integrator& integrator, double t, std::vector<double>& values);
   void keep_what_only_wavers(const Branch& branch);
+  void keep_what_is_nothing(double t, const double* x, const Branch& branch);
   void hold_what_rests(double t, const double* x, Branch& branch);
   std::optional<double> dip(double from, double to, const std::vector<double>& middle,
                             const std::vector<double>& end) const;

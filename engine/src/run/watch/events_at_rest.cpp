@@ -1,5 +1,6 @@
 // Borders of conditions at which states rest, or laws end: what the tolerances leave open is no change of a condition.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "run/failures.hpp"
@@ -20,6 +21,8 @@ void EventWatch::judge_returns(double t, const double* x, Branch& branch) {
       branch.modes[relation_[i]] = 0.0;
       side_[i] = 0;
       rest_[i] = kOfTolerances * doubt[i];
+    } else if (leads_back_only(i, t, x, branch)) {
+      band_[i] = std::max(2.0 * band_[i], kOfTolerances * doubt[i]);
     } else {
       stays_within_tolerance_ = true;
     }
@@ -52,6 +55,34 @@ bool EventWatch::rests_at_zero(std::size_t guard, double doubt, double t, const 
   Branch there = branch;
   there.modes[relation] = 0.0;
   return evaluator_.guards(t, moved.data(), there, at_probe_.data()) && std::abs(at_probe_[guard]) <= doubt;
+}
+
+/// Whether the law of one side leads back to the border, and that of the other side leaves the guard where it is: an
+/// integral that stops at its limit (`if(x >= top, min(u, 0), u)`). The solution stays there. That a step left it is
+/// what the step does not know, as when u turns within it.
+bool EventWatch::leads_back_only(std::size_t guard, double t, const double* x, const Branch& branch) {
+  constexpr double kNothing = 1e-6;  // beside the way back
+  const std::size_t states = program_.state_names.size();
+  if (border_[guard] || followed_[guard] || stiction_.held(guard) || denominators_.has(guard)) return false;
+  std::vector<double> rates(states), moved(x, x + states);
+  std::vector<int> direction(side_.size(), 0);
+  std::array<double, 2> outwards{};  // from the border, by side
+  for (const int side : {-1, 1}) {
+    direction[guard] = side;
+    Branch with = branch;
+    evaluator_.cross(direction, with);
+    if (!evaluator_.rates(t, x, with, rates.data()) || !evaluator_.guards(t, x, with, at_probe_.data())) return false;
+    // Over a time in which states move by their tolerances at most: the guard's slope is that at the border.
+    double moment = span_;
+    for (std::size_t k = 0; k < states; ++k)
+      if (rates[k] != 0.0) moment = std::min(moment, tolerances_.absolute(k) / std::abs(rates[k]));
+    for (std::size_t k = 0; k < states; ++k) moved[k] = x[k] + moment * rates[k];
+    const double here = at_probe_[guard];
+    if (!(moment > 0.0) || !evaluator_.guards(t, moved.data(), with, at_probe_.data())) return false;
+    outwards[side < 0 ? 0 : 1] = side * (at_probe_[guard] - here) / moment;
+  }
+  const auto [least, most] = std::minmax(outwards[0], outwards[1]);
+  return least < 0.0 && std::abs(most) <= kNothing * -least;
 }
 
 bool EventWatch::take_across(double t, const double* x, Branch& branch) {
@@ -250,7 +281,7 @@ bool EventWatch::rest_at_kinks(double t, const double* x, const Branch& branch) 
     if (border_[i] || followed_[i] || stiction_.held(i) || denominators_.has(i) || !(doubt[i] > 0.0)) continue;
     if (std::find(relations_.begin(), relations_.end(), relation_[i]) == relations_.end()) continue;
     if (!(std::abs(values_[i]) <= kClearlyOut * std::max(doubt[i], band_[i]))) continue;
-    if (side_[i] == 0 || !is_kink(i, t, x, branch)) {
+    if (side_[i] == 0 || !(is_kink(i, t, x, branch) || leads_back_only(i, t, x, branch))) {
       // The law of one side has no value on the other, as a root has none: that of each point holds there.
       if (!may_hold_ || !meets_at_border(i, t, x, branch)) continue;
       followed_[i] = followed_any_ = any = true;
