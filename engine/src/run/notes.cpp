@@ -7,6 +7,16 @@
 
 namespace bgsim {
 
+namespace {
+
+/// A condition in a network contains the laws of its neighbours.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t kLongest = 160;
+  return text.size() > kLongest ? text.substr(0, kLongest) + " ..." : text;
+}
+
+}  // namespace
+
 std::optional<std::string> quiet_states_note(const Tolerances& tolerances, const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 5;
   std::size_t quiet = 0;
@@ -33,26 +43,6 @@ std::string undecided_note(const Relation& relation, double since) {
   return "from t = " + number_text(since, 6) + " on, " + relation.text +
          " is at its border, or so near that rounding decides: the search for its changes ended there, and it stays as "
          "it was; write it so that its sides differ";
-}
-
-std::optional<std::string> unseen_error_note(const Program& program) {
-  const JacobianPlan& plan = program.plan;
-  std::vector<bool> fed(program.state_names.size(), false);
-  for (const auto& entry : plan.rates_by_states) fed[entry.row] = true;
-  for (const auto& entry : plan.rates_by_tears)
-    if (!plan.explicit_form || !plan.blocks[plan.block_of_tear[entry.column]].columns.empty()) fed[entry.row] = true;
-  constexpr std::size_t kMost = 5;
-  std::size_t count = 0;
-  std::string text;
-  for (std::size_t i = 0; i < fed.size(); ++i) {
-    if (fed[i]) continue;
-    if (count < kMost) text += (count == 0 ? "\"" : ", \"") + program.state_names[i] + "\"";
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  if (count > kMost) text += " and " + std::to_string(count - kMost) + " more";
-  return "erk8 does not estimate its error where a rate depends on time alone, and so in " + text +
-         " and what depends on it: use erk6 or another method";
 }
 
 std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative) {
@@ -137,10 +127,15 @@ std::string spent_mode_words(const SpentMode& mode) {
          " rad per unit of time, which dies out in " + number_text(1.0 / mode.damping, 1);
 }
 
+std::string near_miss_note(const Relation& relation, double time) {
+  return "near t = " + number_text(time, 6) + " " + shortened(relation.text) +
+         " comes as near to its border as the run is estimated to be wrong, and turns back: whether it changes there "
+         "is "
+         "open; a smaller relative tolerance tells";
+}
+
 std::string unproven_note(const Relation& relation, double time) {
-  constexpr std::size_t kLongest = 160;  // a condition in a network contains the laws of its neighbours
-  const std::string text = relation.text.size() > kLongest ? relation.text.substr(0, kLongest) + " ..." : relation.text;
-  return "whether " + text +
+  return "whether " + shortened(relation.text) +
          " changed within a step could not be decided within the work allowed, first near t = " + number_text(time, 4) +
          ": shorter steps (a smaller relative tolerance) decide it";
 }

@@ -34,16 +34,14 @@ std::string undecided_note(const Relation& relation, double since);
 /// A law that divides by a state which is negative at the start: a volume or a distance had better not be.
 std::optional<std::string> negative_start_note(const Program& program, const std::vector<double>& x);
 
-/// States whose rate depends on time alone: the error estimate of Fehlberg's 8(7) pair is zero for them, since its
-/// stages at either end of a step cancel (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations
-/// I, section II.5, from memory; measured by tests/physics/integral_test.cpp).
-std::optional<std::string> unseen_error_note(const Program& program);
-
 /// Why BDF was limited to low orders.
 std::string spent_mode_words(const SpentMode& mode);
 
 /// A condition of which no proof was found that it did not change within a step.
 std::string unproven_note(const Relation& relation, double time);
+
+/// A condition that comes as near to its border as the run is wrong.
+std::string near_miss_note(const Relation& relation, double time);
 /// A step that its rates do not add up to, however short it was made.
 std::string unseen_law_note(const std::string& state, double time);
 

@@ -83,7 +83,6 @@ void Run::report() {
     for (std::size_t i = 0; i < x_.size(); ++i)
       report.absolute.emplace_back(program_.state_names[i], tolerances_.absolute(i));
     note(quiet_states_note(tolerances_, program_.state_names));
-    if (inputs_.method == Method::erk8) note(unseen_error_note(program_));
     for (std::size_t i = 0; i < events_.undecided().size(); ++i)
       note(unproven_note(program_.relations[events_.undecided()[i]], events_.undecided_at()[i]));
     if (const auto unseen = defects_.unseen())
@@ -118,6 +117,7 @@ void Run::report() {
     report.errors.possible = false;
     report.errors.why_not = "the model has delayed signals";
   }
+  for (const NearMisses::Miss& miss : errors_.missed()) note(near_miss_note(program_.relations[miss.relation], miss.t));
   if (program_.switch_elements.empty()) {  // else of all modes together
     if (errors_.lost() && result_.stop == StopReason::completed) note(lost_errors_note(*errors_.lost()));
     note(output_errors_note(report.errors, program_.output_names, inputs_.relative));

@@ -28,7 +28,11 @@ double legendre(int n, double x) {
 
 GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tolerances& tolerances,
                          const RunInputs& inputs, bool wanted)
-    : program_(program), evaluator_(evaluator), tolerances_(tolerances), measuring_(false) {
+    : program_(program),
+      evaluator_(evaluator),
+      tolerances_(tolerances),
+      measuring_(false),
+      near_misses_(program, evaluator, tolerances) {
   const std::size_t states = program.state_names.size(), outputs = program.output_names.size();
   if (!wanted)
     why_not_ = "switched off";
@@ -154,19 +158,25 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   for (std::size_t i = 0; i < states; ++i) begin_error_[i] += polynomial_.at(i, from).first - x[i];
   error_ = begin_error_;
   middle_at_ = to;
+  if (take_step(integrator) && matters(error_))
+    near_misses_.look(polynomial_, from, to, integrator.branch(), begin_error_, error_);
+}
+
+/// Takes error_ over the last step. False if it gave up.
+bool GlobalError::take_step(Integrator& integrator) {
   const Integrator::Rates& held = integrator.special_rates();
   const auto points =
       std::clamp(static_cast<std::size_t>(integrator.order() / 2 + 1), std::size_t{1}, Within::kMostPoints);
   if (!matters(begin_error_) || !integrator.one_step()) {
-    if (!propagate(from, to, points, held, within_[0])) return;
-    if (!matters(error_) || !integrator.one_step()) return;
+    if (!propagate(from_, to_, points, held, within_[0])) return false;
+    if (!matters(error_) || !integrator.one_step()) return true;
     error_ = begin_error_;
   }
-  const double middle = from + 0.5 * (to - from);
-  if (!propagate(from, middle, points, held, within_[0])) return;
+  const double middle = from_ + 0.5 * (to_ - from_);
+  if (!propagate(from_, middle, points, held, within_[0])) return false;
   middle_at_ = middle;
   middle_error_ = error_;
-  propagate(middle, to, points, held, within_[1]);
+  return propagate(middle, to_, points, held, within_[1]);
 }
 
 /// Whether an error is in reach of what is noted of outputs: a thousandth of that, beside the largest value of some

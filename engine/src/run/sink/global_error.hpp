@@ -14,6 +14,7 @@
 #include "run/integrate/column_lu.hpp"
 #include "run/integrate/integrator.hpp"
 #include "run/integrate/step_polynomial.hpp"
+#include "run/sink/near_misses.hpp"
 #include "run/tolerances.hpp"
 
 namespace bgsim {
@@ -79,6 +80,9 @@ class GlobalError {
   /// Goes on where another run ended, with the states' errors there.
   void go_on(Sums sums, std::vector<double> error);
 
+  /// The first condition that less than the error decides, if there is one.
+  [[nodiscard]] const std::vector<NearMisses::Miss>& missed() const { return near_misses_.first(); }
+
   /// Why an estimate that was begun has no result.
   [[nodiscard]] const std::optional<std::string>& lost() const { return lost_; }
 
@@ -95,6 +99,7 @@ class GlobalError {
     archive("begin", begin_error_);
     archive("middle", middle_error_);
     archive("middle at", middle_at_);
+    archive("near misses", near_misses_);
     archive("from", from_);
     archive("to", to_);
     archive("largest", sums_.largest);
@@ -122,6 +127,7 @@ class GlobalError {
   void come_to(double t, const std::vector<double>& x);
   [[nodiscard]] bool holds(const Branch& branch) const;
   bool set_modes(double t, const std::vector<double>& y, Branch& branch);
+  bool take_step(Integrator& integrator);
   [[nodiscard]] bool matters(const std::vector<double>& error) const;
   bool propagate(double from, double to, std::size_t points, const Integrator::Rates& held, Within& within);
   bool see_rates(const std::array<double, Within::kMostPoints>& at, std::size_t points, const Integrator::Rates& held);
@@ -145,6 +151,7 @@ class GlobalError {
   /// By output: largest error; errors held against rounding; more than rounding; least and most of its value.
   Sums sums_;
   Instant instant_;
+  NearMisses near_misses_;
   double seconds_ = 0.0;
 
   // Scratch
