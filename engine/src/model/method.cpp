@@ -19,7 +19,7 @@ constexpr std::array<MethodFacts, 19> kMethods{{
     {Method::erk4, "erk4", "ARKODE Zonneveld 4(3)", Family::explicit_runge_kutta, 4, 0},
     {Method::erk5, "erk5", "ARKODE Dormand-Prince 5(4)", Family::explicit_runge_kutta, 5, 0},
     {Method::erk6, "erk6", "ARKODE Verner 6(5)", Family::explicit_runge_kutta, 6, 0},
-    {Method::erk8, "erk8", "ARKODE Fehlberg 8(7)", Family::explicit_runge_kutta, 8, 0},
+    {Method::erk8, "erk8", "ARKODE Prince-Dormand 8(7)", Family::explicit_runge_kutta, 8, 0},
     {Method::dirk2, "dirk2", "ARKODE TR-BDF2 2(3)", Family::diagonally_implicit, 2, 0},
     {Method::dirk3, "dirk3", "ARKODE ESDIRK325L2SA 3(2)", Family::diagonally_implicit, 3, 0},
     {Method::dirk4, "dirk4", "ARKODE ESDIRK436L2SA 4(3)", Family::diagonally_implicit, 4, 0},

@@ -142,11 +142,12 @@ class ArkodeIntegrator final : public OdeBy<Arkode> {
     return true;
   }
 
-  /// Explicit methods have no use for the Jacobian, but the tolerances have: it tells what rounding leaves unknowable.
+  /// Explicit methods have no use for the Jacobian, but the tolerances have: it tells what rounding leaves unknowable,
+  /// also while friction holds a block, whose speed is then rounding alone.
   void look(double t) {
     steps_since_look_ = 0;
     const double* x = values(y_);
-    if (special_rates_ || !evaluator_.jacobian(t, x, branch_, entries_.data(), rounding_)) return;
+    if (!evaluator_.jacobian(t, x, branch_, entries_.data(), rounding_)) return;
     see({t, x, program_.jacobian_pattern, entries_.data(), rounding_});
   }
 

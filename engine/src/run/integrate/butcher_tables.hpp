@@ -1,5 +1,5 @@
-/// The Runge-Kutta methods by their Butcher tables: ARKODE's own, and those of order one and the classical one, which
-/// ARKODE 5.4 does not hold.
+/// The Runge-Kutta methods by their Butcher tables: ARKODE's own, and those that ARKODE 5.4 does not hold: of order
+/// one, the classical one, and Prince and Dormand's of order eight.
 #pragma once
 
 #include <arkode/arkode_arkstep.h>
