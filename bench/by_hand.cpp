@@ -260,6 +260,48 @@ struct Chain final : ByHand {
   }
 };
 
+/// n x n nodes with a capacitor of 1 each, resistors of 1 between neighbours, and one of 1 from a source of sin t to
+/// the first.
+struct Grid final : ByHand {
+  std::size_t n;
+  std::vector<std::size_t> nodes;
+  Grid(std::size_t size, std::vector<std::size_t> of) : n(size), nodes(std::move(of)) {
+    start.assign(n * n, 0.0);
+    scale.assign(n * n, 1.0);
+    output_count = nodes.size();
+    for (std::size_t k = 0; k < n * n; ++k) {
+      column_start.push_back(static_cast<long>(row.size()));
+      each_entry(k, [this](std::size_t i) { row.push_back(static_cast<long>(i)); });
+    }
+    column_start.push_back(static_cast<long>(row.size()));
+  }
+  template <class Visit>
+  void each_entry(std::size_t k, const Visit& visit) const {
+    if (k >= n) visit(k - n);
+    if (k % n > 0) visit(k - 1);
+    visit(k);
+    if (k % n + 1 < n) visit(k + 1);
+    if (k + n < n * n) visit(k + n);
+  }
+  void rates(double t, const double* x, double* f) const override {
+    for (std::size_t k = 0; k < n * n; ++k) {
+      double sum = k == 0 ? std::sin(t) - x[0] : 0.0;
+      each_entry(k, [&](std::size_t i) { sum += x[i] - x[k]; });
+      f[k] = sum;
+    }
+  }
+  void jacobian(double /*t*/, const double* /*x*/, double* values) const override {
+    for (std::size_t k = 0; k < n * n; ++k) {
+      double own = k == 0 ? -1.0 : 0.0;
+      each_entry(k, [&](std::size_t i) { own -= i == k ? 0.0 : 1.0; });
+      each_entry(k, [&](std::size_t i) { *values++ = i == k ? own : 1.0; });
+    }
+  }
+  void outputs(double /*t*/, const double* x, double* values) const override {
+    for (const std::size_t node : nodes) *values++ = x[node];
+  }
+};
+
 }  // namespace
 
 HandRun run_by_hand(const ByHand& model, const std::vector<double>& times, double relative) {
@@ -314,6 +356,9 @@ std::unique_ptr<ByHand> ladder_by_hand(std::size_t n, const std::vector<std::siz
 }
 std::unique_ptr<ByHand> chain_by_hand(std::size_t n, const std::vector<std::size_t>& masses) {
   return std::make_unique<Chain>(n, masses);
+}
+std::unique_ptr<ByHand> grid_by_hand(std::size_t n, const std::vector<std::size_t>& nodes) {
+  return std::make_unique<Grid>(n, nodes);
 }
 
 }  // namespace bgsim::bench

@@ -40,5 +40,8 @@ std::unique_ptr<ByHand> ladder_by_hand(std::size_t n, const std::vector<std::siz
 /// n masses of 1 in a row, springs q + q^3 between them, a resistance of 0.01 on each; the first spring is moved by a
 /// velocity of sin(t)/2. Velocities of `masses`.
 std::unique_ptr<ByHand> chain_by_hand(std::size_t n, const std::vector<std::size_t>& masses);
+/// n x n nodes in a plane, resistors and capacitors of 1, a source of sin(t) at the corner; voltages of `nodes`, by
+/// rows.
+std::unique_ptr<ByHand> grid_by_hand(std::size_t n, const std::vector<std::size_t>& nodes);
 
 }  // namespace bgsim::bench

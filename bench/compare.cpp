@@ -267,6 +267,35 @@ std::string chain_json(std::size_t n, const std::vector<std::size_t>& masses) {
          R"( ], "outputs": { )" + outputs + R"( }, "scenes": { "run": { "stop": 60, "samples": 61 } } })";
 }
 
+std::string grid_json(std::size_t n, const std::vector<std::size_t>& nodes, const std::string& stop) {
+  std::string elements =
+      R"-("source": { "kind": "Se", "effort": "sin(t)" }, "inlet": { "kind": "1" }, "feed": { "kind": "R", "resistance": 1 })-";
+  std::string bonds =
+      R"({ "from": "source", "to": "inlet" }, { "from": "inlet", "to": "feed" }, { "from": "inlet", "to": "node0" })";
+  std::string outputs;
+  const auto tie = [&](const std::string& from, const std::string& to) {
+    bonds += R"(, { "from": ")" + from + R"(", "to": ")" + to + "\" }";
+  };
+  for (std::size_t i = 0; i < n * n; ++i) {
+    const std::string k = std::to_string(i);
+    elements += R"(, "node)" + k + R"(": { "kind": "0" }, "C)" + k + R"(": { "kind": "C", "capacitance": 1 })";
+    tie("node" + k, "C" + k);
+    for (const std::size_t to : {i % n + 1 < n ? i + 1 : i, i + n < n * n ? i + n : i}) {
+      if (to == i) continue;
+      const std::string way = k + "_" + std::to_string(to);
+      elements += R"(, "way)" + way + R"(": { "kind": "1" }, "R)" + way + R"(": { "kind": "R", "resistance": 1 })";
+      tie("node" + k, "way" + way);
+      tie("way" + way, "R" + way);
+      tie("way" + way, "node" + std::to_string(to));
+    }
+  }
+  for (const std::size_t node : nodes)
+    outputs +=
+        (outputs.empty() ? "\"e" : ", \"e") + std::to_string(node) + R"(": "node)" + std::to_string(node) + R"(.e")";
+  return R"({ "bgsim": 1, "name": "grid", "elements": { )" + elements + R"( }, "bonds": [ )" + bonds +
+         R"( ], "outputs": { )" + outputs + R"( }, "scenes": { "run": { "stop": )" + stop + R"(, "samples": 61 } } })";
+}
+
 /// Processor time of whole processes, with everything that a run does by itself.
 void time_process(const std::string& bgsim, const std::string& file, const std::string& scene, double must) {
   constexpr int kRounds = 15;
@@ -373,6 +402,22 @@ int main(int argc, char** argv) {
     Case one = case_of(name, Study::from_text(chain_json(n, masses)), "", bench::chain_by_hand(n, masses), Method::erk5,
                        1e-10);
     one.contenders[1].must = n == 10000 ? 0.08 : 0.35;
+    compare(std::move(one));
+  }
+  struct Plane {
+    const char* name;
+    std::size_t n;
+    const char* stop;  // the last one: until heat has crossed the plane
+    double must;
+  };
+  for (const Plane plane : {Plane{"grid 100", 100, "60", 0.2}, Plane{"grid 300", 300, "20", 0.2},
+                            Plane{"slow grid 100", 100, "1e4", 0.2}}) {
+    if (!wanted(plane.name)) continue;
+    const std::size_t n = plane.n;
+    const std::vector<std::size_t> nodes{0, 1, n + 1, 3 * n + 2, 6 * n + 6};
+    Case one = case_of(plane.name, Study::from_text(grid_json(n, nodes, plane.stop)), "", bench::grid_by_hand(n, nodes),
+                       Method::bdf, 1e-9);
+    one.contenders[1].must = plane.must;
     compare(std::move(one));
   }
   std::printf("\nload at the end %s\n", first_line("/proc/loadavg", "").c_str());

@@ -1,6 +1,6 @@
 // What each method costs and how exact it is, over all scenes: the table behind the choice of `auto`.
 //   bench_methods [--seconds S] [FILE[:SCENE]]...     default: models/ and tests/data/models/
-//   bench_methods --random SEEDS [FAMILY]...          random models of 2 to 100 states (families.hpp)
+//   bench_methods --random SEEDS [--from STATES] [FAMILY]...   random models of 2 to 300 states (families.hpp)
 //
 // Every scene by every method at 1e-4, 1e-6 and 1e-9, without audit and estimate of errors. Errors are the largest of
 // all outputs relative to the output's range, against the most exact of several methods at 1e-11; the reference's own
@@ -194,7 +194,7 @@ void measure(const std::string& file, const std::string& scene, double limit, To
 
 // --- random models
 
-constexpr std::array<std::size_t, 15> kSizes{2, 4, 6, 8, 10, 12, 16, 20, 28, 40, 50, 70, 100, 140, 200};
+constexpr std::array<std::size_t, 16> kSizes{2, 4, 6, 8, 10, 12, 16, 20, 28, 40, 50, 70, 100, 140, 200, 300};
 constexpr std::array kContenders{Method::automatic, Method::bdf, Method::radau, Method::erk5, Method::adams};
 constexpr std::array<double, 3> kErrors{1e-3, 1e-5, 1e-7};
 
@@ -223,9 +223,9 @@ std::array<double, 3> times_to(const Simulation& scene, const Reference& referen
   return least;
 }
 
-void measure_random(const std::string& family, std::uint32_t seeds, double limit) {
+void measure_random(const std::string& family, std::uint32_t seeds, double limit, std::size_t fewest) {
   for (const std::size_t size : kSizes)
-    for (std::uint32_t seed = 0; seed < seeds; ++seed) {
+    for (std::uint32_t seed = 0; seed < seeds && size >= fewest; ++seed) {
       const Simulation scene = Study::from_text(bench::family_model(family, size, seed)).scene();
       const std::optional<Reference> reference = reference_of(scene, scene.inputs(), 4.0 * limit);
       if (!reference) {
@@ -271,11 +271,16 @@ int main(int argc, char** argv) {
   if (items.size() >= 2 && items[0] == "--random") {
     const auto seeds = static_cast<std::uint32_t>(std::stoul(items[1]));
     items.erase(items.begin(), items.begin() + 2);
+    std::size_t fewest = 0;
+    if (items.size() >= 2 && items[0] == "--from") {
+      fewest = std::stoul(items[1]);
+      items.erase(items.begin(), items.begin() + 2);
+    }
     std::printf("family\tstates\tseed\terror\tbest, ms");
     for (const Method method : kContenders) std::printf("\t%s", method_name(method).c_str());
     std::printf("\n");
     for (const std::string& family : items.empty() ? bench::family_names() : items)
-      measure_random(family, seeds, limit);
+      measure_random(family, seeds, limit, fewest);
     return 0;
   }
   if (items.empty()) items = all_models();

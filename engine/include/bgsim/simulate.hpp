@@ -200,10 +200,10 @@ struct SimulateOptions {
   Trajectory* trajectory = nullptr;
 };
 
-/// Integrates one scene. Radau IIA up to eight states, else BDF, with an analytic Jacobian (dense up to 50 states, then
-/// sparse), unless the scene says otherwise; IDA where a loop is too large to be solved inside the right-hand side.
-/// Known times end the step; conditions on states are located by root finding and the integration restarts there. Dense
-/// output on the given times.
+/// Integrates one scene. Radau IIA up to 50 states, else BDF with an analytic, sparse Jacobian, or an explicit method
+/// where these are not stiff, unless the scene says otherwise; IDA where a loop is too large to be solved inside the
+/// right-hand side. Known times end the step; conditions on states are located by root finding and the integration
+/// restarts there. Dense output on the given times.
 ///
 /// Memory does not grow with the number of output times if the rows go to a sink.
 ///

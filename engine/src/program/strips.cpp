@@ -2,6 +2,7 @@
 #include "program/strips.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "expression/apply.hpp"
 #include "expression/power.hpp"
@@ -60,6 +61,27 @@ void run_strip(double* s, std::span<const Instruction> code, const Strip& strip,
     run_in_rows(s, code[0], strip, apply_to);
   else
     run_of_one(s, code, apply_to);
+}
+
+/// Cubes of numbers in a row are vector instructions, but for those that are out of range.
+void run_powers(double* s, std::span<const Instruction> code, const Strip& strip) {
+  if (strip.kind != Strip::Kind::in_rows || strip.b_step != 0 || strip.a_step != 1) {
+    run_strip(s, code, strip, [](double a, double b) { return bgsim::power(a, b); });
+    return;
+  }
+  double* __restrict out = s + code[0].out;
+  const double *a = s + code[0].a, exponent = s[code[0].b];
+  const std::ptrdiff_t n = strip.count;
+  if (exponent == 2.0) {
+    for (std::ptrdiff_t i = 0; i < n; ++i) out[i] = a[i] * a[i];
+  } else if (exponent == 3.0) {
+    for (std::ptrdiff_t i = 0; i < n; ++i) {
+      const double size = std::fabs(a[i]), within = cube_within(a[i]), product = a[i] * a[i] * a[i];
+      out[i] = size > kLeastCube && size < kMostCube ? within : product;
+    }
+  } else {
+    for (std::ptrdiff_t i = 0; i < n; ++i) out[i] = bgsim::power(a[i], exponent);
+  }
 }
 
 }  // namespace
@@ -125,7 +147,7 @@ void Evaluator::Impl::run(const CodeList& code) {
         run_strip(s, part, strip, [](double a, double b) { return a / b; });
         break;
       case Op::pow:
-        run_strip(s, part, strip, [](double a, double b) { return power(a, b); });
+        run_powers(s, part, strip);
         break;
       default:
         run_strip(s, part, strip, [](double a, double /*b*/) { return -a; });

@@ -7,17 +7,38 @@
 
 namespace bgsim {
 
-MethodChoice choose_method(const Program& program, const RunInputs& inputs, std::optional<double> multistep_since) {
+namespace {
+
+/// Of many states: what the run has found so far.
+MethodChoice by_stiffness(const std::string& loops, const StiffnessWatch* stiffness_watch) {
+  if (stiffness_watch == nullptr) return {Method::bdf, loops + "; many states"};
+  const StiffnessWatch& stiffness = *stiffness_watch;
+  const std::string since = " from t = " + number_text(stiffness.since()) + " on";
+  if (stiffness.is_explicit())
+    return {Method::erk5,
+            loops + "; many states, and " + (stiffness.changes() > 0 ? "not stiff" + since : "not stiff") +
+                ": an explicit step may be " + number_text(stiffness.stable_step(), 2) + " long for the fastest mode"};
+  if (stiffness.changes() > 0)
+    return {Method::bdf, loops + "; many states, and stiff" + since + ": the fastest mode held explicit steps to " +
+                             number_text(stiffness.stable_step(), 2)};
+  return {Method::bdf, loops + "; many states"};
+}
+
+}  // namespace
+
+MethodChoice choose_method(const Program& program, const RunInputs& inputs, std::optional<double> multistep_since,
+                           const StiffnessWatch* stiffness) {
   if (inputs.method != Method::automatic) return {inputs.method, "asked for"};
+  const bool many = program.state_names.size() > kDenseStates;
   const std::string loops =
       program.blocks.empty() ? "state equations without loops" : "loops are solved inside the state equations";
   if (multistep_since)
-    return {Method::bdf,
-            loops + ", by BDF from t = " + number_text(*multistep_since) + " on: Radau IIA did not get on"};
+    return {Method::bdf, loops + ", by BDF from t = " + number_text(*multistep_since) +
+                             " on: " + (many ? "the explicit method" : "Radau IIA") + " did not get on"};
   if (inputs.max_order > 0) return {Method::bdf, loops + "; an order can be limited in BDF"};
   // Up to here Radau is the cheapest at equal error, of stiff lines, oscillators and laws with events alike; above, the
   // matrices of BDF are sparse, and it takes a third to a half of the time on lines (bench methods --random).
-  if (program.state_names.size() > kDenseStates) return {Method::bdf, loops + "; many states"};
+  if (many) return by_stiffness(loops, stiffness);
   if (!std::all_of(program.blocks.begin(), program.blocks.end(), [](const auto& block) { return block.linear; }))
     return {Method::bdf, loops + ", which are nonlinear"};
   return {Method::radau, loops + "; few states"};

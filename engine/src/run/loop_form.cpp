@@ -25,10 +25,12 @@ bool Run::eliminate_loops() {
   return change_form(false);
 }
 
-/// What Radau IIA failed at is tried by BDF before it is an error, if `auto` has chosen. False if it had not.
+/// What Radau IIA, or the explicit method, failed at is tried by BDF before it is an error, if `auto` has chosen. False
+/// if it had not.
 bool Run::take_multistep() {
   if (implicit_ || !one_step_ || clock_.end() != RunClock::End::none) return false;
   multistep_at_ = t_;
+  stiffness_.give_up();
   return change_form(false);
 }
 
@@ -48,6 +50,12 @@ bool Run::iteration_stalls() {
   next_look_ = steps_ + kSteps;
   failures_seen_ = failures;
   return stall;
+}
+
+/// Between BDF and the explicit method, where `auto` has that choice.
+void Run::follow_stiffness() {
+  if (implicit_ || multistep_at_ || events_.holding()) return;
+  if (stiffness_.look(t_, x_.data(), branch_, counts())) change_form(false);
 }
 
 void Run::give_loops() {

@@ -28,6 +28,7 @@
 #include "run/watch/mode_order.hpp"
 #include "run/watch/pace_judge.hpp"
 #include "run/watch/schedule.hpp"
+#include "run/watch/stiffness.hpp"
 #include "run/watch/vitality.hpp"
 
 namespace bgsim {
@@ -68,6 +69,7 @@ class Run {
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),
         variations_(program.varied_states, false, inputs.stop - inputs.start),
         mode_order_(program, evaluator_, inputs, implicit_),
+        stiffness_(program, evaluator_, inputs, implicit_),
         pace_(program, evaluator_, inputs, options),
         errors_(program, evaluator_, tolerances_, inputs, options.error_estimate && program.delays.empty()),
         recorder_(program, evaluator_, events_, errors_, clock_, inputs, options, result_),
@@ -130,6 +132,7 @@ class Run {
   bool take_multistep();
   bool iteration_stalls();
   void give_loops();
+  void follow_stiffness();
   bool change_form(bool implicit);
   bool settle_instant();
   bool stays_in_mode();
@@ -184,6 +187,7 @@ class Run {
   std::optional<Diagnostic> jump_;  ///< where the run was taken across a border
   Vitality vitality_;
   ModeOrder mode_order_;
+  StiffnessWatch stiffness_;
   PaceJudge pace_;
   // Sinks
   GlobalError errors_;
@@ -204,8 +208,8 @@ class Run {
   bool due_ = false;                                ///< t_ is a known time, whose event is not taken yet
   bool between_ = false;                            ///< an event is being taken: not a point to go on from
   std::optional<double> given_at_, eliminated_at_;  ///< from here on loops are unknowns of the integrator, or not
-  std::optional<double> multistep_at_;              ///< from here on `auto` is BDF, where it was Radau IIA
-  bool one_step_ = false;                           ///< it is Radau IIA now
+  std::optional<double> multistep_at_;              ///< from here on `auto` is BDF, where it was a one-step method
+  bool one_step_ = false;                           ///< it is Radau IIA or the explicit method now
   long failures_seen_ = 0;
   std::uint64_t steps_before_ = 0;  ///< of the stretches before this run
   bool late_watch_ = false;         ///< see know_steps()

@@ -37,6 +37,7 @@ void Run::carry(Archive& archive) {
   archive("loops", loops_);
   archive("vitality", vitality_);
   archive("mode order", mode_order_);
+  archive("stiffness", stiffness_);
   archive("errors", errors_);
   archive("recorder", recorder_);
   archive("audit", audit_);

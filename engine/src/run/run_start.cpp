@@ -52,8 +52,8 @@ bool Run::begin() {
 /// False if the method asked for cannot be used on this system.
 bool Run::choose_integrator() {
   RunReport& report = result_.report;
-  const MethodChoice choice = choose_method(program_, inputs_, multistep_at_);
-  one_step_ = !implicit_ && inputs_.method == Method::automatic && choice.method == Method::radau;
+  const MethodChoice choice = choose_method(program_, inputs_, multistep_at_, &stiffness_);
+  one_step_ = !implicit_ && inputs_.method == Method::automatic && choice.method != Method::bdf;
   const MethodFacts& facts = facts_of(implicit_ ? inputs_.method : choice.method);
   if (implicit_) {
     if (facts.family != MethodFamily::multistep) return fail(needs_explicit_form_failure(facts.name));
@@ -73,6 +73,8 @@ bool Run::choose_integrator() {
       integrator_ = make_radau_integrator(program_, evaluator_, tolerances_, inputs_);
     } else if (facts.family == MethodFamily::multistep) {
       integrator_ = make_cvode_integrator(program_, evaluator_, tolerances_, inputs_);
+    } else if (inputs_.method == Method::automatic) {
+      integrator_ = make_dormand_prince_integrator(program_, evaluator_, tolerances_, inputs_);
     } else {
       integrator_ = make_arkode_integrator(program_, evaluator_, tolerances_, inputs_);
     }
@@ -93,7 +95,7 @@ bool Run::plan() {
   pace_.know_sources(sources.longest_step, sources.frequency);
   tolerances_.know_edges(sources.edges);
   tolerances_.know_proportional(proportional_states(program_, evaluator_.constants(), inputs_.start, inputs_.stop));
-  return choose_integrator();
+  return true;
 }
 
 }  // namespace bgsim

@@ -129,7 +129,9 @@ bool Run::integrate() {
                        std::all_of(known_scales_.begin(), known_scales_.end(), [](double s) { return s > 0.0; });
     tolerances_.estimate(evaluator_, t_, x_.data(), branch_, known ? std::vector<double>{} : schedule_.samples(t_));
     mode_order_.begin(t_);
+    stiffness_.begin(t_, x_.data(), branch_, tolerances_.solver_cost());
   }
+  if (!choose_integrator()) return false;
   if (late_watch_) evaluator_.watch([this] { return clock_.look(); });
   if (resumed || steps_before_ == 0)
     next_snapshot_ = steps_before_ + steps_ + options_.snapshot_steps;
@@ -236,6 +238,7 @@ bool Run::take_step() {
   }
   fresh_ = defects_.is_limit(t_) || events_.is_limit(t_);
   if (iteration_stalls() && !take_multistep()) give_loops();
+  follow_stiffness();
   if (!one_step_ && mode_order_.look(t_, x_.data(), branch_, steps_)) {
     integrator_->limit_order(mode_order_.spent()->order);
     fresh_ = true;

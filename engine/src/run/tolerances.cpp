@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "run/integrate/sweeps.hpp"
+
 namespace bgsim {
 
 namespace {
@@ -37,7 +39,8 @@ struct Tolerances::Probe {
   const Program& program;
   const Sparsity& pattern;
   bool implicit;
-  std::vector<double> entries;
+  bool sweeps = false, factored = false;  ///< how systems are solved now
+  std::vector<double> entries, swept;
 
   Probe(const Program& the_program, bool is_implicit)
       : program(the_program),
@@ -59,24 +62,33 @@ struct Tolerances::Probe {
                     : evaluator.jacobian(t, y, branch, jacobian.data());
   }
 
+  /// Where elimination would fill in, only when solve() needs it.
   bool factor(double h, const std::vector<double>& jacobian) {
+    factored = false;
     for (std::size_t column = 0; column < pattern.size; ++column)
       for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
            k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k) {
         const bool state = static_cast<std::size_t>(pattern.row[k]) == column && column < program.state_names.size();
         entries[k] = implicit ? jacobian[k] + (state ? 1.0 / h : 0.0) : (state ? 1.0 : 0.0) - h * jacobian[k];
       }
+    sweeps = algebra.pattern != nullptr && !algebra.along_trees && !implicit;
+    return sweeps || factor_now();
+  }
+  bool factor_now() {
     if (algebra.pattern == nullptr)
       scatter(algebra.matrix.get(), pattern, entries.data());
     else
       std::copy(entries.begin(), entries.end(), sparse_values(algebra.matrix.get(), pattern));
-    return SUNLinSolSetup(algebra.solver.get(), algebra.matrix.get()) == 0;
+    sweeps = false;
+    return factored = SUNLinSolSetup(algebra.solver.get(), algebra.matrix.get()) == 0;
   }
 
-  const double* solve(double h, const std::vector<double>& rates) const {
+  const double* solve(double h, const std::vector<double>& rates) {
     double* b = values(right.get());
     std::fill(b, b + pattern.size, 0.0);
     for (std::size_t i = 0; i < rates.size(); ++i) b[i] = implicit ? rates[i] : h * rates[i];
+    if (sweeps && solve_by_sweeps(pattern, entries, b, swept)) return swept.data();
+    if (sweeps && !factor_now()) return nullptr;
     if (SUNLinSolSolve(algebra.solver.get(), algebra.matrix.get(), change.get(), right.get(), 0.0) != 0) return nullptr;
     return values(change.get());
   }
@@ -249,6 +261,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
     if (settled && evaluator.rates(t, moved.data(), there, second.data())) take(probe.solve(h, second), true);
     add_estimate(stage, magnitude);
   }
+  if (probe.algebra.pattern != nullptr) solver_cost_ = bgsim::solver_cost(probe.algebra);
   reach_ = 0.0;
   std::fill(floor_.begin(), floor_.end(), 0.0);
   reach(t - start_);

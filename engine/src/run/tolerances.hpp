@@ -81,6 +81,8 @@ class Tolerances {
   }
 
   [[nodiscard]] double relative() const { return relative_; }
+  /// Of the linear systems of the last estimate(); zero for few states, and where none was needed.
+  [[nodiscard]] const SolverCost& solver_cost() const { return solver_cost_; }
   [[nodiscard]] double absolute(std::size_t unknown) const;
   /// The same without what rounding leaves open, where that was last seen: a step may have seen it beyond an event.
   [[nodiscard]] double resolved(std::size_t unknown) const;
@@ -130,6 +132,7 @@ class Tolerances {
   std::vector<double> size_of_group_;
   bool watches_all_ = true;
   std::vector<bool> watched_;  ///< by unknown, at the beginning of the last step, if not all are
+  SolverCost solver_cost_;
 };
 
 }  // namespace bgsim

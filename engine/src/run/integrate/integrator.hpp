@@ -128,6 +128,9 @@ std::unique_ptr<Integrator> make_verlet_integrator(const Program& program, Evalu
 /// Radau IIA of order 5, error-controlled steps.
 std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
                                                   const RunInputs& inputs);
+/// Dormand and Prince's explicit method of order 5, for many states.
+std::unique_ptr<Integrator> make_dormand_prince_integrator(const Program& program, Evaluator& evaluator,
+                                                           Tolerances& tolerances, const RunInputs& inputs);
 /// IDA: states and tear variables together.
 std::unique_ptr<Integrator> make_ida_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
                                                 const RunInputs& inputs);

@@ -63,6 +63,13 @@ struct LinearAlgebra {
   const Sparsity* pattern = nullptr;  ///< null: dense
   bool along_trees = false;           ///< unknowns are coupled along trees (Forest)
 };
+/// What solving costs, in additions of numbers in a row.
+struct SolverCost {
+  double solve = 0.0, factor = 0.0;
+};
+/// Of a sparse solver that has factored a matrix.
+SolverCost solver_cost(const LinearAlgebra& algebra);
+
 LinearAlgebra make_dense(SUNContext context, N_Vector like);
 LinearAlgebra make_sparse(SUNContext context, N_Vector like, const Sparsity& pattern);
 

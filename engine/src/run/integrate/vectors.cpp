@@ -2,6 +2,7 @@
 
 #include <nvector/nvector_serial.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace bgsim {
@@ -112,11 +113,21 @@ int linear_combination(int count, double* c, N_Vector* x, N_Vector z) {
   }
   const double* from[kInOnePass];
   for (int k = 0; k < count; ++k) from[k] = data(x[k]);
-  each(z, [&](sunindextype i) {
-    double sum = c[0] * from[0][i];
-    for (int k = 1; k < count; ++k) sum += c[k] * from[k][i];
-    return sum;
-  });
+  // Piece by piece: the sums of one stay in the processor's nearest memory, and each term is added to all at once.
+  constexpr sunindextype kPiece = 256;
+  double* const out = data(z);
+  const sunindextype n = length(z);
+  double sums[kPiece];
+  for (sunindextype begin = 0; begin < n; begin += kPiece) {
+    const sunindextype size = std::min(kPiece, n - begin);
+    const double* const first = from[0] + begin;
+    for (sunindextype i = 0; i < size; ++i) sums[i] = c[0] * first[i];
+    for (int k = 1; k < count; ++k) {
+      const double *const next = from[k] + begin, factor = c[k];
+      for (sunindextype i = 0; i < size; ++i) sums[i] += factor * next[i];
+    }
+    std::copy_n(sums, size, out + begin);
+  }
   return 0;
 }
 
