@@ -281,7 +281,8 @@ MachineCode::Entry MachineCode::make(const CodeList& code, Width width) {
   // Offsets are of 31 bits.
   constexpr std::size_t kMostSlots = std::size_t{1} << 25U;
   static const bool known = __builtin_cpu_supports("avx") != 0;
-  if (!known || failed_ || code.size() == 0 || code.size() > kLongestList || program_.slots > kMostSlots) return nullptr;
+  if (!known || failed_ || code.size() == 0 || code.size() > kLongestList || program_.slots > kMostSlots)
+    return nullptr;
   // Memory is written to or run, never both at once.
   if (memory_ == nullptr) {
     void* const memory = mmap(nullptr, kMemory, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);

@@ -129,9 +129,8 @@ std::string spent_mode_words(const SpentMode& mode) {
 
 std::string near_miss_note(const Relation& relation, double time) {
   return "near t = " + number_text(time, 6) + " " + shortened(relation.text) +
-         " comes as near to its border as the run is estimated to be wrong, and turns back: whether it changes there "
-         "is "
-         "open; a smaller relative tolerance tells";
+         " comes as near to its border as the run is estimated to be wrong, and turns back: a smaller relative "
+         "tolerance tells whether it changes there";
 }
 
 std::string unproven_note(const Relation& relation, double time) {
