@@ -41,6 +41,8 @@ struct Branch {
 /// Before anything is known: all modes and tears are 0.
 Branch first_branch(const Program& program);
 
+class KnownTimes;
+
 /// Scratch memory for evaluations, and nothing else: results depend on the arguments alone. One per thread. After
 /// construction the evaluations allocate nothing unless they fail.
 class Evaluator {
@@ -54,6 +56,11 @@ class Evaluator {
   /// For the next run with the same parameters: without faults, counts and what watch() was given. Known times that
   /// were found stay.
   void begin_again();
+
+  /// From here on known times are looked for and kept in @p times, which must outlive the evaluator: together with
+  /// other programs of the same model. Values of parameters are compared, and what has other ones is looked for by
+  /// itself.
+  void share_known_times(KnownTimes& times);
 
   [[nodiscard]] const Program& program() const;
   [[nodiscard]] std::size_t states() const;

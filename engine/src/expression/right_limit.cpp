@@ -34,9 +34,13 @@ class Limit {
 
   std::optional<RightLimit> of(ExprId relation) {
     const std::vector<ExprId> nodes = reachable(from_, {&relation, 1});
-    if (!hides(nodes)) return std::nullopt;
-    copy_.emplace(from_, pool_, [this](SymbolId s) { return pool_.symbol(s); });
+    // measured data have no derivatives of higher order
+    if (std::any_of(nodes.begin(), nodes.end(), [this](ExprId e) { return is_table(from_[e].op); }))
+      return std::nullopt;
     const IdMap<std::uint32_t> position = positions(nodes);
+    if (!hides(nodes, position)) return std::nullopt;
+    pool_.emplace();
+    copy_.emplace(from_, *pool_, [this](SymbolId s) { return pool_->symbol(s); });
     const std::vector<char> depends = depends_on(from_, nodes, position, [this](SymbolId s) { return s == time_; });
     std::vector<double> limit(nodes.size());
     RightLimit result;
@@ -59,10 +63,7 @@ class Limit {
 
  private:
   /// Whether something is exactly at its border at the instant and at the next double, too.
-  [[nodiscard]] bool hides(const std::vector<ExprId>& nodes) {
-    const IdMap<std::uint32_t> position = positions(nodes);
-    // measured data have no derivatives of higher order
-    if (std::any_of(nodes.begin(), nodes.end(), [this](ExprId e) { return is_table(from_[e].op); })) return false;
+  [[nodiscard]] bool hides(const std::vector<ExprId>& nodes, const IdMap<std::uint32_t>& position) {
     std::vector<double> now(nodes.size()), next(nodes.size());
     bool found = false;
     const double following = std::nextafter(after_, std::numeric_limits<double>::infinity());
@@ -116,12 +117,12 @@ class Limit {
 
   [[nodiscard]] Guard guard_of(const ExprNode& node, const std::array<double, 3>& x) {
     const ExprId a = (*copy_)(ExprId(node.a));
-    if (is_comparison(node.op)) return {pool_.sub(a, (*copy_)(ExprId(node.b))), std::abs(x[0])};
+    if (is_comparison(node.op)) return {pool_->sub(a, (*copy_)(ExprId(node.b))), std::abs(x[0])};
     if (node.op == Op::mod) {
-      const ExprId turns = pool_.div(a, (*copy_)(ExprId(node.b)));
-      return {pool_.sub(turns, pool_.constant(x[0] / x[1])), std::abs(x[0] / x[1])};
+      const ExprId turns = pool_->div(a, (*copy_)(ExprId(node.b)));
+      return {pool_->sub(turns, pool_->constant(x[0] / x[1])), std::abs(x[0] / x[1])};
     }
-    return {pool_.sub(a, pool_.constant(x[0])), std::abs(x[0])};
+    return {pool_->sub(a, pool_->constant(x[0])), std::abs(x[0])};
   }
 
   /// To which side the guard goes: the sign of its first derivative that is not 0, if that lasts and shows in the
@@ -132,17 +133,17 @@ class Limit {
     const Guard guard = guard_of(node, x);
     const auto at = [this](ExprId e, double t) {
       values_[time_.index()] = t;
-      const double value = evaluate(pool_, e, values_);
+      const double value = evaluate(*pool_, e, values_);
       values_[time_.index()] = after_;
       return value;
     };
     const std::vector<double> exact(values_.size(), 0.0);
-    const double noise = std::max(rounding_of(pool_, guard.expression, values_, exact), kUnit * guard.magnitude);
+    const double noise = std::max(rounding_of(*pool_, guard.expression, values_, exact), kUnit * guard.magnitude);
     ExprId derivative = guard.expression;
     double factorial = 1.0;
     for (int order = 1; order <= kHighest; ++order) {
       factorial *= order;
-      const auto partials = gradient(pool_, derivative, [this](SymbolId s) { return s == time_; });
+      const auto partials = gradient(*pool_, derivative, [this](SymbolId s) { return s == time_; });
       if (partials.empty()) return Side{0, 0.0};
       derivative = partials.front().second;
       const double slope = at(derivative, after_);
@@ -162,7 +163,7 @@ class Limit {
   SymbolId time_;
   double after_;
   std::vector<double> values_;
-  ExprPool pool_;
+  std::optional<ExprPool> pool_;
   std::optional<Translator> copy_;
 };
 

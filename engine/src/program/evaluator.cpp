@@ -18,12 +18,8 @@ Evaluator::Impl::Impl(const Program& p, std::span<const double> parameters)
   }
   for (const ProgramBlock& block : program.blocks) loops.emplace_back(block);
   largest.assign(program.tear_names.size(), 0.0);
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  next_change.assign(program.relations.size(), nan);
-  looked_from.assign(program.relations.size(), nan);
-  looked_until.assign(program.relations.size(), nan);
-  near_changes.assign(program.relations.size(), 0);
-  undecided.assign(program.relations.size(), std::nullopt);
+  own_times.resize(program.relations.size());
+  for (KnownTime& known : own_times) known_times.push_back(&known);
   guard_values.assign(program.guarded.size(), 0.0);
   for (const auto& code : program.once.code) run(code);
   prepare_positions();
@@ -246,6 +242,14 @@ void Evaluator::begin_again() {
   watch({});
   impl_->fault = {};
   impl_->counts = {};
+}
+void Evaluator::share_known_times(KnownTimes& times) {
+  for (std::size_t i = 0; i < impl_->known_times.size(); ++i) {
+    const Relation& relation = impl_->program.relations[i];
+    if (!relation.time_only) continue;
+    KnownTime* shared = times.of(impl_->program.pool, relation.origin, impl_->program.time, impl_->symbol_values);
+    if (shared != nullptr) impl_->known_times[i] = shared;
+  }
 }
 const Evaluator::Counts& Evaluator::counts() const { return impl_->counts; }
 

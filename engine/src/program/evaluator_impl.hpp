@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "program/known_times.hpp"
 #include "program/lanes.hpp"
 #include "program/loop_matrix.hpp"
 
@@ -45,12 +46,8 @@ struct Evaluator::Impl {
   std::vector<double> largest;        ///< by tear: Branch::largest of the present evaluation
   Fault fault;
   Counts counts;
-  std::vector<double> next_change;  ///< by relation of time alone: its next known change; NaN if not looked for yet
-  std::vector<double> looked_until, looked_from;
-  std::vector<std::uint32_t> near_changes;  ///< by relation of time alone: in a row, each just after the one before
-  std::vector<std::optional<double>> undecided;  ///< by relation of time alone: TimeSearch::undecided, the first
-  std::optional<double> time_modes_at;           ///< where the modes of relations of time alone were last asked for
-  std::vector<double> time_modes;                ///< what they were, by relation
+  std::vector<KnownTime> own_times;     ///< by relation
+  std::vector<KnownTime*> known_times;  ///< by relation of time alone: its own, or one that several programs share
   // Where the plan's entries go in jacobian_pattern and implicit_pattern, and where tears' columns go
   std::vector<std::int64_t> explicit_rates, implicit_entries;
   std::vector<std::vector<std::int64_t>>

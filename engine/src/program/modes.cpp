@@ -120,16 +120,16 @@ bool Evaluator::set_time_modes(double t, Branch& branch) {
   const Program& program = impl.program;
   impl.symbol_values[program.time.index()] = t;
   bool changed = false;
-  const bool known = impl.time_modes_at == t;
-  impl.time_modes_at = t;
-  impl.time_modes.resize(program.relations.size());
   for (std::size_t i = 0; i < program.relations.size(); ++i) {
     const Relation& relation = program.relations[i];
     if (!relation.time_only) continue;
-    double& value = impl.time_modes[i];
-    if (!known) value = value_just_after(program.pool, relation.origin, program.time, impl.symbol_values, t);
-    changed = changed || value != branch.modes[i];
-    branch.modes[i] = value;
+    KnownTime& known = *impl.known_times[i];
+    if (known.mode_at != t) {
+      known.mode = value_just_after(program.pool, relation.origin, program.time, impl.symbol_values, t);
+      known.mode_at = t;
+    }
+    changed = changed || known.mode != branch.modes[i];
+    branch.modes[i] = known.mode;
   }
   return changed;
 }
@@ -143,20 +143,21 @@ void Evaluator::Impl::look_for_change(std::size_t relation, double after, double
   TimeSearch search;
   const auto change = bgsim::next_change(program.pool, program.relations[relation].origin, program.time, symbol_values,
                                          after, until, &search);
-  looked_from[relation] = after;
-  looked_until[relation] = until;
-  next_change[relation] = change.value_or(kNever);
-  if (search.undecided && !undecided[relation]) undecided[relation] = search.undecided;
-  near_changes[relation] = change && *change - after < kNear * (until - after) ? near_changes[relation] + 1 : 0;
-  if (near_changes[relation] <= kMostInARow) return;
-  if (!undecided[relation]) undecided[relation] = after;
-  looked_until[relation] = next_change[relation] = kNever;
+  KnownTime& known = *known_times[relation];
+  known.looked_from = after;
+  known.looked_until = until;
+  known.next_change = change.value_or(kNever);
+  if (search.undecided && !known.undecided) known.undecided = search.undecided;
+  known.near_changes = change && *change - after < kNear * (until - after) ? known.near_changes + 1 : 0;
+  if (known.near_changes <= kMostInARow) return;
+  if (!known.undecided) known.undecided = after;
+  known.looked_until = known.next_change = kNever;
 }
 
 std::vector<std::pair<std::size_t, double>> Evaluator::undecided_relations() const {
   std::vector<std::pair<std::size_t, double>> result;
-  for (std::size_t i = 0; i < impl_->undecided.size(); ++i)
-    if (impl_->undecided[i]) result.emplace_back(i, *impl_->undecided[i]);
+  for (std::size_t i = 0; i < impl_->known_times.size(); ++i)
+    if (const auto since = impl_->known_times[i]->undecided) result.emplace_back(i, *since);
   return result;
 }
 
@@ -167,11 +168,11 @@ std::optional<double> Evaluator::next_time_event(double after, double until) {
   for (std::size_t i = 0; i < program.relations.size(); ++i) {
     if (!program.relations[i].time_only) continue;
     // A change found earlier stays the next one until it has passed.
-    const bool known = impl.looked_from[i] <= after &&
-                       (after < impl.next_change[i] || std::isinf(impl.next_change[i])) &&
-                       until <= impl.looked_until[i];
+    KnownTime& time = *impl.known_times[i];
+    const bool known = time.looked_from <= after && (after < time.next_change || std::isinf(time.next_change)) &&
+                       until <= time.looked_until;
     if (!known) impl.look_for_change(i, after, until);
-    if (impl.next_change[i] <= until && (!first || impl.next_change[i] < *first)) first = impl.next_change[i];
+    if (time.next_change <= until && (!first || time.next_change < *first)) first = time.next_change;
   }
   return first;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "program/known_times.hpp"
 
 namespace bgsim {
 
@@ -31,6 +32,7 @@ class KeptEvaluators {
       return *kept.evaluator;
     }
     kept.evaluator = std::make_unique<Evaluator>(program, parameters);
+    kept.evaluator->share_known_times(times_);
     kept.parameters = parameters;
     return *kept.evaluator;
   }
@@ -40,6 +42,7 @@ class KeptEvaluators {
     std::vector<double> parameters;
     std::unique_ptr<Evaluator> evaluator;
   };
+  KnownTimes times_;                               ///< of all that are kept: to be destroyed after them
   std::map<const Program*, Kept> kept_, retired_;  ///< retired_: may still be in use
 };
 
