@@ -281,12 +281,11 @@ TEST_CASE("processes share a sweep, and what a killed one was making is made by 
       "sweep rc.json --vary R=0.5:5 --sample random:" + std::to_string(runs) + " --result m='mean(u)' --quiet -j 1 ";
   REQUIRE(here.bgsim(arguments + "-o whole").code == 0);
   const std::string share = "'" + bgsim_path() + "' " + arguments + "--share -o it & ";
-  // The first is killed while it works, beside two that began later.
-  const Outcome killed = here.shell(
-      share +
-      "pid=$!; n=0; until [ $(cat it/runs.shared-*.csv 2>/dev/null | wc -l) -gt 50 ] || [ $n -gt 600 ]; do sleep 0.05; "
-      "n=$((n+1)); done; " +
-      share + share + "sleep 0.3; kill -KILL $pid; wait");
+  // One is killed while all three work.
+  const Outcome killed = here.shell(share + "pid=$!; " + share + share +
+                                    "n=0; until { [ -e it/runs.shared-3.csv ] && [ $(cat it/runs.shared-*.csv | wc -l) "
+                                    "-gt 50 ]; } || [ $n -gt 600 ]; "
+                                    "do sleep 0.05; n=$((n+1)); done; kill -KILL $pid; wait");
   CAPTURE(killed.err);
   CHECK(here.has("it/runs.shared-3.csv"));
   REQUIRE(here.has("it/results.csv"));

@@ -23,7 +23,7 @@ constexpr double kWithin = 1e-6;
 
 }  // namespace
 
-TEST_CASE("differences of runs agree with variational equations, for every norm") {
+TEST_CASE("differences of runs agree with variational equations, for every norm", "[long]") {
   const Study study = study_of("models/bellow.json");
   for (const SensitivityNorm norm : {SensitivityNorm::final, SensitivityNorm::rms, SensitivityNorm::peak,
                                      SensitivityNorm::integral, SensitivityNorm::mean}) {
