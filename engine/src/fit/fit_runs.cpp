@@ -1,15 +1,14 @@
 #include "fit/fit_runs.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <exception>
 #include <functional>
 #include <map>
-#include <mutex>
 #include <set>
-#include <thread>
 
 #include "base/codes.hpp"
+#include "base/in_threads.hpp"
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
 #include "linear/variations.hpp"
@@ -327,21 +326,7 @@ void FitRuns::compile_scenes() {
 }
 
 void FitRuns::work(std::size_t count, const std::function<void(std::size_t)>& task) const {
-  std::vector<std::exception_ptr> faults(count);
-  std::atomic<std::size_t> next = 0;
-  const auto loop = [&] {
-    for (std::size_t i = next++; i < count; i = next++) try {
-        task(i);
-      } catch (...) {
-        faults[i] = std::current_exception();
-      }
-  };
-  std::vector<std::thread> others;
-  for (std::size_t i = 1; i < std::min<std::size_t>(threads_, count); ++i) others.emplace_back(loop);
-  loop();
-  for (std::thread& thread : others) thread.join();
-  for (const std::exception_ptr& fault : faults)
-    if (fault) std::rethrow_exception(fault);
+  in_threads(count, threads_, task);
 }
 
 namespace {

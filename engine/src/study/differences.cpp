@@ -1,13 +1,11 @@
 // Sensitivities by differences of runs: of whatever runs.
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <optional>
-#include <thread>
 
+#include "base/in_threads.hpp"
 #include "base/text.hpp"
 #include "bgsim/sensitivity.hpp"
 #include "bgsim/text.hpp"
@@ -142,22 +140,10 @@ SensitivityTable difference_sensitivities(const Study& study, const std::string&
   RunNumbers middle = numbers_of(simulation, norm, how);
 
   std::vector<Difference> derived(to.size());
-  std::vector<std::exception_ptr> faults(to.size());
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < to.size(); i = next++) try {
-        GivenValues given = given_of(model, inputs.scene, tight);
-        derived[i] = difference_by(simulation, seeds[i], value_of(model, given, seeds[i], inputs), middle, norm, how);
-      } catch (...) {
-        faults[i] = std::current_exception();
-      }
-  };
-  std::vector<std::thread> others;
-  for (std::size_t i = 1; i < std::min<std::size_t>(threads, to.size()); ++i) others.emplace_back(work);
-  work();
-  for (std::thread& thread : others) thread.join();
-  for (const std::exception_ptr& fault : faults)
-    if (fault) std::rethrow_exception(fault);
+  in_threads(to.size(), threads, [&](std::size_t i) {
+    GivenValues given = given_of(model, inputs.scene, tight);
+    derived[i] = difference_by(simulation, seeds[i], value_of(model, given, seeds[i], inputs), middle, norm, how);
+  });
 
   SensitivityTable table;
   table.scene = inputs.scene;

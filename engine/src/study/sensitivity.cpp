@@ -1,15 +1,12 @@
 #include "bgsim/sensitivity.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <limits>
-#include <mutex>
 #include <stdexcept>
-#include <thread>
 
 #include "base/codes.hpp"
+#include "base/in_threads.hpp"
 #include "base/text.hpp"
 #include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
@@ -194,21 +191,9 @@ SensitivityTable sensitivities(const Study& study, const std::string& scene, con
   const Model& model = study.model();
   for (const std::string& name : to) find_seed(model, name);
   std::vector<Derived> derived(to.size());
-  std::vector<std::exception_ptr> faults(to.size());
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < to.size(); i = next++) try {
-        derived[i] = derive_and_compare(study, scene, overrides, to[i], norm, how, errors);
-      } catch (...) {
-        faults[i] = std::current_exception();
-      }
-  };
-  std::vector<std::thread> others;
-  for (std::size_t i = 1; i < std::min<std::size_t>(threads, to.size()); ++i) others.emplace_back(work);
-  work();
-  for (std::thread& thread : others) thread.join();
-  for (const std::exception_ptr& fault : faults)
-    if (fault) std::rethrow_exception(fault);
+  in_threads(to.size(), threads, [&](std::size_t i) {
+    derived[i] = derive_and_compare(study, scene, overrides, to[i], norm, how, errors);
+  });
 
   SensitivityTable table;
   const RunInputs inputs = prepare_scene(model, scene, overrides);

@@ -14,14 +14,12 @@
 
 #include "run/integrate/butcher_tables.hpp"
 #include "run/integrate/dormand_prince_formula.hpp"
-#include "run/integrate/integrator.hpp"
+#include "run/integrate/own_steps.hpp"
 #include "run/integrate/packages.hpp"
 
 namespace bgsim {
 
 namespace {
-
-constexpr double kStepEps = std::numeric_limits<double>::epsilon();
 
 /// h (c[0] k[0] + c[1] k[1] + ...), component by component.
 template <std::size_t kTerms>
@@ -35,10 +33,10 @@ struct Sum {
   }
 };
 
-class DormandPrinceIntegrator final : public Integrator {
+class DormandPrinceIntegrator final : public OwnSteps {
  public:
   DormandPrinceIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
-      : Integrator(inputs.stop - inputs.start),
+      : OwnSteps(inputs.stop - inputs.start),
         program_(program),
         evaluator_(evaluator),
         tolerances_(tolerances),
@@ -70,8 +68,11 @@ class DormandPrinceIntegrator final : public Integrator {
   bool advance() override {
     failure_ = {};
     faulted_ = false;
-    if (limit_is_at_hand()) return step_by_hand();
     if (by_hand_ && !rates(time_, y_.data(), stage_[kLast])) return fault(time_);
+    if (limit_is_at_hand()) {
+      step_by_hand(stage_[kLast]);
+      return true;
+    }
     previous_ = time_;
     begin_ = y_;
     if (loops_) branch_at_begin_ = branch_;
@@ -80,7 +81,7 @@ class DormandPrinceIntegrator final : public Integrator {
     if (!(next_ > 0.0)) next_ = first_step();
     double h = fit(next_);
     tolerances_.weights(time_, h, y_.data(), weight_.data());
-    if (kStepEps * norm(y_) > 1.0) {
+    if (kEps * norm(y_) > 1.0) {
       failure_.too_accurate = true;
       return fail(kTooAccurateText);
     }
@@ -119,14 +120,7 @@ class DormandPrinceIntegrator final : public Integrator {
   }
 
   void interpolate(double t, double* y) override {
-    if (by_hand_ || t == time_ || !(time_ > previous_)) {
-      std::copy(y_.begin(), y_.end(), y);
-      return;
-    }
-    if (t == previous_) {
-      std::copy(begin_.begin(), begin_.end(), y);
-      return;
-    }
+    if (is_end(t, y)) return;
     bend();
     const double u = (t - previous_) / (time_ - previous_), v = 1.0 - u, h = step_;
     const double *first = stage_.front().data(), *last = stage_[kLast].data();
@@ -136,9 +130,6 @@ class DormandPrinceIntegrator final : public Integrator {
     }
   }
 
-  [[nodiscard]] const double* end() const override { return y_.data(); }
-  [[nodiscard]] Counts counts() const override { return counts_; }
-  [[nodiscard]] bool one_step() const override { return true; }
   [[nodiscard]] std::string method() const override { return "Dormand-Prince 5(4)"; }
   void weighted_errors(double* error) override {
     const auto estimate = error_sum();
@@ -166,12 +157,6 @@ class DormandPrinceIntegrator final : public Integrator {
     last_fault_.time = t;
     return fail(kStateEquationsText);
   }
-  bool fail(const char* words) {
-    failure_.words = words;
-    failure_.fault = faulted_;
-    return false;
-  }
-
   [[nodiscard]] double norm(const std::vector<double>& x) const {
     return root_of_mean([&](std::size_t i) { return x[i] * weight_[i]; });
   }
@@ -270,32 +255,6 @@ class DormandPrinceIntegrator final : public Integrator {
     for (std::size_t i = 0; i < size_; ++i) at_[i] = sum.at(i);
   }
 
-  [[nodiscard]] bool limit_is_at_hand() const {
-    const double resolution = 4.0 * kStepEps * std::max(std::abs(time_), std::abs(limit_));
-    return limit_ - time_ <= resolution || is_nothing(limit_ - time_);
-  }
-  /// An explicit step over a stretch of a few roundings of the time.
-  bool step_by_hand() {
-    begin_ = y_;
-    const std::vector<double>& rate = stage_[kLast];
-    for (std::size_t i = 0; i < size_; ++i) y_[i] += (limit_ - time_) * rate[i];
-    previous_ = time_;
-    time_ = limit_;
-    order_ = 1;
-    by_hand_ = true;
-    ++counts_.steps;
-    return true;
-  }
-
-  /// Up to the limit in one step, or in two of one length, or what is wanted; not below what time resolves.
-  [[nodiscard]] double fit(double h) const {
-    const double left = limit_ - time_, least = 16.0 * kStepEps * std::abs(time_);
-    if (first_ && h < least) h = least;
-    if (longest_ > 0.0) h = std::min(h, longest_);
-    if (h >= left * (1.0 - 1e-10)) return left;
-    return 2.0 * h > left ? left / 2.0 : h;
-  }
-
   /// From the rates and how fast they change. Hairer, Norsett, Wanner 1993, II.4.
   double first_step() {
     constexpr double kPart = 0.01, kLongest = 100.0;
@@ -332,17 +291,15 @@ class DormandPrinceIntegrator final : public Integrator {
   Tolerances& tolerances_;
   ButcherTableHandle table_;
   bool loops_;  ///< rates solve loops
-  double limit_ = 0.0;
-  std::vector<double> y_, begin_, weight_;
+  std::vector<double> weight_;
   std::array<std::vector<double>, kStages> stage_;  ///< rates; between two steps the last one is the next one's first
   Branch branch_at_begin_;
   double next_ = 0.0;  ///< the next step; 0: not known
   double step_ = 0.0;  ///< the last one
   double error_before_ = kLeastError;
-  bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false;
+  bool rejected_ = false;
   bool bent_known_ = false;  ///< at_ is what bend() says
   int steps_since_look_ = 0;
-  Counts counts_;
   // Scratch
   std::vector<double> at_, entries_, rounding_;
 };

@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
-#include "run/integrate/integrator.hpp"
+#include "run/integrate/own_steps.hpp"
 #include "run/integrate/packages.hpp"
 #include "run/integrate/radau_control.hpp"
 #include "run/integrate/radau_formula.hpp"
@@ -21,18 +20,16 @@ namespace bgsim {
 
 namespace {
 
-constexpr double kRadauEps = std::numeric_limits<double>::epsilon();
-
 double whole_power(double x, int n) {
   double result = 1.0;
   for (int i = 0; i < n; ++i) result *= x;
   return result;
 }
 
-class RadauIntegrator final : public Integrator {
+class RadauIntegrator final : public OwnSteps {
  public:
   RadauIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
-      : Integrator(inputs.stop - inputs.start),
+      : OwnSteps(inputs.stop - inputs.start),
         evaluator_(evaluator),
         tolerances_(tolerances),
         systems_(make_radau_systems(program.jacobian_pattern)),
@@ -83,12 +80,16 @@ class RadauIntegrator final : public Integrator {
 
   bool advance() override {
     failure_ = {};
-    if (limit_is_at_hand()) return step_by_hand();
+    if (limit_is_at_hand()) {
+      if (!rates(time_, y_.data(), branch_, rate_.data())) return fault(time_);
+      step_by_hand(rate_);
+      return true;
+    }
     previous_ = time_;
     begin_ = y_;
     if (loops_) branch_at_begin_ = branch_;
     if (!(next_ > 0.0)) next_ = first_step();
-    double h = above_resolution(fit(next_));
+    double h = fit(next_);
     tolerances_.weights(time_, h, y_.data(), weight_.data());
     for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
       // Time that no longer advances by the step is the run's matter as long as there is a step. One to the limit needs
@@ -98,7 +99,7 @@ class RadauIntegrator final : public Integrator {
         if (!see_jacobian(h)) return fault(time_);
         tolerances_.weights(time_, h, y_.data(), weight_.data());
       }
-      if (attempt == 0 && kRadauEps * norm(y_) > 1.0) {
+      if (attempt == 0 && kEps * norm(y_) > 1.0) {
         failure_.too_accurate = true;
         return fail(kTooAccurateText);
       }
@@ -152,21 +153,11 @@ class RadauIntegrator final : public Integrator {
   }
 
   void interpolate(double t, double* y) override {
-    if (by_hand_ || t == time_ || !(time_ > previous_)) {
-      std::copy(y_.begin(), y_.end(), y);
-      return;
-    }
-    if (t == previous_) {
-      std::copy(begin_.begin(), begin_.end(), y);
-      return;
-    }
+    if (is_end(t, y)) return;
     const double u = (t - previous_) / (time_ - previous_), bubble = radau::bubble(u);
     for (std::size_t i = 0; i < size_; ++i) y[i] = y_[i] + polynomial_.from_end(i, u - 1.0) + bubble * bend_[i];
   }
 
-  [[nodiscard]] const double* end() const override { return y_.data(); }
-  [[nodiscard]] Counts counts() const override { return counts_; }
-  [[nodiscard]] bool one_step() const override { return true; }
   [[nodiscard]] std::string method() const override {
     return std::string("Radau IIA of order 5, ") + (systems_->dense() ? "dense" : "sparse");
   }
@@ -197,11 +188,6 @@ class RadauIntegrator final : public Integrator {
     note_fault(t);
     return fail(kStateEquationsText);
   }
-  bool fail(const char* words) {
-    failure_.words = words;
-    failure_.fault = faulted_;
-    return false;
-  }
   /// @return  the next length to try.
   double shorten(double h, double factor, const char* why) {
     ++counts_.convergence_failures;
@@ -216,39 +202,6 @@ class RadauIntegrator final : public Integrator {
     double sum = 0.0;
     for (std::size_t i = 0; i < size_; ++i) sum += (x[i] * weight_[i]) * (x[i] * weight_[i]);
     return std::sqrt(sum / static_cast<double>(size_));
-  }
-
-  [[nodiscard]] bool limit_is_at_hand() const {
-    const double resolution = 4.0 * kRadauEps * std::max(std::abs(time_), std::abs(limit_));
-    return limit_ - time_ <= resolution || is_nothing(limit_ - time_);
-  }
-  /// An explicit step over a stretch of a few roundings of the time.
-  bool step_by_hand() {
-    if (!rates(time_, y_.data(), branch_, rate_.data())) return fault(time_);
-    begin_ = y_;
-    for (std::size_t i = 0; i < size_; ++i) y_[i] += (limit_ - time_) * rate_[i];
-    previous_ = time_;
-    time_ = limit_;
-    order_ = 1;
-    by_hand_ = true;
-    ++counts_.steps;
-    return true;
-  }
-
-  /// Up to the limit in one step, or in two of one length, or what is wanted.
-  [[nodiscard]] double fit(double h) const {
-    const double left = limit_ - time_;
-    if (longest_ > 0.0) h = std::min(h, longest_);
-    if (h >= left * (1.0 - 1e-10)) return left;
-    return 2.0 * h > left ? left / 2.0 : h;
-  }
-
-  /// A first step is no part of what time resolves: an event just before the limit may leave some roundings of the
-  /// time.
-  [[nodiscard]] double above_resolution(double h) const {
-    const double least = 16.0 * kRadauEps * std::abs(time_), left = limit_ - time_;
-    if (!first_ || h >= least) return h;
-    return left <= 2.0 * least ? left : least;
   }
 
   /// From the rates and how fast they change.
@@ -353,8 +306,8 @@ class RadauIntegrator final : public Integrator {
     faulted_ = false;
     begin_iteration(h, extrapolated);
     if (loops_) stage_branch_.fill(branch_);
-    const double reached = std::max(newton_part_, 10.0 * kRadauEps * norm(y_) / looser_);
-    converged_ = std::pow(std::max(converged_, kRadauEps), 0.8);
+    const double reached = std::max(newton_part_, 10.0 * kEps * norm(y_) / looser_);
+    converged_ = std::pow(std::max(converged_, kEps), 0.8);
     speed_ = kServes;
     bent_ = false;
     double before = 0.0, rate_before = 0.0;
@@ -385,7 +338,7 @@ class RadauIntegrator final : public Integrator {
         const double at_end = converged_ * change * whole_power(speed_, left) / reached;
         if (at_end >= 1.0) return 0.8 * std::pow(std::clamp(at_end, 1e-4, 20.0), -1.0 / (4.0 + left));
       }
-      before = std::max(change, kRadauEps);
+      before = std::max(change, kEps);
       const auto& t = radau::kTransform;
       for (std::size_t i = 0; i < size_; ++i) {
         const double a = w_[0][i] += right_[0][i], b = w_[1][i] += right_[1][i], c = w_[2][i] += right_[2][i];
@@ -409,7 +362,7 @@ class RadauIntegrator final : public Integrator {
     if (!(speed_ < kNearer)) begin_iteration(h, !from_rest_);
     if (loops_) stage_branch_.fill(branch_);
     stages_step_ = h;
-    const double reached = std::max(newton_part_, 10.0 * kRadauEps * norm(y_) / looser_);
+    const double reached = std::max(newton_part_, 10.0 * kEps * norm(y_) / looser_);
     const bool found = stages_->solve(h, y_.data(), z_, weight_.data(), looser_ * reached);
     counts_.iterations += stages_->iterations();
     counts_.jacobians += 3L * stages_->iterations();
@@ -568,15 +521,14 @@ class RadauIntegrator final : public Integrator {
   bool loops_;                           ///< rates solve loops, each stage from its own last solution
   double looser_ = 1.0;                  ///< than the tolerances: what the error of order 3 may be
   double newton_part_ = kNewtonPart;
-  double limit_ = 0.0;
-  std::vector<double> y_, begin_, rate_, rate_at_begin_, weight_;
+  std::vector<double> rate_, rate_at_begin_, weight_;
   std::array<std::vector<double>, 3> z_, w_;  ///< the stages' increments; the same in the basis of eigenvectors
   Branch branch_at_begin_, probe_;
   std::array<Branch, 3> stage_branch_;
   double next_ = 0.0, last_ = 1.0;  ///< the next step, 0: not known; the last one
   double factored_ = 0.0;           ///< step that systems_ is for; 0: none
   Jacobian stale_ = kNoJacobian;
-  bool first_ = true, rejected_ = false, faulted_ = false, by_hand_ = false, extrapolates_ = false, from_rest_ = false;
+  bool rejected_ = false, extrapolates_ = false, from_rest_ = false;
   bool seen_at_end_ = false;  ///< the Jacobian is that of the last step's end
   double speed_ = kNoSpeed,
          converged_ = 1.0;  ///< of Newton's iteration: rate, and the sum of what
@@ -584,7 +536,6 @@ class RadauIntegrator final : public Integrator {
   bool bent_ = false;       ///< the stages were found with a Jacobian each
   int iterations_ = 0;
   const char* words_ = kErrorTestText;
-  Counts counts_;
   // Scratch
   std::vector<double> at_, error_, raw_, increment_, bend_;
   std::array<std::vector<double>, 3> right_, stage_;
