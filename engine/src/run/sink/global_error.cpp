@@ -19,6 +19,7 @@ namespace {
 /// forgotten, one that oscillates keeps its size.
 constexpr double kDiagonal = 1.0 - 1.0 / std::numbers::sqrt2;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr std::size_t kMostParts = 16;  ///< of a step
 
 double legendre(int n, double x) {
   return n == 0 ? 1.0 : n == 1 ? x : n == 2 ? 1.5 * x * x - 0.5 : (2.5 * x * x - 1.5) * x;
@@ -44,10 +45,11 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tol
     measuring_ = states > 0 && outputs > 0;
   possible_ = !wanted || why_not_.empty() || states == 0;  // without states nothing is integrated
   if (!measuring_) return;
-  from_ = to_ = sums_.start = middle_at_ = inputs.start;
+  from_ = to_ = sums_.start = inputs.start;
   error_.assign(states, 0.0);
   begin_error_.assign(states, 0.0);
-  middle_error_.assign(states, 0.0);
+  ends_.assign(kMostParts, inputs.start);
+  end_errors_.assign(kMostParts * states, 0.0);
   sums_.largest.assign(outputs, 0.0);
   sums_.bounded.assign(outputs, 0.0);
   sums_.beyond.assign(outputs, 0.0);
@@ -65,9 +67,8 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tol
   rounding_.resize(outputs);
   for (auto* const by_point : {&at_, &slope_at_, &rate_at_})
     for (std::vector<double>& vector : *by_point) vector.resize(states);
-  jacobian_.resize(states * states);
-  for (auto* const vector : {&right_, &moment_, &defect_, &before_}) vector->resize(states);
-  within_.assign(2, Within(states));
+  for (auto* const vector : {&right_, &moment_, &defect_}) vector->resize(states);
+  within_.assign(kMostParts, Within(states));
 }
 
 void GlobalError::give_up(const std::string& why) {
@@ -112,23 +113,23 @@ bool GlobalError::rates_at(double t, const std::vector<double>& y, const Integra
 /// In the middle between the dense output, in y_, and where the exact solution is taken to be: where a law bends more
 /// sharply than the error is small (a square root at 0), the slope there is nearer to what takes one to the other. With
 /// the modes that hold there: beyond a border a law goes on as it was never meant to (a transistor's conductance).
-bool GlobalError::see_jacobian(double t) {
+bool GlobalError::see_jacobian(double t, double* jacobian) {
   for (std::size_t i = 0; i < error_.size(); ++i) middle_[i] = y_[i] - 0.5 * error_[i];
   branch_there_ = branch_;
   const bool there =
       set_modes(t, middle_, branch_there_) && evaluator_.jacobian(t, middle_.data(), branch_there_, entries_.data());
   // A law without a slope where it rests (a turbulent pipe between two tanks that are level) has one over a distance.
-  if (!there && !evaluator_.jacobian(t, y_.data(), branch_, entries_.data())) return see_differences(t, {});
-  spread_entries(program_.jacobian_pattern, entries_.data(), jacobian_.data());
+  if (!there && !evaluator_.jacobian(t, y_.data(), branch_, entries_.data())) return see_differences(t, {}, jacobian);
+  spread_entries(program_.jacobian_pattern, entries_.data(), jacobian);
   return true;
 }
 
 /// The Jacobian by differences from rates_, over the tolerances, as the integrators take it.
-bool GlobalError::see_differences(double t, const Integrator::Rates& held) {
+bool GlobalError::see_differences(double t, const Integrator::Rates& held, double* jacobian) {
   static const double kPart = std::sqrt(kEpsilon);
   std::copy_n(y_.begin(), middle_.size(), middle_.begin());
   for (std::size_t j = 0; j < error_.size(); ++j) {
-    double* const column = jacobian_.data() + j * error_.size();
+    double* const column = jacobian + j * error_.size();
     std::fill_n(column, error_.size(), 0.0);
     const double move = std::max(kPart * std::abs(y_[j]), tolerances_.absolute(j));
     if (move == 0.0) continue;
@@ -157,7 +158,6 @@ void GlobalError::add(double from, const std::vector<double>& x, double to, Inte
   sums_.steps += 1.0;
   for (std::size_t i = 0; i < states; ++i) begin_error_[i] += polynomial_.at(i, from).first - x[i];
   error_ = begin_error_;
-  middle_at_ = to;
   if (take_step(integrator) && matters(error_))
     near_misses_.look(polynomial_, from, to, integrator.branch(), begin_error_, error_);
 }
@@ -168,15 +168,98 @@ bool GlobalError::take_step(Integrator& integrator) {
   const auto points =
       std::clamp(static_cast<std::size_t>(integrator.order() / 2 + 1), std::size_t{1}, Within::kMostPoints);
   if (!matters(begin_error_) || !integrator.one_step()) {
-    if (!propagate(from_, to_, points, held, within_[0])) return false;
+    if (!take_parts(1, points, held)) return false;
     if (!matters(error_) || !integrator.one_step()) return true;
-    error_ = begin_error_;
   }
-  const double middle = from_ + 0.5 * (to_ - from_);
-  if (!propagate(from_, middle, points, held, within_[0])) return false;
-  middle_at_ = middle;
-  middle_error_ = error_;
-  return propagate(middle, to_, points, held, within_[1]);
+  // What is left out falls with the square of a part's length, by a fourth. If it does not, a law bends so sharply that
+  // shorter parts show no more of it.
+  double before = kInfinity;
+  for (std::size_t parts = begin_parts_;; parts *= 2) {
+    if (!take_parts(parts, points, held)) return false;
+    const double out = left_out();
+    const bool sharp = out > 0.5 * before;
+    if (out > 1.0 && !sharp && parts < kMostParts) {
+      before = out;
+      continue;
+    }
+    begin_parts_ = parts > 2 && (sharp || 4.0 * out <= 1.0) ? parts / 2 : parts;
+    return true;
+  }
+}
+
+/// Takes error_ from begin_error_ over the last step in so many parts of equal length.
+bool GlobalError::take_parts(std::size_t parts, std::size_t points, const Integrator::Rates& held) {
+  error_ = begin_error_;
+  parts_ = parts;
+  double from = from_;
+  for (std::size_t k = 0; k < parts; ++k) {
+    const double to =
+        k + 1 == parts ? to_ : from_ + static_cast<double>(k + 1) / static_cast<double>(parts) * (to_ - from_);
+    if (!propagate(from, to, points, held, within_[k])) return false;
+    ends_[k] = to;
+    std::copy(error_.begin(), error_.end(), end_errors_.begin() + static_cast<std::ptrdiff_t>(k * error_.size()));
+    from = to;
+  }
+  return true;
+}
+
+/// What first order leaves out over the parts of the last step, in parts of what r adds to the error there: both as the
+/// largest over the states, beside what these have reached. Left out are J^2 times the integral of (to - t)^2 r / 2,
+/// and J', by differences from one part to the next, times that of (t - middle) e. Each of them goes through (1 - g hJ)
+/// as often as J is in it, and twice more, as the error does: what is stiff forgets it.
+double GlobalError::left_out() {
+  const std::size_t states = error_.size();
+  const auto size = [&](const std::vector<double>& values) {
+    double most = 0.0;
+    for (std::size_t i = 0; i < states; ++i)
+      if (const double reached = tolerances_.largest(i); reached > 0.0)
+        most = std::max(most, std::abs(values[i]) / reached);
+    return most;
+  };
+  double out = 0.0;
+  added_.assign(states, 0.0);
+  for (std::size_t k = 0; k < parts_; ++k) {
+    Within& within = within_[k];
+    const double length = within.to - within.from;
+    const GaussRule& rule = gauss_rule(static_cast<int>(within.points));
+    const auto times = [&](const std::vector<double>& jacobian, const std::vector<double>& vector,
+                           std::vector<double>& product) {
+      std::fill(product.begin(), product.end(), 0.0);
+      for (std::size_t j = 0; j < states; ++j)
+        for (std::size_t i = 0; i < states; ++i) product[i] += jacobian[j * states + i] * vector[j];
+    };
+    std::fill(moment_.begin(), moment_.end(), 0.0);
+    for (std::size_t n = 0; n < within.points; ++n) {
+      const double left = length * (1.0 - rule.position[n]);
+      for (std::size_t i = 0; i < states; ++i) moment_[i] += 0.5 * left * left * within.defects[n * states + i];
+    }
+    times(within.jacobian, moment_, right_);
+    within.lu.solve(right_.data());
+    times(within.jacobian, right_, defect_);
+    within.lu.solve(defect_.data());
+    // The integral of (t - middle) e: of the straight line, and of what bends it (P_3 - P_1; P_2 - P_0 is even).
+    see_bend(within);
+    const double* const end = end_errors_.data() + k * states;
+    const double* const begin = k == 0 ? begin_error_.data() : end - states;
+    for (std::size_t i = 0; i < states; ++i) {
+      moment_[i] = length * length / 12.0 * (end[i] - begin[i]);
+      if (within.points > 2) moment_[i] -= length * length / 6.0 * within.bend[states + i];
+    }
+    const Within& left = within_[k == 0 ? 0 : k - 1];
+    const Within& right = within_[k == 0 ? 1 : k];
+    const double apart = 0.5 * (right.to + right.from) - 0.5 * (left.to + left.from);
+    std::fill(right_.begin(), right_.end(), 0.0);
+    for (std::size_t j = 0; j < states; ++j)
+      for (std::size_t i = 0; i < states; ++i)
+        right_[i] += (right.jacobian[j * states + i] - left.jacobian[j * states + i]) / apart * moment_[j];
+    within.lu.solve(right_.data());
+    for (std::size_t i = 0; i < states; ++i) right_[i] += defect_[i];
+    within.lu.solve(right_.data());
+    within.lu.solve(right_.data());
+    out += size(right_);
+    for (std::size_t i = 0; i < states; ++i) added_[i] += within.added[i];
+  }
+  return out == 0.0 ? 0.0 : out / size(added_);
 }
 
 /// Whether an error is in reach of what is noted of outputs: a thousandth of that, beside the largest value of some
@@ -220,10 +303,13 @@ bool GlobalError::propagate(double from, double to, std::size_t points, const In
   const std::size_t middle = points / 2;
   std::copy(at_[middle].begin(), at_[middle].end(), y_.begin());
   std::copy(rate_at_[middle].begin(), rate_at_[middle].end(), rates_.begin());
-  if (!(held ? see_differences(at[middle], held) : see_jacobian(at[middle]))) return false;
+  double* const jacobian = within.jacobian.data();
+  if (!(held ? see_differences(at[middle], held, jacobian) : see_jacobian(at[middle], jacobian))) return false;
   // Integrals of r and of (to - t) r by Gauss' rule.
   within.points = points;
   within.ready = false;
+  within.from = from;
+  within.to = to;
   std::fill(defect_.begin(), defect_.end(), 0.0);
   std::fill(moment_.begin(), moment_.end(), 0.0);
   for (std::size_t k = 0; k < points; ++k) {
@@ -239,29 +325,35 @@ bool GlobalError::propagate(double from, double to, std::size_t points, const In
   // (1 + (1 - 2 g) hJ) e + defect + J (moment - 2 g h defect), through (1 - g hJ) twice: right to second order in hJ.
   for (std::size_t i = 0; i < states; ++i) {
     moment_[i] -= 2.0 * kDiagonal * length * defect_[i];
-    moment_[i] += (1.0 - 2.0 * kDiagonal) * length * error_[i];
-    right_[i] = error_[i] + defect_[i];
+    right_[i] = error_[i];
+    error_[i] *= (1.0 - 2.0 * kDiagonal) * length;
   }
   double* const matrix = within.lu.real();
   for (std::size_t j = 0; j < states; ++j) {
-    const double* const column = jacobian_.data() + j * states;
+    const double* const column = jacobian + j * states;
     for (std::size_t i = 0; i < states; ++i) {
-      right_[i] += column[i] * moment_[j];
+      right_[i] += column[i] * error_[j];
+      defect_[i] += column[i] * moment_[j];
       matrix[j * states + i] = -kDiagonal * length * column[i];
     }
     matrix[j * states + j] += 1.0;
   }
   bool finite = within.lu.factor();
   if (finite) {
-    within.lu.solve(right_.data());
-    within.lu.solve(right_.data());
-    for (const double x : right_) finite = finite && std::isfinite(x);
+    for (double* const vector : {right_.data(), defect_.data()}) {
+      within.lu.solve(vector);
+      within.lu.solve(vector);
+    }
+    for (std::size_t i = 0; i < states; ++i) {
+      error_[i] = right_[i] + defect_[i];
+      finite = finite && std::isfinite(error_[i]);
+    }
   }
   if (!finite) {
     give_up("it grew beyond all numbers");
     return false;
   }
-  std::copy(right_.begin(), right_.end(), error_.begin());
+  std::copy(defect_.begin(), defect_.end(), within.added.begin());
   return true;
 }
 
@@ -333,7 +425,9 @@ const GlobalError::Instant& GlobalError::leave(double t, const std::vector<doubl
 void GlobalError::go_on(Sums sums, std::vector<double> error) {
   if (!measuring_) return;
   sums_ = std::move(sums);
-  error_ = begin_error_ = middle_error_ = std::move(error);
+  error_ = begin_error_ = std::move(error);
+  parts_ = 1;
+  std::copy(error_.begin(), error_.end(), end_errors_.begin());
 }
 
 /// Between both ends of a part the error is not on a straight line: what the dense output is wrong by there, and not at
@@ -342,22 +436,26 @@ void GlobalError::go_on(Sums sums, std::vector<double> error) {
 ///
 ///     h a_n (P_{n+1}(x) - P_{n-1}(x)) / (2 (2n + 1)),
 ///
-/// through (1 - g hJ), since stiff states forget r within the step. Taken from y_ at a part of the way from 0 to 1.
-void GlobalError::add_bend(Within& within, double part) {
+/// through (1 - g hJ), since stiff states forget r within the step.
+void GlobalError::see_bend(Within& within) {
+  if (std::exchange(within.ready, true)) return;
   const std::size_t states = error_.size();
-  if (!within.ready) {
-    const GaussRule& rule = gauss_rule(static_cast<int>(within.points));
-    std::fill(within.bend.begin(), within.bend.end(), 0.0);
-    for (std::size_t n = 1; n < within.points; ++n) {
-      double* const bend = within.bend.data() + (n - 1) * states;
-      for (std::size_t k = 0; k < within.points; ++k) {
-        const double shape = 0.5 * legendre(static_cast<int>(n), 2.0 * rule.position[k] - 1.0);
-        for (std::size_t i = 0; i < states; ++i) bend[i] += shape * within.defects[k * states + i];
-      }
-      within.lu.solve(bend);
+  const GaussRule& rule = gauss_rule(static_cast<int>(within.points));
+  std::fill(within.bend.begin(), within.bend.end(), 0.0);
+  for (std::size_t n = 1; n < within.points; ++n) {
+    double* const bend = within.bend.data() + (n - 1) * states;
+    for (std::size_t k = 0; k < within.points; ++k) {
+      const double shape = 0.5 * legendre(static_cast<int>(n), 2.0 * rule.position[k] - 1.0);
+      for (std::size_t i = 0; i < states; ++i) bend[i] += shape * within.defects[k * states + i];
     }
-    within.ready = true;
+    within.lu.solve(bend);
   }
+}
+
+/// Takes what bends the error from y_, at a part of the way from 0 to 1.
+void GlobalError::add_bend(Within& within, double part) {
+  see_bend(within);
+  const std::size_t states = error_.size();
   const double x = 2.0 * part - 1.0;
   for (std::size_t n = 1; n < within.points; ++n) {
     const double shape = legendre(static_cast<int>(n) + 1, x) - legendre(static_cast<int>(n) - 1, x);
@@ -372,14 +470,15 @@ void GlobalError::judge(double t, const double* y, const Branch& branch, const s
     sums_.least_value[k] = std::min(sums_.least_value[k], row[k]);
     sums_.most_value[k] = std::max(sums_.most_value[k], row[k]);
   }
-  // Between the ends of a step, and its middle where that is known: a straight line, and what bends it.
-  const bool second = t > middle_at_;
-  const std::vector<double>& left = second ? middle_error_ : begin_error_;
-  const std::vector<double>& right = second || middle_at_ == to_ ? error_ : middle_error_;
-  const double a = second ? middle_at_ : from_, b = second ? to_ : middle_at_;
+  // Between the ends of a part: a straight line, and what bends it.
+  std::size_t at = 0;
+  while (at + 1 < parts_ && t > ends_[at]) ++at;
+  const double* const right = end_errors_.data() + at * error_.size();
+  const double* const left = at == 0 ? begin_error_.data() : right - error_.size();
+  const double a = at == 0 ? from_ : ends_[at - 1], b = ends_[at];
   const double part = b > a ? std::clamp((t - a) / (b - a), 0.0, 1.0) : 1.0;
   for (std::size_t i = 0; i < error_.size(); ++i) y_[i] = y[i] - (left[i] + part * (right[i] - left[i]));
-  if (part < 1.0) add_bend(within_[second ? 1 : 0], part);
+  if (part < 1.0) add_bend(within_[at], part);
   branch_ = branch;
   branch_.given = false;
   if (!evaluator_.outputs(t, y_.data(), branch_, row_.data())) return;
