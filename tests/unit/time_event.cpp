@@ -1,7 +1,9 @@
 #include "expression/time_event.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <vector>
 
@@ -267,4 +269,23 @@ TEST_CASE("the search for known times ends, and tells where it could not decide"
   TimeSearch search;
   CHECK(!next_change(e.world.pool, e.relation("if(sin(t) >= 1, 1, 0)"), World::id(0), e.parameters, 0.0, 3.0, &search));
   CHECK(!search.undecided);
+}
+
+TEST_CASE("a relation of time that is kept for many searches gives the same as a new one each time") {
+  Events e;
+  e.parameters[1] = 0.3;
+  for (const std::string text : {"if(t/x - floor(t/x) < 0.25, 1, 0)", "floor(1 - t)", "if(sin(7*t) > min(t, 1), 1, 0)",
+                                 "if(abs(t - 1) <= 0.5, 1, 0)", "sign(t - x)", "if(mod(t, x) < 0.1, 1, 0)"}) {
+    INFO(text);
+    const ExprId relation = e.relation(text);
+    RelationOfTime kept(e.world.pool, relation, World::id(0), e.parameters);
+    // Later instants first: nothing may be left of them.
+    std::vector<double> from = e.all(text, 0.0, 3.0, 20);
+    from.push_back(0.0);
+    std::sort(from.begin(), from.end(), std::greater<>());
+    for (const double t : from) {
+      CHECK(kept.next_change(t, 3.0) == next_change(e.world.pool, relation, World::id(0), e.parameters, t, 3.0));
+      CHECK(kept.value_just_after(t) == value_just_after(e.world.pool, relation, World::id(0), e.parameters, t));
+    }
+  }
 }

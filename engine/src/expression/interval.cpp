@@ -273,7 +273,7 @@ TimeRelation::TimeRelation(const ExprPool& pool, ExprId relation, SymbolId time,
   for (std::uint32_t i = 0; i < nodes.size(); ++i) {
     same_[i] = i;
     const ExprNode& node = pool[nodes[i]];
-    Step step{node.op, 0, 0, 0, i, is_table(node.op) ? &pool.table(TableId(node.b)) : nullptr};
+    Step step{node.op, 0, 0, 0, i, is_table(node.op) ? &pool.table(TableId(node.b)) : nullptr, arity(node.op)};
     std::array<std::uint32_t*, 3> places{&step.a, &step.b, &step.c};
     std::size_t n = 0;
     for_each_argument(node, [&](ExprId a) { *places[n++] = *position.find(a); });
@@ -311,8 +311,7 @@ void TimeRelation::follow(const Step& step) {
   } else if (step.op == Op::select) {
     if (is_thin(a)) same = same_[a.lower() != 0.0 ? step.b : step.c];
   } else {
-    const int n = arity(step.op);
-    if (same_[step.a] != step.a || (n > 1 && same_[step.b] != step.b)) same = twin_of(step);
+    if (same_[step.a] != step.a || (step.arity > 1 && same_[step.b] != step.b)) same = twin_of(step);
   }
 }
 
@@ -333,7 +332,7 @@ std::uint32_t TimeRelation::twin_of(const Step& step) {
 
 /// What an operator makes of two values that are the same.
 std::optional<Range> TimeRelation::of_equals(const Step& step) const {
-  if (arity(step.op) != 2 || step.table != nullptr || same_[step.a] != same_[step.b]) return std::nullopt;
+  if (same_[step.a] != same_[step.b] || step.arity != 2 || step.table != nullptr) return std::nullopt;
   const Range& a = values_[step.a];
   if (is_empty(a) || !std::isfinite(a.lower()) || !std::isfinite(a.upper())) return std::nullopt;
   if (step.op == Op::sub) return Range(0.0, 0.0);

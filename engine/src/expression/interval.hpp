@@ -52,6 +52,7 @@ class TimeRelation {
     Op op;
     std::uint32_t a, b, c, out;
     const Table* table;
+    int arity;
   };
   void run(const Step& step);
   void follow(const Step& step);

@@ -25,33 +25,43 @@ struct Side {
   double hidden = 0.0;
 };
 
-class Limit {
+}  // namespace
+
+struct RightLimits::Limit {
  public:
-  Limit(const ExprPool& from, SymbolId time, std::span<const double> symbol_values, double after)
-      : from_(from), time_(time), after_(after), values_(symbol_values.begin(), symbol_values.end()) {
+  Limit(const ExprPool& from, ExprId relation, SymbolId time, std::span<const double> symbol_values)
+      : from_(from),
+        time_(time),
+        values_(symbol_values.begin(), symbol_values.end()),
+        nodes_(reachable(from, {&relation, 1})) {
     if (values_.size() <= time.index()) values_.resize(time.index() + 1, 0.0);
+    const IdMap<std::uint32_t> position = positions(nodes_);
+    depends_ = depends_on(from_, nodes_, position, [this](SymbolId s) { return s == time_; });
+    for (const ExprId e : nodes_) {
+      const ExprNode& node = from_[e];
+      // measured data have no derivatives of higher order
+      tables_ = tables_ || is_table(node.op);
+      std::array<std::uint32_t, 3>& places = arguments_.emplace_back();
+      std::size_t n = 0;
+      for_each_argument(node, [&](ExprId a) { places[n++] = *position.find(a); });
+      count_.push_back(n);
+    }
+    now_.resize(nodes_.size());
+    next_.resize(nodes_.size());
   }
 
-  std::optional<RightLimit> of(ExprId relation) {
-    const std::vector<ExprId> nodes = reachable(from_, {&relation, 1});
-    // measured data have no derivatives of higher order
-    if (std::any_of(nodes.begin(), nodes.end(), [this](ExprId e) { return is_table(from_[e].op); }))
-      return std::nullopt;
-    const IdMap<std::uint32_t> position = positions(nodes);
-    if (!hides(nodes, position)) return std::nullopt;
+  std::optional<RightLimit> at(double after) {
+    after_ = after;
+    if (tables_ || !hides()) return std::nullopt;
     pool_.emplace();
     copy_.emplace(from_, *pool_, [this](SymbolId s) { return pool_->symbol(s); });
-    const std::vector<char> depends = depends_on(from_, nodes, position, [this](SymbolId s) { return s == time_; });
-    std::vector<double> limit(nodes.size());
+    std::vector<double>& limit = now_;
     RightLimit result;
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const ExprNode& node = from_[nodes[i]];
-      std::array<double, 3> x{};
-      std::size_t n = 0;
-      if (node.op != Op::constant && node.op != Op::symbol)
-        for_each_argument(node, [&](ExprId a) { x[n++] = limit[*position.find(a)]; });
-      limit[i] = value_at(nodes[i], node, x);
-      if (depends[i] == 0 || !at_border(node.op, x[0], x[1])) continue;
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const ExprNode& node = from_[nodes_[i]];
+      const std::array<double, 3> x = arguments(i, limit);
+      limit[i] = value_at(nodes_[i], node, x);
+      if (depends_[i] == 0 || !at_border(node.op, x[0], x[1])) continue;
       const auto side = side_of(node, x);
       if (!side) return std::nullopt;
       result.hidden = std::max(result.hidden, side->hidden);
@@ -63,31 +73,25 @@ class Limit {
 
  private:
   /// Whether something is exactly at its border at the instant and at the next double, too.
-  [[nodiscard]] bool hides(const std::vector<ExprId>& nodes, const IdMap<std::uint32_t>& position) {
-    std::vector<double> now(nodes.size()), next(nodes.size());
+  [[nodiscard]] bool hides() {
     bool found = false;
     const double following = std::nextafter(after_, std::numeric_limits<double>::infinity());
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const ExprNode& node = from_[nodes[i]];
-      std::array<double, 3> x{}, y{};
-      std::size_t n = 0;
-      if (node.op != Op::constant && node.op != Op::symbol)
-        for_each_argument(node, [&](ExprId a) {
-          x[n] = now[*position.find(a)];
-          y[n++] = next[*position.find(a)];
-        });
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const ExprNode& node = from_[nodes_[i]];
+      const std::array<double, 3> x = arguments(i, now_), y = arguments(i, next_);
       values_[time_.index()] = following;
-      next[i] = value_at(nodes[i], node, y);
+      next_[i] = value_at(nodes_[i], node, y);
       values_[time_.index()] = after_;
-      now[i] = value_at(nodes[i], node, x);
-      found = found || (at_border(node.op, x[0], x[1]) && at_border(node.op, y[0], y[1]) && varies(nodes[i]));
+      now_[i] = value_at(nodes_[i], node, x);
+      found = found || (depends_[i] != 0 && at_border(node.op, x[0], x[1]) && at_border(node.op, y[0], y[1]));
     }
     return found;
   }
 
-  [[nodiscard]] bool varies(ExprId e) const {
-    const std::vector<SymbolId> symbols = symbols_in(from_, {&e, 1});
-    return std::binary_search(symbols.begin(), symbols.end(), time_);
+  [[nodiscard]] std::array<double, 3> arguments(std::size_t node, const std::vector<double>& values) const {
+    std::array<double, 3> x{};
+    for (std::size_t k = 0; k < count_[node]; ++k) x[k] = values[arguments_[node][k]];
+    return x;
   }
 
   [[nodiscard]] double value_at(ExprId e, const ExprNode& node, const std::array<double, 3>& x) const {
@@ -161,17 +165,28 @@ class Limit {
 
   const ExprPool& from_;
   SymbolId time_;
-  double after_;
+  double after_ = 0.0;
   std::vector<double> values_;
+  std::vector<ExprId> nodes_;                            ///< of the relation, arguments first
+  std::vector<char> depends_;                            ///< by node: on time
+  std::vector<std::array<std::uint32_t, 3>> arguments_;  ///< by node: where they are
+  std::vector<std::size_t> count_;                       ///< by node: of arguments
+  bool tables_ = false;
+  std::vector<double> now_, next_;  ///< by node: at the instant and at the next double
   std::optional<ExprPool> pool_;
   std::optional<Translator> copy_;
 };
 
-}  // namespace
+RightLimits::RightLimits(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values)
+    : limit_(std::make_unique<Limit>(pool, relation, time, symbol_values)) {}
+RightLimits::~RightLimits() = default;
+RightLimits::RightLimits(RightLimits&&) noexcept = default;
+
+std::optional<RightLimit> RightLimits::at(double after) { return limit_->at(after); }
 
 std::optional<RightLimit> right_limit(const ExprPool& pool, ExprId relation, SymbolId time,
                                       std::span<const double> symbol_values, double after) {
-  return Limit(pool, time, symbol_values, after).of(relation);
+  return RightLimits(pool, relation, time, symbol_values).at(after);
 }
 
 }  // namespace bgsim

@@ -4,9 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "expression/interval.hpp"
-#include "expression/right_limit.hpp"
-
 namespace bgsim {
 
 namespace {
@@ -106,23 +103,20 @@ double first_with(TimeRelation& relation, double value, double without, double w
 
 }  // namespace
 
-std::optional<double> next_change(const ExprPool& pool, ExprId relation, SymbolId time,
-                                  std::span<const double> symbol_values, double after, double until,
-                                  TimeSearch* search) {
+std::optional<double> RelationOfTime::next_change(double after, double until, TimeSearch* search) {
   if (!(next_double(after) <= until)) return std::nullopt;
-  TimeRelation values(pool, relation, time, symbol_values);
   // Where rounding hides the side to which the relation goes, the search begins beyond.
-  const auto right = right_limit(pool, relation, time, symbol_values, after);
+  const auto right = limits_.at(after);
   const double begin = right ? std::max(next_double(after), after + right->hidden) : next_double(after);
-  Scanner scanner(values, begin, until, std::max(kFewestTrials, kMostWork / std::max<std::size_t>(1, values.size())));
+  Scanner scanner(values_, begin, until, std::max(kFewestTrials, kMostWork / std::max<std::size_t>(1, values_.size())));
   std::optional<double> first, change;
   if (right) first = right->value;
   double unchanged = begin;
   while (const auto stretch = scanner.next()) {
     // What was undecided up to here has the value that it has at single times.
-    if (!first && stretch->begin > begin) first = values.value_on(begin, begin);
+    if (!first && stretch->begin > begin) first = values_.value_on(begin, begin);
     if (first && !same(stretch->value, *first)) {
-      change = first_with(values, stretch->value, unchanged, stretch->begin);
+      change = first_with(values_, stretch->value, unchanged, stretch->begin);
       break;
     }
     first = stretch->value;
@@ -130,19 +124,28 @@ std::optional<double> next_change(const ExprPool& pool, ExprId relation, SymbolI
   }
   if (search != nullptr) search->undecided = scanner.undecided_from();
   if (change || !first) return change;
-  const auto last = values.value_on(until, until);
+  const auto last = values_.value_on(until, until);
   if (!last || same(*last, *first)) return std::nullopt;
-  return first_with(values, *last, unchanged, until);
+  return first_with(values_, *last, unchanged, until);
+}
+
+double RelationOfTime::value_just_after(double after) {
+  if (const auto right = limits_.at(after)) return right->value;
+  const double begin = next_double(after);
+  const auto first = Scanner(values_, begin, std::numeric_limits<double>::max(), kFewestTrials).next();
+  if (first && !std::isnan(first->value)) return first->value;
+  return values_.value_on(after, after).value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+std::optional<double> next_change(const ExprPool& pool, ExprId relation, SymbolId time,
+                                  std::span<const double> symbol_values, double after, double until,
+                                  TimeSearch* search) {
+  return RelationOfTime(pool, relation, time, symbol_values).next_change(after, until, search);
 }
 
 double value_just_after(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values,
                         double after) {
-  if (const auto right = right_limit(pool, relation, time, symbol_values, after)) return right->value;
-  TimeRelation values(pool, relation, time, symbol_values);
-  const double begin = next_double(after);
-  const auto first = Scanner(values, begin, std::numeric_limits<double>::max(), kFewestTrials).next();
-  if (first && !std::isnan(first->value)) return first->value;
-  return values.value_on(after, after).value_or(std::numeric_limits<double>::quiet_NaN());
+  return RelationOfTime(pool, relation, time, symbol_values).value_just_after(after);
 }
 
 }  // namespace bgsim

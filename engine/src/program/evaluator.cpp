@@ -19,6 +19,7 @@ Evaluator::Impl::Impl(const Program& p, std::span<const double> parameters)
   for (const ProgramBlock& block : program.blocks) loops.emplace_back(block);
   largest.assign(program.tear_names.size(), 0.0);
   own_times.resize(program.relations.size());
+  of_time.resize(program.relations.size());
   for (KnownTime& known : own_times) known_times.push_back(&known);
   guard_values.assign(program.guarded.size(), 0.0);
   for (const auto& code : program.once.code) run(code);

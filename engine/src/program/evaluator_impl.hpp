@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "expression/time_event.hpp"
 #include "program/known_times.hpp"
 #include "program/lanes.hpp"
 #include "program/loop_matrix.hpp"
@@ -46,7 +47,9 @@ struct Evaluator::Impl {
   std::vector<double> largest;        ///< by tear: Branch::largest of the present evaluation
   Fault fault;
   Counts counts;
-  std::vector<KnownTime> own_times;     ///< by relation
+  std::vector<KnownTime> own_times;  ///< by relation
+  std::vector<std::optional<RelationOfTime>>
+      of_time;                          ///< by relation of time alone that reads no tables: once asked for
   std::vector<KnownTime*> known_times;  ///< by relation of time alone: its own, or one that several programs share
   // Where the plan's entries go in jacobian_pattern and implicit_pattern, and where tears' columns go
   std::vector<std::int64_t> explicit_rates, implicit_entries;
@@ -69,6 +72,8 @@ struct Evaluator::Impl {
   bool ask();
 
   void look_for_change(std::size_t relation, double after, double until);
+  /// Of what tables hold nothing may be kept: it may change with the run.
+  RelationOfTime* relation_of_time(std::size_t relation);
 
   /// One after the other.
   void run(std::span<const Instruction> code);

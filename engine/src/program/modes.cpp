@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "expression/graph.hpp"
 #include "expression/table_cell.hpp"
 #include "expression/time_event.hpp"
 #include "program/evaluator_impl.hpp"
@@ -125,13 +126,26 @@ bool Evaluator::set_time_modes(double t, Branch& branch) {
     if (!relation.time_only) continue;
     KnownTime& known = *impl.known_times[i];
     if (known.mode_at != t) {
-      known.mode = value_just_after(program.pool, relation.origin, program.time, impl.symbol_values, t);
+      RelationOfTime* kept = impl.relation_of_time(i);
+      known.mode = kept != nullptr
+                       ? kept->value_just_after(t)
+                       : value_just_after(program.pool, relation.origin, program.time, impl.symbol_values, t);
       known.mode_at = t;
     }
     changed = changed || known.mode != branch.modes[i];
     branch.modes[i] = known.mode;
   }
   return changed;
+}
+
+RelationOfTime* Evaluator::Impl::relation_of_time(std::size_t relation) {
+  std::optional<RelationOfTime>& kept = of_time[relation];
+  const ExprId origin = program.relations[relation].origin;
+  if (kept) return &*kept;
+  const std::vector<ExprId> nodes = reachable(program.pool, {&origin, 1});
+  if (std::any_of(nodes.begin(), nodes.end(), [this](ExprId e) { return is_table(program.pool[e].op); }))
+    return nullptr;
+  return &kept.emplace(program.pool, origin, program.time, symbol_values);
 }
 
 /// The next known change of a relation of time alone. One that changes from double to double for long is rounding about
@@ -141,8 +155,10 @@ void Evaluator::Impl::look_for_change(std::size_t relation, double after, double
   constexpr std::uint32_t kMostInARow = 100;
   constexpr double kNever = std::numeric_limits<double>::infinity();
   TimeSearch search;
-  const auto change = bgsim::next_change(program.pool, program.relations[relation].origin, program.time, symbol_values,
-                                         after, until, &search);
+  RelationOfTime* kept = relation_of_time(relation);
+  const auto change = kept != nullptr ? kept->next_change(after, until, &search)
+                                      : bgsim::next_change(program.pool, program.relations[relation].origin,
+                                                           program.time, symbol_values, after, until, &search);
   KnownTime& known = *known_times[relation];
   known.looked_from = after;
   known.looked_until = until;

@@ -296,6 +296,9 @@ Proportional proportional_states(const Program& program, std::span<const double>
     if (!fixed[e.slot]) linear[e.row] = false;
   for (const auto& e : program.plan.rates_by_tears) linear[e.row] = false;
 
+  // Neither a state nor a group counts without a law that varies, and a converter's modes have none.
+  if (std::find(linear.begin(), linear.end(), false) == linear.end()) return result;
+
   const auto by_state = annihilators(program, slots, fixed, [](std::uint32_t i) { return i; });
   Shrinks shrinks(program, slots, start, stop);
   for (std::uint32_t i = 0; i < n; ++i) {
