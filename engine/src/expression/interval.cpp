@@ -358,6 +358,16 @@ Range TimeRelation::range_on(double begin, double end) {
   return values_.back();
 }
 
+double TimeRelation::distance(double whole) const {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (steps_.empty() || cells_ != nullptr) return kNone;
+  const Step& top = steps_.back();
+  const double a = values_[top.a].lower();
+  if (is_comparison(top.op)) return a - values_[top.b].lower();
+  if (top.op == Op::sign || top.op == Op::step) return a;
+  return top.op == Op::floor ? a - whole : kNone;
+}
+
 std::optional<double> TimeRelation::value_on(double begin, double end) {
   const Range x = range_on(begin, end);
   if (is_empty(x)) return std::numeric_limits<double>::quiet_NaN();

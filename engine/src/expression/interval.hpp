@@ -42,6 +42,9 @@ class TimeRelation {
 
   /// The relation's value if it is the same at all times in [begin, end], NaN being a value like others.
   std::optional<double> value_on(double begin, double end);
+  /// How far what is compared or rounded was from where it would be at its border, at the single time last asked for;
+  /// NaN where that is not known. For floor, from the whole number @p whole.
+  [[nodiscard]] double distance(double whole) const;
   /// What holds all values that it takes in [begin, end]: empty if there is none.
   Range range_on(double begin, double end);
   /// Operations of one evaluation.

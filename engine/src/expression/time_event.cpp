@@ -21,6 +21,40 @@ struct Stretch {
   double begin, end, value;
 };
 
+/// The last time with @p value between @p with, which has it, and @p without: adjacent to one without it. By regula
+/// falsi where what is compared or rounded is nearly a line, then by bisection. @p with where @p without has it, too.
+double last_with(TimeRelation& relation, double value, double with, double without) {
+  constexpr int kMostRounds = 6;
+  constexpr double kAround = 16.0;  // neighbouring doubles: about what rounding moves a border by
+  constexpr double kFaster = 64.0;  // a round that narrows it by less than six bisections do: a jump, or no line
+  const auto at = [&](double t) {
+    const auto there = relation.value_on(t, t);
+    return there && same(*there, value);
+  };
+  if (at(without)) return with;
+  const auto other = relation.value_on(without, without);
+  const double whole = other && *other > value ? value + 1.0 : value;
+  double ahead = relation.distance(whole);
+  at(with);
+  double behind = relation.distance(whole);
+  const auto look = [&](double t) {
+    if (!(t > with && t < without)) return;
+    const bool holds = at(t);
+    (holds ? with : without) = t;
+    (holds ? behind : ahead) = relation.distance(whole);
+  };
+  for (int round = 0; round < kMostRounds && next_double(with) < without; ++round) {
+    const double length = without - with, share = behind / (behind - ahead);
+    if (!(share >= 0.0 && share <= 1.0)) break;
+    const double guess = with + share * length, around = kAround * (next_double(guess) - guess);
+    look(guess - around);
+    look(guess + around);
+    if ((without - with) * kFaster > length) break;
+  }
+  while (next_double(with) < without && std::isfinite(without - with)) look(with + 0.5 * (without - with));
+  return with;
+}
+
 /// Goes from one decided stretch to the next, with steps that shrink where the relation is undecided and grow again
 /// behind.
 class Scanner {
@@ -47,8 +81,20 @@ class Scanner {
       if (const auto value = relation_.value_on(begin, end)) {
         at_ = end;
         undecided_ = 0;
+        value_ = value;
         if (!shrunk) width_ = std::min(8.0 * (end - begin), until_ - begin_);
         return Stretch{begin, end, *value};
+      }
+      if (!shrunk && value_ && guesses_ && undecided_ == 0 && least_ == 0.0) {
+        // A guess costs less than ever shorter stretches, and one evaluation tells whether they would have come there.
+        const double last = last_with(relation_, *value_, begin, end);
+        const auto there = last > begin ? relation_.value_on(begin, last) : std::nullopt;
+        if (there && same(*there, *value_)) {
+          at_ = last;
+          width_ = next_double(last) - last;
+          return Stretch{begin, last, *value_};
+        }
+        guesses_ = last == begin;  // where ranges are wider than values, it would be in vain again and again
       }
       if (end == next_double(begin) || width_ <= least_) {
         at_ = end;
@@ -82,8 +128,10 @@ class Scanner {
 
   TimeRelation& relation_;
   double begin_, at_, until_, width_;
-  double least_ = 0.0;         ///< undecided stretches no longer than this are passed over
-  std::size_t undecided_ = 0;  ///< in a row
+  bool guesses_ = true;
+  std::optional<double> value_;  ///< of the last decided stretch
+  double least_ = 0.0;           ///< undecided stretches no longer than this are passed over
+  std::size_t undecided_ = 0;    ///< in a row
   std::size_t trials_ = 0;
   double block_begin_, best_progress_ = 0.0;
   std::size_t most_trials_;
