@@ -25,6 +25,17 @@ double legendre(int n, double x) {
   return n == 0 ? 1.0 : n == 1 ? x : n == 2 ? 1.5 * x * x - 0.5 : (2.5 * x * x - 1.5) * x;
 }
 
+/// @p sum += factor J x; J by columns.
+void add_product(const std::vector<double>& jacobian, const std::vector<double>& x, double factor,
+                 std::vector<double>& sum) {
+  const std::size_t n = x.size();
+  for (std::size_t j = 0; j < n; ++j) {
+    const double* const column = jacobian.data() + j * n;
+    const double by = factor * x[j];
+    for (std::size_t i = 0; i < n; ++i) sum[i] += column[i] * by;
+  }
+}
+
 }  // namespace
 
 GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tolerances& tolerances,
@@ -48,8 +59,7 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tol
   from_ = to_ = sums_.start = inputs.start;
   error_.assign(states, 0.0);
   begin_error_.assign(states, 0.0);
-  ends_.assign(kMostParts, inputs.start);
-  end_errors_.assign(kMostParts * states, 0.0);
+  inner_errors_.assign((kMostParts - 1) * states, 0.0);
   sums_.largest.assign(outputs, 0.0);
   sums_.bounded.assign(outputs, 0.0);
   sums_.beyond.assign(outputs, 0.0);
@@ -67,7 +77,7 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tol
   rounding_.resize(outputs);
   for (auto* const by_point : {&at_, &slope_at_, &rate_at_})
     for (std::vector<double>& vector : *by_point) vector.resize(states);
-  for (auto* const vector : {&right_, &moment_, &defect_}) vector->resize(states);
+  for (auto* const vector : {&right_, &moment_, &second_, &defect_, &added_}) vector->resize(states);
   within_.assign(kMostParts, Within(states));
 }
 
@@ -173,16 +183,17 @@ bool GlobalError::take_step(Integrator& integrator) {
   }
   // What is left out falls with the square of a part's length, by a fourth. If it does not, a law bends so sharply that
   // shorter parts show no more of it.
+  constexpr double kMost = 0.25;
   double before = kInfinity;
   for (std::size_t parts = begin_parts_;; parts *= 2) {
     if (!take_parts(parts, points, held)) return false;
     const double out = left_out();
     const bool sharp = out > 0.5 * before;
-    if (out > 1.0 && !sharp && parts < kMostParts) {
+    if (out > kMost && !sharp && parts < kMostParts) {
       before = out;
       continue;
     }
-    begin_parts_ = parts > 2 && (sharp || 4.0 * out <= 1.0) ? parts / 2 : parts;
+    begin_parts_ = parts > 2 && (sharp || 4.0 * out <= kMost) ? parts / 2 : parts;
     return true;
   }
 }
@@ -191,16 +202,17 @@ bool GlobalError::take_step(Integrator& integrator) {
 bool GlobalError::take_parts(std::size_t parts, std::size_t points, const Integrator::Rates& held) {
   error_ = begin_error_;
   parts_ = parts;
-  double from = from_;
   for (std::size_t k = 0; k < parts; ++k) {
-    const double to =
-        k + 1 == parts ? to_ : from_ + static_cast<double>(k + 1) / static_cast<double>(parts) * (to_ - from_);
-    if (!propagate(from, to, points, held, within_[k])) return false;
-    ends_[k] = to;
-    std::copy(error_.begin(), error_.end(), end_errors_.begin() + static_cast<std::ptrdiff_t>(k * error_.size()));
-    from = to;
+    if (k > 0)
+      std::copy(error_.begin(), error_.end(),
+                inner_errors_.begin() + static_cast<std::ptrdiff_t>((k - 1) * error_.size()));
+    if (!propagate(part_begin(k), part_begin(k + 1), points, held, within_[k])) return false;
   }
   return true;
+}
+
+double GlobalError::part_begin(std::size_t part) const {
+  return part == parts_ ? to_ : from_ + static_cast<double>(part) / static_cast<double>(parts_) * (to_ - from_);
 }
 
 /// What first order leaves out over the parts of the last step, in parts of what r adds to the error there: both as the
@@ -216,50 +228,58 @@ double GlobalError::left_out() {
         most = std::max(most, std::abs(values[i]) / reached);
     return most;
   };
+  // What r would add if none of it cancelled.
+  std::fill(added_.begin(), added_.end(), 0.0);
+  for (std::size_t k = 0; k < parts_; ++k)
+    for (std::size_t n = 0; n < within_[k].points; ++n)
+      for (std::size_t i = 0; i < states; ++i) added_[i] += std::abs(within_[k].defects[n * states + i]);
+  if (!matters(added_)) return 0.0;
+  const double length = (to_ - from_) / static_cast<double>(parts_);
   double out = 0.0;
-  added_.assign(states, 0.0);
+  std::fill(added_.begin(), added_.end(), 0.0);
   for (std::size_t k = 0; k < parts_; ++k) {
     Within& within = within_[k];
-    const double length = within.to - within.from;
     const GaussRule& rule = gauss_rule(static_cast<int>(within.points));
-    const auto times = [&](const std::vector<double>& jacobian, const std::vector<double>& vector,
-                           std::vector<double>& product) {
-      std::fill(product.begin(), product.end(), 0.0);
-      for (std::size_t j = 0; j < states; ++j)
-        for (std::size_t i = 0; i < states; ++i) product[i] += jacobian[j * states + i] * vector[j];
-    };
-    std::fill(moment_.begin(), moment_.end(), 0.0);
+    // What r adds, as in propagate(), and the second moment of r.
+    for (auto* const vector : {&defect_, &moment_, &second_}) std::fill(vector->begin(), vector->end(), 0.0);
     for (std::size_t n = 0; n < within.points; ++n) {
       const double left = length * (1.0 - rule.position[n]);
-      for (std::size_t i = 0; i < states; ++i) moment_[i] += 0.5 * left * left * within.defects[n * states + i];
+      const double* const defects = within.defects.data() + n * states;
+      for (std::size_t i = 0; i < states; ++i) {
+        defect_[i] += defects[i];
+        moment_[i] += (left - 2.0 * kDiagonal * length) * defects[i];
+        second_[i] += 0.5 * left * left * defects[i];
+      }
     }
-    times(within.jacobian, moment_, right_);
-    within.lu.solve(right_.data());
-    times(within.jacobian, right_, defect_);
+    add_product(within.jacobian, moment_, 1.0, defect_);
     within.lu.solve(defect_.data());
+    within.lu.solve(defect_.data());
+    for (std::size_t i = 0; i < states; ++i) added_[i] += defect_[i];
+    std::fill(moment_.begin(), moment_.end(), 0.0);
+    add_product(within.jacobian, second_, 1.0, moment_);
+    within.lu.solve(moment_.data());
+    std::fill(right_.begin(), right_.end(), 0.0);
+    add_product(within.jacobian, moment_, 1.0, right_);
     // The integral of (t - middle) e: of the straight line, and of what bends it (P_3 - P_1; P_2 - P_0 is even).
     see_bend(within);
-    const double* const end = end_errors_.data() + k * states;
-    const double* const begin = k == 0 ? begin_error_.data() : end - states;
+    const double *const begin = error_at(k), *const end = error_at(k + 1);
     for (std::size_t i = 0; i < states; ++i) {
       moment_[i] = length * length / 12.0 * (end[i] - begin[i]);
       if (within.points > 2) moment_[i] -= length * length / 6.0 * within.bend[states + i];
     }
-    const Within& left = within_[k == 0 ? 0 : k - 1];
-    const Within& right = within_[k == 0 ? 1 : k];
-    const double apart = 0.5 * (right.to + right.from) - 0.5 * (left.to + left.from);
-    std::fill(right_.begin(), right_.end(), 0.0);
-    for (std::size_t j = 0; j < states; ++j)
-      for (std::size_t i = 0; i < states; ++i)
-        right_[i] += (right.jacobian[j * states + i] - left.jacobian[j * states + i]) / apart * moment_[j];
-    within.lu.solve(right_.data());
-    for (std::size_t i = 0; i < states; ++i) right_[i] += defect_[i];
-    within.lu.solve(right_.data());
-    within.lu.solve(right_.data());
+    const std::size_t right = std::max<std::size_t>(k, 1);
+    add_product(within_[right].jacobian, moment_, 1.0 / length, right_);
+    add_product(within_[right - 1].jacobian, moment_, -1.0 / length, right_);
+    for (int i = 0; i < 3; ++i) within.lu.solve(right_.data());
     out += size(right_);
-    for (std::size_t i = 0; i < states; ++i) added_[i] += within.added[i];
   }
   return out == 0.0 ? 0.0 : out / size(added_);
+}
+
+/// At the beginning of a part of the last step, or at its end: that of the next.
+const double* GlobalError::error_at(std::size_t part) const {
+  if (part == 0) return begin_error_.data();
+  return part == parts_ ? error_.data() : inner_errors_.data() + (part - 1) * error_.size();
 }
 
 /// Whether an error is in reach of what is noted of outputs: a thousandth of that, beside the largest value of some
@@ -308,8 +328,6 @@ bool GlobalError::propagate(double from, double to, std::size_t points, const In
   // Integrals of r and of (to - t) r by Gauss' rule.
   within.points = points;
   within.ready = false;
-  within.from = from;
-  within.to = to;
   std::fill(defect_.begin(), defect_.end(), 0.0);
   std::fill(moment_.begin(), moment_.end(), 0.0);
   for (std::size_t k = 0; k < points; ++k) {
@@ -325,35 +343,29 @@ bool GlobalError::propagate(double from, double to, std::size_t points, const In
   // (1 + (1 - 2 g) hJ) e + defect + J (moment - 2 g h defect), through (1 - g hJ) twice: right to second order in hJ.
   for (std::size_t i = 0; i < states; ++i) {
     moment_[i] -= 2.0 * kDiagonal * length * defect_[i];
-    right_[i] = error_[i];
-    error_[i] *= (1.0 - 2.0 * kDiagonal) * length;
+    moment_[i] += (1.0 - 2.0 * kDiagonal) * length * error_[i];
+    right_[i] = error_[i] + defect_[i];
   }
   double* const matrix = within.lu.real();
   for (std::size_t j = 0; j < states; ++j) {
     const double* const column = jacobian + j * states;
     for (std::size_t i = 0; i < states; ++i) {
-      right_[i] += column[i] * error_[j];
-      defect_[i] += column[i] * moment_[j];
+      right_[i] += column[i] * moment_[j];
       matrix[j * states + i] = -kDiagonal * length * column[i];
     }
     matrix[j * states + j] += 1.0;
   }
   bool finite = within.lu.factor();
   if (finite) {
-    for (double* const vector : {right_.data(), defect_.data()}) {
-      within.lu.solve(vector);
-      within.lu.solve(vector);
-    }
-    for (std::size_t i = 0; i < states; ++i) {
-      error_[i] = right_[i] + defect_[i];
-      finite = finite && std::isfinite(error_[i]);
-    }
+    within.lu.solve(right_.data());
+    within.lu.solve(right_.data());
+    for (const double x : right_) finite = finite && std::isfinite(x);
   }
   if (!finite) {
     give_up("it grew beyond all numbers");
     return false;
   }
-  std::copy(defect_.begin(), defect_.end(), within.added.begin());
+  std::copy(right_.begin(), right_.end(), error_.begin());
   return true;
 }
 
@@ -427,7 +439,6 @@ void GlobalError::go_on(Sums sums, std::vector<double> error) {
   sums_ = std::move(sums);
   error_ = begin_error_ = std::move(error);
   parts_ = 1;
-  std::copy(error_.begin(), error_.end(), end_errors_.begin());
 }
 
 /// Between both ends of a part the error is not on a straight line: what the dense output is wrong by there, and not at
@@ -472,10 +483,9 @@ void GlobalError::judge(double t, const double* y, const Branch& branch, const s
   }
   // Between the ends of a part: a straight line, and what bends it.
   std::size_t at = 0;
-  while (at + 1 < parts_ && t > ends_[at]) ++at;
-  const double* const right = end_errors_.data() + at * error_.size();
-  const double* const left = at == 0 ? begin_error_.data() : right - error_.size();
-  const double a = at == 0 ? from_ : ends_[at - 1], b = ends_[at];
+  while (at + 1 < parts_ && t > part_begin(at + 1)) ++at;
+  const double *const left = error_at(at), *const right = error_at(at + 1);
+  const double a = part_begin(at), b = part_begin(at + 1);
   const double part = b > a ? std::clamp((t - a) / (b - a), 0.0, 1.0) : 1.0;
   for (std::size_t i = 0; i < error_.size(); ++i) y_[i] = y[i] - (left[i] + part * (right[i] - left[i]));
   if (part < 1.0) add_bend(within_[at], part);
