@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 
+#include "support/fed_states.hpp"
 #include "support/run.hpp"
 
 using namespace bgsim;
@@ -87,6 +88,31 @@ TEST_CASE("gates that smoothly moving states open and shut are found by every me
           [](double c, double) { return 1e3 * on(std::abs(c - 2) < 1e-3); }},
          {"if(sin(60*r.f) > 0.5, 1, 0)", [](double c, double) { return on(std::sin(60 * through_loop(c)) > 0.5); }}},
         1e-9, 2e-4);
+}
+
+TEST_CASE("windows of a state are found where their condition is a small difference of powers, by every method") {
+  // The guard is at most a power of the width, beside some 70 to 5000 where x is away from the window.
+  const struct {
+    std::string flow;
+    double width, area;
+  } members[] = {{"if(1e-20 > (x.q + 1.5)^4, 1, 0)", 1e-5, 2},
+                 {"if(1e-14 > (x.q + 1.5)^2, 1, 0)", 1e-7, 2},
+                 {"if((x.q + 1.5)*(x.q + 1.5) < 1e-18, 1, 0)", 1e-9, 2},
+                 {"if(1e-28 > (x.q + 1.5)^4, 1, 0)", 1e-7, 2},
+                 {"if(1e-21 > abs(x.q + 1.5)^3, 1, 0)", 1e-7, 2},
+                 {"if((x.q + 1.5)*(x.q + 1.5 + 1e-7) < 0, 1, 0)", 1e-7, 1}};
+  for (const auto& member : members) {
+    const std::string text =
+        fed_states({{"x", "0", "-2.7"}, {"y", "0", "2.7/" + number_text(member.width, 17) + "*" + member.flow}},
+                   "\"stop\": 3.7, \"samples\": 11");
+    for (const Method method : {Method::automatic, Method::bdf, Method::adams, Method::ida, Method::erk4, Method::erk5,
+                                Method::dirk4, Method::radau}) {
+      INFO(member.flow << " by " << method_name(method));
+      const RunResult run = run_text(text, with_method(method, 1e-6));
+      // Its ends are known to some roundings of x, and the widest is held to the tolerance.
+      CHECK(run.trace.columns[1].back() == Approx(member.area).epsilon(1e-6 + 16 * 1.5 * 0x1p-52 / member.width));
+    }
+  }
 }
 
 TEST_CASE("narrow smooth laws of states are seen by every method", "[long]") {

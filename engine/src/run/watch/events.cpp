@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kEventsInARow = 100;
 constexpr double kNear = 1e-9;
 constexpr int kMostRounds = 100;
+constexpr double kNextToNothing = 1e-13;  ///< of the largest magnitude that something has had
 /// A change at most so many steps after the one before is a return.
 constexpr std::uint64_t kStepsToReturn = 4;
 
@@ -43,7 +44,7 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
       functions_(program, inputs.parameters,
                  {[this](double t) { return evaluate(*searched_, t, at_probe_); },
                   [this](std::size_t guard) { return crossed(guard, at_probe_[guard], probe_); },
-                  [this](std::size_t guard, const Range& values) { return stays(guard, values); },
+                  [this](std::size_t guard, const Range& values, double at) { return stays(guard, values, at); },
                   [this]() -> const Branch& { return probe_; }}) {
   for (const std::size_t relation : relation_) border_.push_back(program.relations[relation].has_borders());
   const std::size_t count = relation_.size();
@@ -333,18 +334,38 @@ void EventWatch::pass() {
   values_ = end_;
 }
 
-/// Whether a guard crosses at none of these values. One that is next to nothing beside what it was is rounding's: what
-/// it is at the step's end counts.
-bool EventWatch::stays(std::size_t guard, const Range& values) const {
-  constexpr double kRounding = 1e-13;
+/// Whether a guard crosses at none of these values, on a stretch with @p at in its middle (NaN: nothing is known of
+/// it). One that is next to nothing beside what it was, and no more than what next to nothing of the states makes of
+/// it, is rounding's: what it is at the step's end counts. It has to be both: (x - a)^2 is next to nothing long before
+/// x - a is.
+bool EventWatch::stays(std::size_t guard, const Range& values, double at) {
   const double low = values.lower(), high = values.upper();
   if (!(low <= high)) return false;
-  if (std::max(-low, high) <= kRounding * largest_[guard]) return true;
+  const double size = std::max(-low, high);
+  if (size == 0.0 || (size <= kNextToNothing * largest_[guard] && is_nothing(guard, size, at))) return true;
   const bool border_counts = slack(guard) == 0.0 && changes_at_border(guard, probe_);
   if (side_[guard] > 0) return border_counts ? low > 0.0 : low >= -slack(guard);
   if (side_[guard] < 0) return border_counts ? high < 0.0 : high <= slack(guard);
   const double rest = rest_[guard];
   return !(low < -rest && changes_mode(guard, -1, probe_)) && !(high > rest && changes_mode(guard, 1, probe_));
+}
+
+/// Whether states that move by next to nothing of the largest that they were change a guard by as much as @p size, at
+/// @p at within the step that is searched.
+bool EventWatch::is_nothing(std::size_t guard, double size, double at) {
+  if (std::isnan(at)) return false;
+  if (at != nothing_at_) {
+    nothing_at_ = at;
+    nothing_.assign(side_.size(), 0.0);
+    Branch branch = probe_;
+    y_.resize(searched_->size());
+    searched_->interpolate(at, y_.data(), branch);
+    std::vector<double> here(side_.size()), moves(program_.state_names.size());
+    for (std::size_t k = 0; k < moves.size(); ++k) moves[k] = kNextToNothing * tolerances_.largest(k);
+    if (evaluator_.guards(at, y_.data(), branch, here.data()))
+      nothing_ = spread(at, y_.data(), branch, here, 0.0, moves);
+  }
+  return size <= nothing_[guard];
 }
 
 /// A stretch of the step at whose end a guard has crossed, while none has at its beginning; none if there is none, or
@@ -353,6 +374,7 @@ std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integra
   constexpr int kWork = 500;
   if (holding()) return bracket_by_samples(integrator, from, to);
   searched_ = &integrator;
+  nothing_at_ = std::numeric_limits<double>::quiet_NaN();
   functions_.begin(integrator);
   candidates_.clear();
   for (std::size_t i = 0; i < side_.size(); ++i)

@@ -157,7 +157,8 @@ class EventWatch {
   bool fail_with_fault();
   Search judge_denominators(Integrator& integrator);
   [[nodiscard]] Approach approach(Integrator& integrator);
-  [[nodiscard]] bool stays(std::size_t guard, const Range& values) const;
+  [[nodiscard]] bool stays(std::size_t guard, const Range& values, double at);
+  bool is_nothing(std::size_t guard, double size, double at);
   std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
   std::optional<std::pair<double, double>> bracket_by_samples(Integrator& integrator, double from, double to);
   bool follow(double t, const double* x, Branch& branch);
@@ -173,6 +174,9 @@ class EventWatch {
                                              bool& fault);
   [[nodiscard]] bool lost_since_turned(std::size_t guard, double t, const double* x, const Branch& branch);
   [[nodiscard]] std::vector<double> roundings(double t, const double* x, const Branch& branch);
+  [[nodiscard]] std::vector<double> spread(double t, const double* x, const Branch& branch,
+                                           const std::vector<double>& here, double later,
+                                           const std::vector<double>& moves);
   [[nodiscard]] std::vector<double> shaken(double t, const double* x, Branch branch, const std::vector<double>& f);
   bool is_kink(std::size_t guard, double t, const double* x, const Branch& branch);
   [[nodiscard]] std::vector<double> uphill(std::size_t guard, double t, const double* x, const Branch& branch);
@@ -233,7 +237,9 @@ class EventWatch {
   std::optional<Diagnostic> failure_;
   std::vector<std::size_t> undecided_;
   std::vector<double> undecided_at_;
-  Integrator* searched_ = nullptr;  ///< whose last step is searched
+  Integrator* searched_ = nullptr;                                ///< whose last step is searched
+  double nothing_at_ = std::numeric_limits<double>::quiet_NaN();  ///< where nothing_ is known, within that step
+  std::vector<double> nothing_;                                   ///< by guard: of is_nothing()
   GuardFunctions functions_;
 };
 

@@ -17,16 +17,25 @@ constexpr std::size_t kManyInARow = 256;
 /// By guard: what the roundings of states and time make of it, as far as four ways to round them show.
 std::vector<double> EventWatch::roundings(double t, const double* x, const Branch& branch) {
   constexpr double kUlps = 2.0 * std::numeric_limits<double>::epsilon();
+  std::vector<double> moves(x, x + program_.state_names.size());
+  for (double& move : moves) move *= kUlps;
+  return spread(t, x, branch, values_, kUlps * t, moves);
+}
+
+/// By guard: by how much it leaves the values @p here at (t, x), the largest of four ways: time moves by @p later, each
+/// state by its @p moves up or down.
+std::vector<double> EventWatch::spread(double t, const double* x, const Branch& branch, const std::vector<double>& here,
+                                       double later, const std::vector<double>& moves) {
   constexpr std::array<std::uint32_t, 4> kWays{0, 0x80000000U, 0x9E3779B9U, 0x85EBCA6BU};  // all alike, by turns, mixed
-  std::vector<double> moved(x, x + program_.state_names.size()), there(side_.size()), result(side_.size(), 0.0);
+  std::vector<double> moved(moves.size()), there(here.size()), result(here.size(), 0.0);
   Branch probe = branch;
   for (const std::uint32_t way : kWays) {
     for (std::size_t k = 0; k < moved.size(); ++k) {
       const bool down = static_cast<std::uint32_t>(k) * way >= 0x80000000U;
-      moved[k] = x[k] * (1.0 + (down ? -kUlps : kUlps));
+      moved[k] = x[k] + (down ? -moves[k] : moves[k]);
     }
-    if (!evaluator_.guards(t * (1.0 + kUlps), moved.data(), probe, there.data())) continue;
-    for (std::size_t i = 0; i < result.size(); ++i) result[i] = std::max(result[i], std::abs(there[i] - values_[i]));
+    if (!evaluator_.guards(t + later, moved.data(), probe, there.data())) continue;
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = std::max(result[i], std::abs(there[i] - here[i]));
   }
   return result;
 }

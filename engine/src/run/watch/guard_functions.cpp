@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "program/mode_borders.hpp"
 
@@ -55,7 +56,9 @@ bool GuardFunctions::screened(const StepEnds& step, const Branch& branch, const 
   take_modes(branch);
   if (unsolved_ && !branch.given) return false;
   return screen_.passes(enclosure_, step, [&] {
-    return std::all_of(guards.begin(), guards.end(), [&](std::size_t guard) { return stays(guard, jet(guard)); });
+    constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();
+    return std::all_of(guards.begin(), guards.end(),
+                       [&](std::size_t guard) { return owner_.stays(guard, jet(guard).value, kNoTime); });
   });
 }
 
@@ -90,14 +93,14 @@ bool GuardFunctions::enclose(double from, double to) {
   const std::size_t states = enclosure_.states().size(), tears = enclosure_.tears().size();
   states_.resize(states);
   tears_.resize(tears);
+  middle_ = from + (to - from) / 2;
   for (std::size_t k = 0; k < states; ++k) states_[k] = polynomial_.over(k, from, to);
   if (given_) {
     for (std::size_t k = 0; k < tears; ++k) tears_[k] = polynomial_.over(states + k, from, to);
   } else if (tears > 0) {
-    const double middle = from + (to - from) / 2;
-    for (const double t : {from, middle, to})
+    for (const double t : {from, middle_, to})
       if (tears_at(t) == nullptr) return false;
-    const std::vector<double>&left = *tears_at(from), &centre = *tears_at(middle), &right = *tears_at(to);
+    const std::vector<double>&left = *tears_at(from), &centre = *tears_at(middle_), &right = *tears_at(to);
     for (std::size_t k = 0; k < tears; ++k) {
       const std::uint32_t tear = enclosure_.tears()[k];
       tears_[k] = parabola(left[tear], centre[tear], right[tear], to - from);

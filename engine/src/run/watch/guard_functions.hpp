@@ -23,7 +23,8 @@ class GuardFunctions final : public CrossingFunctions {
   struct Owner {
     std::function<bool(double t)> evaluate;  ///< all guards at a time within the step
     std::function<bool(std::size_t guard)> crossed;
-    std::function<bool(std::size_t guard, const Range& values)> stays;
+    /// On a stretch with @p at in its middle; NaN: of a region of which no time is known.
+    std::function<bool(std::size_t guard, const Range& values, double at)> stays;
     std::function<const Branch&()> branch;  ///< of the latest evaluation
   };
   GuardFunctions(const Program& program, std::span<const double> parameters, Owner owner);
@@ -37,7 +38,9 @@ class GuardFunctions final : public CrossingFunctions {
 
   bool enclose(double from, double to) override;
   [[nodiscard]] Jet jet(std::size_t guard) const override;
-  [[nodiscard]] bool stays(std::size_t guard, const Jet& jet) const override { return owner_.stays(guard, jet.value); }
+  [[nodiscard]] bool stays(std::size_t guard, const Jet& jet) const override {
+    return owner_.stays(guard, jet.value, middle_);
+  }
   bool evaluate(double t) override;
   [[nodiscard]] bool crossed(std::size_t guard) const override { return owner_.crossed(guard); }
 
@@ -59,6 +62,7 @@ class GuardFunctions final : public CrossingFunctions {
   std::vector<std::uint32_t> unknowns_;  ///< of the polynomial: the states, then the tears if these are unknowns
   bool given_ = false;
   bool unsolved_ = false;  ///< a guard depends on a loop that no rate needs: steps come without its solution
+  double middle_ = 0.0;    ///< of the stretch last enclosed
   std::vector<double> modes_;
   std::vector<Jet> states_, tears_;
   std::vector<std::pair<double, std::vector<double>>> solved_;  ///< loops' solutions within this step, by time
