@@ -158,15 +158,15 @@ std::optional<Range> widest(std::vector<Range> parts) {
 
 /// All magnitudes of doubles but 0, from the smallest to the largest, in parts until each is decided; large parts
 /// first, so that one that cannot be decided does not keep the others from it.
-/// @param judge  of a part: 1 right, -1 wrong for all of it, 0 not decided
-Searched search_magnitudes(const std::function<int(const Range&)>& judge) {
+/// @param decide  of a part: 1 right, -1 wrong for all of it, 0 not decided
+Searched search_magnitudes(const std::function<int(const Range&)>& decide) {
   std::deque<Range> open{Range(kSmallest, kLargest)};
   std::vector<Range> wrong, undecided;
   constexpr int kMost = 50000;
   for (int count = 0; !open.empty() && count < kMost; ++count) {
     const Range part = open.front();
     open.pop_front();
-    const int verdict = judge(part);
+    const int verdict = decide(part);
     if (verdict > 0) continue;
     if (verdict < 0) {
       wrong.push_back(part);
@@ -253,8 +253,8 @@ class Judging {
         }
       given.push_back(right);
     }
-    if (judge_linear(own, kinds, laws, element, given, finding) || judge_apart(own, kinds, given, finding)) return;
-    judge_boxes(own, laws, element, given, finding);
+    if (decide_linear(own, kinds, laws, element, given, finding) || decide_apart(own, kinds, given, finding)) return;
+    decide_by_boxes(own, laws, element, given, finding);
   }
 
   /// "base.e = 0.7, collector.e = -0.7"
@@ -268,8 +268,8 @@ class Judging {
   }
 
   /// Laws that are sums of their variables times numbers: by the definiteness of the matrix. False: they are not.
-  bool judge_linear(const std::vector<SymbolId>& own, const std::vector<Variable>& kinds, const std::vector<Law>& laws,
-                    const Element& element, const std::vector<ExprId>& given, PassivityFinding& finding) {
+  bool decide_linear(const std::vector<SymbolId>& own, const std::vector<Variable>& kinds, const std::vector<Law>& laws,
+                     const Element& element, const std::vector<ExprId>& given, PassivityFinding& finding) {
     std::vector<std::vector<double>> matrix;
     const std::vector<Range> zeros(own.size(), Range(0.0, 0.0));
     for (const ExprId value : given) {
@@ -309,8 +309,8 @@ class Judging {
   }
 
   /// Ports that do not read each other: each by itself. False: some do.
-  bool judge_apart(const std::vector<SymbolId>& own, const std::vector<Variable>& kinds,
-                   const std::vector<ExprId>& given, PassivityFinding& finding) {
+  bool decide_apart(const std::vector<SymbolId>& own, const std::vector<Variable>& kinds,
+                    const std::vector<ExprId>& given, PassivityFinding& finding) {
     for (std::size_t i = 0; i < given.size(); ++i)
       for (const SymbolId symbol : symbols_in(ranges_.pool(), {&given[i], 1}))
         if (symbol != own[i] && std::find(own.begin(), own.end(), symbol) != own.end()) return false;
@@ -330,8 +330,8 @@ class Judging {
   }
 
   /// The power over boxes of all variables, by signs and magnitudes.
-  void judge_boxes(const std::vector<SymbolId>& own, const std::vector<Law>& laws, const Element& element,
-                   const std::vector<ExprId>& given, PassivityFinding& finding) {
+  void decide_by_boxes(const std::vector<SymbolId>& own, const std::vector<Law>& laws, const Element& element,
+                       const std::vector<ExprId>& given, PassivityFinding& finding) {
     finding.reason = "the power of a field is a sum over its ports, which is not decided";
     ExprPool& pool = ranges_.pool();
     ExprId power = pool.constant(0.0);

@@ -21,7 +21,7 @@ Diagnostic fault_failure(const Fault& fault);
 /// BG602: the solution of a loop ends, and what is found behind is another one, from @p before to @p after at once.
 Diagnostic branch_failure(const ProgramBlock& loop, const std::string& variable, double t, double before, double after);
 
-/// A relation that came to be in doubt.
+/// A relation that can no longer be decided.
 struct RelationFacts {
   std::string text;
   std::optional<Place> place;

@@ -26,7 +26,7 @@
 #include "run/watch/event_jumps.hpp"
 #include "run/watch/events.hpp"
 #include "run/watch/mode_order.hpp"
-#include "run/watch/pace_judge.hpp"
+#include "run/watch/pace_limit.hpp"
 #include "run/watch/schedule.hpp"
 #include "run/watch/stiffness.hpp"
 #include "run/watch/vitality.hpp"
@@ -188,7 +188,7 @@ class Run {
   Vitality vitality_;
   ModeOrder mode_order_;
   StiffnessWatch stiffness_;
-  PaceJudge pace_;
+  PaceLimit pace_;
   // Sinks
   GlobalError errors_;
   Recorder recorder_;

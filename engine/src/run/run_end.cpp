@@ -18,7 +18,7 @@ bool Run::goes_on() {
   if (clock_.end() != RunClock::End::none && t_ < inputs_.stop) return end_here();
   if (!clock_.looked()) return true;
   auto reason =
-      pace_.judge({clock_.seconds(), t_, x_.data(), &branch_, steps_, result_.rows, events_.count(), time_events_,
+      pace_.check({clock_.seconds(), t_, x_.data(), &branch_, steps_, result_.rows, events_.count(), time_events_,
                    jumped_at_, next_known_, events_.latest_relation(), integrator_.get(), !implicit_});
   return !reason || fail(std::move(*reason));
 }

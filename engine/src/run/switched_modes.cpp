@@ -221,11 +221,11 @@ bool SwitchedRun::chatters(const Program& program) {
 }
 
 bool SwitchedRun::takes_too_long() {
-  constexpr double kJudged = 8.0;
+  constexpr double kStretches = 8.0;
   const double seconds = clock_() - begin_;
   headway_.add(seconds, stored_.t, result_.report.steps + result_.rows + result_.report.mode_changes);
   if (options_.time_limit > 0.0 || !(options_.longest_run > 0.0)) return false;
-  const auto pace = headway_.pace(std::max(kJudged, seconds / kJudged));
+  const auto pace = headway_.pace(std::max(kStretches, seconds / kStretches));
   if (!pace || !(pace->rest > options_.longest_run)) return false;
   fail(diagnostic_of("BG617",
                      "at t = " + number_text(stored_.t) + " the run is busy with changes of the mode, " +

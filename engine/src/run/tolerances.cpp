@@ -16,14 +16,14 @@ constexpr double kEps = std::numeric_limits<double>::epsilon();
 /// Lengths of the Euler steps as fractions of the scene. Odd numbers on purpose: 1/h should not meet the eigenvalues
 /// that models have.
 constexpr std::array<double, 7> kStages = {1.07e-9, 3.3e-8, 1.13e-6, 3.1e-5, 1.19e-3, 2.9e-2, 0.93};
-/// A state may grow to what the Euler step promises; errors far below that do no harm while it is on its way.
-constexpr double kPromise = 1e-5;
+/// A state may grow to what the Euler step predicts; errors far below that do no harm while it is on its way.
+constexpr double kOfEulerStep = 1e-5;
 /// A state that has decayed is forgotten to have been large, down to this part of it: Robertson's intermediate falls to
 /// 1e-9 of its peak and errors of the size of 1e-6 of the peak would make it negative, which explodes.
 constexpr double kRemembered = 1e-4;
 /// Lately is the last quarter of the elapsed time at least, and the last fifteen sixteenths at most.
 constexpr double kWindow = 4.0;
-/// How far ahead of the elapsed time a promise counts, and at the start, as part of the scene.
+/// How far ahead of the elapsed time a prediction counts, and at the start, as part of the scene.
 constexpr double kAhead = 10.0, kAheadAtStart = 1e-4;
 /// Euler steps longer than so many times what drives them are not asked for.
 constexpr double kBrief = 3.0;
@@ -115,8 +115,8 @@ Tolerances::Tolerances(const Program& program, const RunInputs& inputs, bool imp
       time_noise_(full_size(program), 0.0),
       shift_(full_size(program), 0.0),
       damping_(full_size(program), 0.0),
-      doubt_(full_size(program), 0.0),
-      next_doubt_(full_size(program), 0.0),
+      inherited_noise_(full_size(program), 0.0),
+      next_inherited_noise_(full_size(program), 0.0),
       stages_(kStages.size(), std::vector<double>(full_size(program), 0.0)),
       cap_(full_size(program), std::numeric_limits<double>::infinity()),
       watched_(full_size(program), true) {
@@ -156,7 +156,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
   const bool all_given = std::all_of(given_.begin(), given_.end(), [](double g) { return g >= 0.0; });
   if (states_ == 0 || all_given || !(span_ > 0.0)) return;
 
-  // What acts only until the next known event promises nothing for later.
+  // What acts only until the next known event says nothing about later.
   struct Push {
     std::vector<double> rates;
     double lasts;
@@ -195,7 +195,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
     pushes.push_back(std::move(push));
   }
 
-  // Earlier promises are forgotten slowly: a state that has been at rest may be called upon again.
+  // Earlier predictions are forgotten slowly: a state that has been at rest may be called upon again.
   for (std::vector<double>& stage : stages_)
     for (double& magnitude : stage) magnitude /= 30.0;
   std::vector<double> magnitude(size_), least, moved(x, x + states_), second(states_);
@@ -212,20 +212,20 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
     };
     for (const Push& push : pushes) {
       if (kBrief * push.lasts < h) {
-        // Over before the shortest stage: what it moves is its rate times its length, which is no mere promise.
+        // Over before the shortest stage: what it moves is its rate times its length, which is more than a prediction.
         constexpr double kCertain = 1e3;
         for (std::size_t i = 0; stage == 0 && i < states_; ++i)
           magnitude[i] = std::max(magnitude[i], kCertain * std::abs(push.rates[i]) * push.lasts);
         continue;
       }
       // Beside slopes so steep the states' own part of the matrix is lost to rounding, and what is solved for is
-      // anything: two diodes at the source's peak promised 1e141 V.
+      // anything: two diodes at the source's peak predicted 1e141 V.
       constexpr double kSteepest = 1e12;
       if (h * push.steepest > kSteepest) continue;
       const double* change = probe.solve(h, push.rates);
       if (!push.jacobian.empty() && change != nullptr) {
-        // The smaller of two promises: by the matrix here, and by that of the push. A diode's current at the source's
-        // peak is nothing to go by without its slope there.
+        // The smaller of two predictions: by the matrix here, and by that of the push. A diode's current at the
+        // source's peak is nothing to go by without its slope there.
         least.assign(change, change + size_);
         change = probe.factor(h, push.jacobian) ? probe.solve(h, push.rates) : nullptr;
         for (std::size_t i = 0; change != nullptr && i < size_; ++i)
@@ -239,8 +239,8 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
         continue;
       }
       for (std::size_t i = 0; i < states_; ++i) moved[i] = x[i] + change[i];
-      // A slope carried far beyond where it holds promises anything: the flank of a narrow law. What neither the rates
-      // here nor those at the far end move by is no promise.
+      // A slope carried far beyond where it holds predicts anything: the flank of a narrow law. What neither the rates
+      // here nor those at the far end move by is no prediction.
       least.assign(change, change + size_);
       there = here;
       const bool seen = (program_.guarded.empty() || evaluator.initialize_modes(t, moved.data(), there)) &&
@@ -253,7 +253,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
       take(least.data(), false);
     }
     // States that only products of others set in motion are seen from the point that these have moved to, where
-    // conditions may have changed: a law far beyond its own border promises nothing.
+    // conditions may have changed: a law far beyond its own border predicts nothing.
     bool unmoved = false;
     for (std::size_t i = 0; i < states_; ++i) unmoved = unmoved || (magnitude[i] == 0.0 && recent_[i] == 0.0);
     there = here;
@@ -271,8 +271,8 @@ void Tolerances::add_estimate(std::size_t stage, const std::vector<double>& magn
   for (std::size_t i = 0; i < size_; ++i) stages_[stage][i] = std::max(stages_[stage][i], magnitude[i]);
 }
 
-/// Raises the floor to what the stages within reach promise. (Where h meets an unstable eigenvalue the Euler step is
-/// singular, and its promise too large: by 1e5 if they agree to five digits, which kPromise takes back.)
+/// Raises the floor to what the stages within reach predict. (Where h meets an unstable eigenvalue the Euler step is
+/// singular, and its prediction too large: by 1e5 if they agree to five digits, which kOfEulerStep takes back.)
 void Tolerances::reach(double elapsed) {
   const double ahead = std::max(kAhead * elapsed, kAheadAtStart * span_);
   if (reach_ > 0.0 && ahead < 2.0 * reach_ && reach_ < span_) return;
@@ -281,9 +281,9 @@ void Tolerances::reach(double elapsed) {
   std::size_t last = 0;
   while (last + 1 < kStages.size() && kStages[last] * span_ < ahead) ++last;
   for (std::size_t i = 0; i < size_; ++i) {
-    double promise = 0.0;
-    for (std::size_t stage = 0; stage <= last; ++stage) promise = std::max(promise, stages_[stage][i]);
-    floor_[i] = kPromise * promise;
+    double predicted = 0.0;
+    for (std::size_t stage = 0; stage <= last; ++stage) predicted = std::max(predicted, stages_[stage][i]);
+    floor_[i] = kOfEulerStep * predicted;
   }
 }
 
@@ -305,7 +305,7 @@ double Tolerances::absolute(std::size_t unknown, double size) const {
 }
 
 bool Tolerances::begin_with(std::size_t state, double scale) {
-  stages_.front()[state] = std::max(stages_.front()[state], scale / kPromise);
+  stages_.front()[state] = std::max(stages_.front()[state], scale / kOfEulerStep);
   floor_[state] = std::max(floor_[state], scale);
   return relative_ * scale > 0.0;
 }
@@ -314,7 +314,7 @@ bool Tolerances::begin_with(std::size_t state, double scale) {
 double Tolerances::unknowable(std::size_t unknown) const {
   // A source that is late by a rounding of time changes a step's result by its rate times that, however steep it is.
   const double late = std::min(step_ * time_noise_[unknown], shift_[unknown]);
-  return (step_ * (noise_[unknown] + doubt_[unknown]) + late) / (1.0 + step_ * damping_[unknown]);
+  return (step_ * (noise_[unknown] + inherited_noise_[unknown]) + late) / (1.0 + step_ * damping_[unknown]);
 }
 
 void Tolerances::accept(double t, std::span<const double> y) {
@@ -335,14 +335,14 @@ namespace {
 
 /// What the tolerances of all unknowns follow from, by unknown.
 struct Scales {
-  const double *given, *recent, *earlier, *largest, *floor, *cap, *noise, *doubt, *damping, *time_noise, *shift;
+  const double *given, *recent, *earlier, *largest, *floor, *cap, *noise, *inherited, *damping, *time_noise, *shift;
 };
 
 /// As Tolerances::absolute() says for each unknown, without branches: this is done in every step.
 void weigh(const Scales& scales, double relative, double step, std::size_t n, const double* __restrict y,
            double* __restrict weight) {
   constexpr double kLargest = 1e300;
-  const auto [given, recent, earlier, largest, floor, cap, noise, doubt, damping, time_noise, shift] = scales;
+  const auto [given, recent, earlier, largest, floor, cap, noise, inherited, damping, time_noise, shift] = scales;
   const auto larger = [](double a, double b) { return a < b ? b : a; };
   const auto smaller = [](double a, double b) { return b < a ? b : a; };
   for (std::size_t i = 0; i < n; ++i) {
@@ -351,7 +351,7 @@ void weigh(const Scales& scales, double relative, double step, std::size_t n, co
         larger(larger(larger(larger(size, recent[i]), earlier[i]), kRemembered * largest[i]), floor[i]);
     const double known = relative * smaller(scale, cap[i]);
     const double late = smaller(step * time_noise[i], shift[i]);
-    const double unknowable = (step * (noise[i] + doubt[i]) + late) / (1.0 + step * damping[i]);
+    const double unknowable = (step * (noise[i] + inherited[i]) + late) / (1.0 + step * damping[i]);
     const double found = larger(known, unknowable), wanted = given[i];
     const double tolerance = relative * size + (wanted >= 0.0 ? wanted : found);
     const double inverse = smaller(1.0 / tolerance, kLargest);
@@ -366,7 +366,7 @@ void Tolerances::weights(double t, double step, const double* y, double* weight)
   step_ = std::abs(step);
   reach(t - start_);
   weigh({given_.data(), recent_.data(), earlier_.data(), largest_.data(), floor_.data(), cap_.data(), noise_.data(),
-         doubt_.data(), damping_.data(), time_noise_.data(), shift_.data()},
+         inherited_noise_.data(), damping_.data(), time_noise_.data(), shift_.data()},
         relative_, step_, size_, y, weight);
   std::size_t weighed = 0;
   for (std::size_t i = 0; i < size_; ++i) weighed += weight[i] > 0.0 ? 1 : 0;
@@ -459,20 +459,20 @@ void Tolerances::see_time(const Point& at, const Evaluate& evaluate) {
 void Tolerances::pass_on(const Point& at) {
   constexpr double kPassedOn = 0.1;
   constexpr int kLinks = 2;
-  std::fill(doubt_.begin(), doubt_.end(), 0.0);
+  std::fill(inherited_noise_.begin(), inherited_noise_.end(), 0.0);
   for (int link = 0; link < kLinks; ++link) {
-    std::fill(next_doubt_.begin(), next_doubt_.end(), 0.0);
+    std::fill(next_inherited_noise_.begin(), next_inherited_noise_.end(), 0.0);
     each_entry(at.pattern, at.entries, [&](std::size_t row, std::size_t column, double size) {
-      if (row != column && row < states_) next_doubt_[row] += kPassedOn * size * unknowable(column);
+      if (row != column && row < states_) next_inherited_noise_[row] += kPassedOn * size * unknowable(column);
     });
-    std::swap(doubt_, next_doubt_);
+    std::swap(inherited_noise_, next_inherited_noise_);
   }
 }
 
 void Tolerances::forget_noise() {
   std::fill(noise_.begin(), noise_.end(), 0.0);
   std::fill(time_noise_.begin(), time_noise_.end(), 0.0);
-  std::fill(doubt_.begin(), doubt_.end(), 0.0);
+  std::fill(inherited_noise_.begin(), inherited_noise_.end(), 0.0);
 }
 
 }  // namespace bgsim

@@ -13,7 +13,7 @@
 namespace bgsim {
 
 /// Error weights that know no unit: the absolute tolerance of a state is the relative one times the state's own scale,
-/// which is the largest magnitude it had lately, and before it had any, what implicit Euler steps from here promise
+/// which is the largest magnitude it had lately, and before it had any, what implicit Euler steps from here predict
 /// (docs/theory.md). Values given by the scene are used as they are.
 class Tolerances {
  public:
@@ -24,7 +24,7 @@ class Tolerances {
   /// may act, up to inputs.stop.
   void estimate(Evaluator& evaluator, double t, const double* x, const Branch& branch,
                 const std::vector<double>& times);
-  /// Times, in order, at which sources set in or end without a jump: what acts before them promises nothing for later.
+  /// Times, in order, at which sources set in or end without a jump: what acts before them says nothing about later.
   void know_edges(std::vector<double> edges) { edges_ = std::move(edges); }
   /// At such a time: what rounding did to the rates before says nothing about them behind.
   void forget_noise();
@@ -75,7 +75,7 @@ class Tolerances {
     archive("time noise", time_noise_);
     archive("shift", shift_);
     archive("damping", damping_);
-    archive("doubt", doubt_);
+    archive("inherited noise", inherited_noise_);
     archive("stages", stages_);
     archive("caps", cap_);
   }
@@ -119,16 +119,16 @@ class Tolerances {
   std::vector<double> recent_, earlier_;  ///< magnitudes since window_start_, and in the window before it
   double window_start_ = 0.0;             ///< elapsed time
   Proportional proportional_;
-  std::vector<std::uint32_t> capped_;                  ///< the states that are among them
-  std::vector<double> floor_;                          ///< scale for unknowns that were smaller so far
-  std::vector<double> shaken_, rates_, shaken_rates_;  ///< scratch
-  std::vector<double> noise_;                          ///< rounding errors of the rates per unit of time
-  std::vector<double> time_noise_;                     ///< the same by rounding of time
-  std::vector<double> shift_;                          ///< what a rounding of time does to the unknown at most
-  std::vector<double> damping_;                        ///< rate at which the unknown forgets
-  std::vector<double> doubt_, next_doubt_;             ///< rounding of others, passed on, per unit of time
-  std::vector<std::vector<double>> stages_;            ///< promised magnitudes by length of the Euler step
-  std::vector<double> cap_;                            ///< by unknown: its scale is not above this
+  std::vector<std::uint32_t> capped_;                           ///< the states that are among them
+  std::vector<double> floor_;                                   ///< scale for unknowns that were smaller so far
+  std::vector<double> shaken_, rates_, shaken_rates_;           ///< scratch
+  std::vector<double> noise_;                                   ///< rounding errors of the rates per unit of time
+  std::vector<double> time_noise_;                              ///< the same by rounding of time
+  std::vector<double> shift_;                                   ///< what a rounding of time does to the unknown at most
+  std::vector<double> damping_;                                 ///< rate at which the unknown forgets
+  std::vector<double> inherited_noise_, next_inherited_noise_;  ///< rounding of others, passed on, per unit of time
+  std::vector<std::vector<double>> stages_;                     ///< predicted magnitudes by length of the Euler step
+  std::vector<double> cap_;                                     ///< by unknown: its scale is not above this
   std::vector<double> size_of_group_;
   bool watches_all_ = true;
   std::vector<bool> watched_;  ///< by unknown, at the beginning of the last step, if not all are

@@ -218,13 +218,13 @@ class UnitWords {
   const UnitName& name_;
 };
 
-class UnitJudge {
+class UnitMessages {
  public:
-  UnitJudge(const Model& model, const BondGraph& graph, const UnitEquations& all, const UnitName& name,
-            const TryWithout& try_without)
+  UnitMessages(const Model& model, const BondGraph& graph, const UnitEquations& all, const UnitName& name,
+               const TryWithout& try_without)
       : model_(model), all_(all), words_(model, graph, all, name), try_without_(try_without) {}
 
-  std::vector<Diagnostic> judge() {
+  std::vector<Diagnostic> messages() {
     std::vector<std::size_t> open(all_.system.contradictions().size());
     for (std::size_t i = 0; i < open.size(); ++i) open[i] = i;
     while (!open.empty()) {
@@ -314,7 +314,7 @@ class UnitJudge {
     for (const std::uint32_t number : c.equations)
       if (!is_given(number)) told_.insert(number);
   }
-  /// Whether it rests on an equation that has been reported as doubtful.
+  /// Whether it rests on an equation that has been reported.
   [[nodiscard]] bool follows(const UnitContradiction& c) const {
     return std::any_of(c.equations.begin(), c.equations.end(), [&](std::uint32_t n) { return told_.contains(n); });
   }
@@ -514,7 +514,7 @@ Diagnostic no_power(const Model& model, const BondGraph& graph, const UnitEquati
 
 std::vector<Diagnostic> unit_diagnostics(const Model& model, const BondGraph& graph, const UnitEquations& equations,
                                          const UnitName& name, const TryWithout& try_without) {
-  return UnitJudge(model, graph, equations, name, try_without).judge();
+  return UnitMessages(model, graph, equations, name, try_without).messages();
 }
 
 }  // namespace bgsim

@@ -272,8 +272,8 @@ class RadauIntegrator final : public OwnSteps {
     double from_polynomial = 0.0, from_rest = 0.0;
     for (std::size_t i = 0; i < size_; ++i)
       for (std::size_t k = 0; k < 3; ++k) {
-        const double promised = polynomial_.from_end(i, radau::kAt[k] * ratio), found = z_[k][i];
-        from_polynomial += (found - promised) * weight_[i] * ((found - promised) * weight_[i]);
+        const double extrapolated = polynomial_.from_end(i, radau::kAt[k] * ratio), found = z_[k][i];
+        from_polynomial += (found - extrapolated) * weight_[i] * ((found - extrapolated) * weight_[i]);
         from_rest += found * weight_[i] * (found * weight_[i]);
       }
     return from_polynomial <= from_rest;

@@ -474,7 +474,7 @@ void GlobalError::add_bend(Within& within, double part) {
   }
 }
 
-void GlobalError::judge(double t, const double* y, const Branch& branch, const std::vector<double>& row) {
+void GlobalError::add_row(double t, const double* y, const Branch& branch, const std::vector<double>& row) {
   if (!measuring_) return;
   const Stopwatch watch(seconds_);
   for (std::size_t k = 0; k < row.size(); ++k) {

@@ -56,7 +56,7 @@ class GlobalError {
   /// @param guard  that crossed; none: the event came at a known time.
   void after_event(double t, const std::vector<double>& x, const Branch& branch, std::optional<std::size_t> guard);
   /// What the outputs @p row at a recorded point are wrong by; @p t within the last add().
-  void judge(double t, const double* y, const Branch& branch, const std::vector<double>& row);
+  void add_row(double t, const double* y, const Branch& branch, const std::vector<double>& row);
 
   /// Before states are set at (t, x); then after. What is set is set where the exact solution is taken to be as well.
   /// @param set  sets states at the time and point that it is given; false if it cannot

@@ -72,7 +72,7 @@ Recorder::Outcome Recorder::record(double t, const double* y, std::vector<double
 }
 
 Recorder::Outcome Recorder::keep(double t, const double* y, const std::vector<double>& row) {
-  errors_.judge(t, y, branch_, row);
+  errors_.add_row(t, y, branch_, row);
   if (options_.rows) {
     options_.rows(t, row);
   } else {

@@ -94,14 +94,14 @@ bool EventWatch::settle(double t, const double* x, Branch& branch) {
   for (std::size_t i = 0; i < border_.size(); ++i)
     if (border_[i] && program_.relations[relation_[i]].kind == Relation::Kind::cell)
       most += program_.pool.table(program_.relations[relation_[i]].table).x.size();
-  constexpr std::size_t kRoundsToDoubt = 50;
+  constexpr std::size_t kRoundsToHold = 50;
   for (std::size_t round = 0; round < most; ++round) {
     if (!guards(t, x, branch, values_)) return fail_with_fault();
     for (std::size_t i = 0; i < largest_.size(); ++i) largest_[i] = std::max(largest_[i], std::abs(values_[i]));
     for (std::size_t i = 0; i < hold_.size(); ++i)
       if (std::isinf(hold_[i])) hold_[i] = 4.0 * std::abs(values_[i]);
     keep_what_only_wavers(branch);
-    if (round >= kRoundsToDoubt) keep_what_is_nothing(t, x, branch);
+    if (round >= kRoundsToHold) keep_what_is_nothing(t, x, branch);
     if (!any_crossed(values_, branch) || !change(values_, branch)) {
       std::fill(changed_.begin(), changed_.end(), false);
       return true;
@@ -126,12 +126,12 @@ void EventWatch::keep_what_only_wavers(const Branch& branch) {
 /// size.)
 void EventWatch::keep_what_is_nothing(double t, const double* x, const Branch& branch) {
   constexpr double kMoment = 1e-9;  // of the scene
-  const std::vector<double> doubt = doubts(t, x, branch);
-  if (doubt.empty()) return;
+  const std::vector<double> error = guard_errors(t, x, branch);
+  if (error.empty()) return;
   probe_ = branch;
   if (!evaluator_.guards(t + kMoment * span_, x, probe_, at_probe_.data())) at_probe_ = values_;
   for (std::size_t i = 0; i < side_.size(); ++i) {
-    const double nothing = std::max(doubt[i], std::abs(at_probe_[i] - values_[i]));
+    const double nothing = std::max(error[i], std::abs(at_probe_[i] - values_[i]));
     if (changed_[i] && !border_[i] && std::abs(values_[i]) <= nothing && crossed(i, values_[i], branch))
       hold_[i] = 4.0 * std::abs(values_[i]);
   }
@@ -314,7 +314,7 @@ EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& en
     if (failure_) return Search::failed;
     if (!begin_and_end) break;
     if (!locate(integrator, begin_and_end->first, begin_and_end->second)) return Search::failed;
-    const Search outcome = judge_denominators(integrator);
+    const Search outcome = check_denominators(integrator);
     if (outcome != Search::none) return outcome;
   }
   return Search::none;
@@ -462,7 +462,7 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
 /// far ahead is where a step leads that saw nothing of it: the repulsion that grows towards it may still turn the
 /// motion back (two molecules that collide). The step is made again over nine tenths of the way, until what is left is
 /// nothing beside the run.
-EventWatch::Search EventWatch::judge_denominators(Integrator& integrator) {
+EventWatch::Search EventWatch::check_denominators(Integrator& integrator) {
   constexpr double kNear = 1e-10, kOfTheWay = 0.9;
   const std::size_t states = program_.state_names.size();
   const auto rates = [this](double t, const double* x, double* result) {
@@ -526,11 +526,11 @@ bool EventWatch::cross(const double* y, Branch& branch) {
   hold_what_rests(event_time_, y, branch);
   ++count_;
   if (!settle(event_time_, y, branch)) return false;
-  if (returned) judge_returns(event_time_, y, branch);
-  return judge_rhythm(event_time_, y, branch);
+  if (returned) widen_bands_of_returns(event_time_, y, branch);
+  return check_for_chattering(event_time_, y, branch);
 }
 
-bool EventWatch::judge_rhythm(double t, const double* x, const Branch& branch) {
+bool EventWatch::check_for_chattering(double t, const double* x, const Branch& branch) {
   times_.push_back(t);
   if (times_.size() <= kEventsInARow) return true;
   const double stretch = t - times_.front();

@@ -142,8 +142,8 @@ class EventWatch {
   [[nodiscard]] bool changes_mode(std::size_t guard, int side, const Branch& branch) const;
   void decide(const std::vector<double>& values);
   void see_excursions();
-  void judge_returns(double t, const double* x, Branch& branch);
-  bool rests_at_zero(std::size_t guard, double doubt, double t, const double* x, const Branch& branch);
+  void widen_bands_of_returns(double t, const double* x, Branch& branch);
+  bool rests_at_zero(std::size_t guard, double error, double t, const double* x, const Branch& branch);
   bool leads_back_only(std::size_t guard, double t, const double* x, const Branch& branch);
   bool change(const std::vector<double>& values, Branch& branch);
   bool guards(double t, const double* x, Branch& branch, std::vector<double>& values);
@@ -155,7 +155,7 @@ class EventWatch {
                             const std::vector<double>& end) const;
   bool locate(Integrator& integrator, double from, double to);
   bool fail_with_fault();
-  Search judge_denominators(Integrator& integrator);
+  Search check_denominators(Integrator& integrator);
   [[nodiscard]] Approach approach(Integrator& integrator);
   [[nodiscard]] bool stays(std::size_t guard, const Range& values, double at);
   bool is_nothing(std::size_t guard, double size, double at);
@@ -163,9 +163,9 @@ class EventWatch {
   std::optional<std::pair<double, double>> bracket_by_samples(Integrator& integrator, double from, double to);
   bool follow(double t, const double* x, Branch& branch);
   void stop_following(std::size_t guard);
-  bool judge_rhythm(double t, const double* x, const Branch& branch);
+  bool check_for_chattering(double t, const double* x, const Branch& branch);
   bool is_singular_at(double t, const double* x, const Branch& branch);
-  [[nodiscard]] std::vector<double> doubts(double t, const double* x, const Branch& branch);
+  [[nodiscard]] std::vector<double> guard_errors(double t, const double* x, const Branch& branch);
   struct Motion {
     double after, change;  ///< time; by how much a guard has moved then
   };

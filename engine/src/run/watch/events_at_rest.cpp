@@ -10,19 +10,19 @@ namespace bgsim {
 
 /// Conditions that change again and again within a few steps, while their guards never leave what the tolerances leave
 /// open of them, tell of no motion. A sign that may be 0 there is, up to some tolerances.
-void EventWatch::judge_returns(double t, const double* x, Branch& branch) {
+void EventWatch::widen_bands_of_returns(double t, const double* x, Branch& branch) {
   constexpr double kOfTolerances = 4.0;
-  const std::vector<double> doubt = doubts(t, x, branch);
+  const std::vector<double> error = guard_errors(t, x, branch);
   for (std::size_t i = 0; i < side_.size(); ++i) {
     if (returns_[i] < kReturns) continue;
     returns_[i] = 0;
-    if (doubt.empty() || !(excursion_[i] <= doubt[i])) continue;
-    if (rests_at_zero(i, doubt[i], t, x, branch)) {
+    if (error.empty() || !(excursion_[i] <= error[i])) continue;
+    if (rests_at_zero(i, error[i], t, x, branch)) {
       branch.modes[relation_[i]] = 0.0;
       side_[i] = 0;
-      rest_[i] = kOfTolerances * doubt[i];
+      rest_[i] = kOfTolerances * error[i];
     } else if (leads_back_only(i, t, x, branch)) {
-      band_[i] = std::max(2.0 * band_[i], kOfTolerances * doubt[i]);
+      band_[i] = std::max(2.0 * band_[i], kOfTolerances * error[i]);
     } else {
       stays_within_tolerance_ = true;
     }
@@ -31,7 +31,7 @@ void EventWatch::judge_returns(double t, const double* x, Branch& branch) {
 
 /// Whether the law with a sign at 0 is that of both sides, but for what the tolerances make of it (no relay), and
 /// leaves the guard where it is for a hundredth of the scene: a store that has run empty through an orifice.
-bool EventWatch::rests_at_zero(std::size_t guard, double doubt, double t, const double* x, const Branch& branch) {
+bool EventWatch::rests_at_zero(std::size_t guard, double error, double t, const double* x, const Branch& branch) {
   constexpr double kOfTheScene = 1e-2;
   const std::size_t states = program_.state_names.size(), relation = relation_[guard];
   if (program_.relations[relation].kind != Relation::Kind::sign || stiction_.held(guard) || denominators_.has(guard))
@@ -54,7 +54,7 @@ bool EventWatch::rests_at_zero(std::size_t guard, double doubt, double t, const 
   for (std::size_t k = 0; k < states; ++k) moved[k] += kOfTheScene * span_ * zero[k];
   Branch there = branch;
   there.modes[relation] = 0.0;
-  return evaluator_.guards(t, moved.data(), there, at_probe_.data()) && std::abs(at_probe_[guard]) <= doubt;
+  return evaluator_.guards(t, moved.data(), there, at_probe_.data()) && std::abs(at_probe_[guard]) <= error;
 }
 
 /// Whether the law of one side leads back to the border, and that of the other side leaves the guard where it is: an
@@ -89,17 +89,17 @@ bool EventWatch::take_across(double t, const double* x, Branch& branch) {
   constexpr double kClearly = 4.0;
   constexpr std::size_t kMostReturns = 20;
   if (!any()) return false;
-  const std::vector<double> doubt = doubts(t, x, branch);
+  const std::vector<double> error = guard_errors(t, x, branch);
   const std::size_t states = program_.state_names.size();
   std::vector<double> rates(states);
   bool taken = false;
-  for (std::size_t i = 0; i < doubt.size(); ++i) {
+  for (std::size_t i = 0; i < error.size(); ++i) {
     direction_[i] = 0;
     // One that was taken across before came to the end of the law on its other side, too: a root on each. One that is
     // exactly zero has no side yet, and no step to find it by.
     const bool again = hold_[i] > 0.0 || side_[i] == 0;
     if (border_[i] || followed_[i] || stiction_.held(i) || (again && !may_hold_)) continue;
-    if (!(std::abs(values_[i]) < std::max(doubt[i], hold_[i])) && values_[i] != 0.0) continue;
+    if (!(std::abs(values_[i]) < std::max(error[i], hold_[i])) && values_[i] != 0.0) continue;
     if (denominators_.has(i) && is_singular_at(t, x, branch)) continue;
     direction_[i] = -side_[i];
     Branch other = branch;
@@ -107,8 +107,8 @@ bool EventWatch::take_across(double t, const double* x, Branch& branch) {
     const bool goes_on = !again && evaluator_.rates(t, x, other, rates.data());
     if (!goes_on) direction_[i] = 0;
     if (!goes_on && !may_hold_) continue;
-    hold_[i] = std::max(hold_[i], kClearly * doubt[i]);
-    away_[i] = kClearlyOut * doubt[i];
+    hold_[i] = std::max(hold_[i], kClearly * error[i]);
+    away_[i] = kClearlyOut * error[i];
     relations_.push_back(relation_[i]);
     taken = true;
     if (!goes_on) {
@@ -132,7 +132,7 @@ bool EventWatch::take_across(double t, const double* x, Branch& branch) {
   std::fill(direction_.begin(), direction_.end(), 0);
   ++count_;
   event_time_ = t;
-  return settle(t, x, branch) && judge_rhythm(t, x, branch);
+  return settle(t, x, branch) && check_for_chattering(t, x, branch);
 }
 
 /// Gives the relations that are followed the sides on which their guards are at a point.
@@ -166,19 +166,19 @@ bool EventWatch::is_singular_at(double t, const double* x, const Branch& branch)
 }
 
 /// By how much each guard is changed when a state is by its tolerance. Empty if a guard cannot be evaluated.
-std::vector<double> EventWatch::doubts(double t, const double* x, const Branch& branch) {
-  std::vector<double> doubt(side_.size(), 0.0), moved(x, x + program_.state_names.size());
+std::vector<double> EventWatch::guard_errors(double t, const double* x, const Branch& branch) {
+  std::vector<double> error(side_.size(), 0.0), moved(x, x + program_.state_names.size());
   probe_ = branch;
   if (!evaluator_.guards(t, x, probe_, values_.data())) return {};
   for (std::size_t j = 0; j < moved.size(); ++j) {
     for (const double step : {tolerances_.absolute(j), -tolerances_.absolute(j)}) {
       moved[j] = x[j] + step;
       if (!evaluator_.guards(t, moved.data(), probe_, at_probe_.data())) continue;
-      for (std::size_t i = 0; i < doubt.size(); ++i) doubt[i] = std::max(doubt[i], std::abs(at_probe_[i] - values_[i]));
+      for (std::size_t i = 0; i < error.size(); ++i) error[i] = std::max(error[i], std::abs(at_probe_[i] - values_[i]));
     }
     moved[j] = x[j];
   }
-  return doubt;
+  return error;
 }
 
 /// By how much the rates @p f at a point change when states change by their tolerances.
@@ -274,23 +274,23 @@ bool EventWatch::meets_at_border(std::size_t guard, double t, const double* x, c
 /// that. False if there is none, or all of them have had their share of widening.
 bool EventWatch::rest_at_kinks(double t, const double* x, const Branch& branch) {
   constexpr double kOfTolerances = 4.0, kWidest = 1e4;
-  const std::vector<double> doubt = doubts(t, x, branch);
-  if (doubt.empty()) return false;
+  const std::vector<double> error = guard_errors(t, x, branch);
+  if (error.empty()) return false;
   bool any = false;
   for (std::size_t i = 0; i < side_.size(); ++i) {
-    if (border_[i] || followed_[i] || stiction_.held(i) || denominators_.has(i) || !(doubt[i] > 0.0)) continue;
+    if (border_[i] || followed_[i] || stiction_.held(i) || denominators_.has(i) || !(error[i] > 0.0)) continue;
     if (std::find(relations_.begin(), relations_.end(), relation_[i]) == relations_.end()) continue;
-    if (!(std::abs(values_[i]) <= kClearlyOut * std::max(doubt[i], band_[i]))) continue;
+    if (!(std::abs(values_[i]) <= kClearlyOut * std::max(error[i], band_[i]))) continue;
     if (side_[i] == 0 || !(is_kink(i, t, x, branch) || leads_back_only(i, t, x, branch))) {
       // The law of one side has no value on the other, as a root has none: that of each point holds there.
       if (!may_hold_ || !meets_at_border(i, t, x, branch)) continue;
       followed_[i] = followed_any_ = any = true;
-      hold_[i] = std::max(hold_[i], kOfTolerances * doubt[i]);
-      away_[i] = kClearlyOut * doubt[i];
+      hold_[i] = std::max(hold_[i], kOfTolerances * error[i]);
+      away_[i] = kClearlyOut * error[i];
       continue;
     }
-    if (band_[i] > kWidest * doubt[i]) continue;
-    band_[i] = std::max(2.0 * band_[i], kOfTolerances * doubt[i]);
+    if (band_[i] > kWidest * error[i]) continue;
+    band_[i] = std::max(2.0 * band_[i], kOfTolerances * error[i]);
     any = true;
   }
   return any;

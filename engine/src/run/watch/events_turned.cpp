@@ -112,13 +112,13 @@ bool EventWatch::lost_since_turned(std::size_t guard, double t, const double* x,
   std::vector<double> rates(program_.state_names.size()), moved(x, x + rates.size()), there(side_.size());
   Branch probe = branch;
   if (!evaluator_.guards(t, x, probe, values_.data()) || !evaluator_.rates(t, x, probe, rates.data())) return false;
-  double doubt = 0.0;
+  double error = 0.0;
   for (std::size_t k = 0; k < moved.size(); ++k) {
     moved[k] = x[k] + tolerances_.absolute(k) + tolerances_.relative() * std::abs(x[k]);
-    if (evaluator_.guards(t, moved.data(), probe, there.data())) doubt += std::abs(there[guard] - values_[guard]);
+    if (evaluator_.guards(t, moved.data(), probe, there.data())) error += std::abs(there[guard] - values_[guard]);
     moved[k] = x[k];
   }
-  if (way > doubt) {
+  if (way > error) {
     within_[guard] = 0;
     return false;
   }

@@ -1,4 +1,4 @@
-#include "run/watch/pace_judge.hpp"
+#include "run/watch/pace_limit.hpp"
 
 #include <algorithm>
 
@@ -6,7 +6,7 @@ namespace bgsim {
 
 namespace {
 
-constexpr double kBetween = 0.5;                          // seconds between two judgements
+constexpr double kBetween = 0.5;                          // seconds between two checks
 constexpr double kWait = 600.0;                           // seconds that a person waits without a message
 constexpr double kRemarkAfter = 4.0, kRemarkPart = 16.0;  // stretches of the run so far, in seconds and as its part
 constexpr double kEndAfter = 8.0, kEndPart = 8.0;
@@ -14,14 +14,14 @@ constexpr double kUnknownSpectrum = 60.0;  // seconds before a system whose mode
 
 }  // namespace
 
-PaceJudge::PaceJudge(const Program& program, Evaluator& evaluator, const RunInputs& inputs,
+PaceLimit::PaceLimit(const Program& program, Evaluator& evaluator, const RunInputs& inputs,
                      const SimulateOptions& options)
     : program_(program), evaluator_(evaluator), inputs_(inputs), options_(options), headway_(inputs.stop) {}
 
-std::optional<Diagnostic> PaceJudge::judge(const RunPosition& now) {
+std::optional<Diagnostic> PaceLimit::check(const RunPosition& now) {
   headway_.add(now.seconds, now.t, now.steps + now.rows);
-  if (now.seconds - judged_at_ < kBetween) return std::nullopt;
-  judged_at_ = now.seconds;
+  if (now.seconds - checked_at_ < kBetween) return std::nullopt;
+  checked_at_ = now.seconds;
   if (now.seconds - last_.seconds > kRemarkAfter) before_ = std::exchange(last_, now);
 
   if (const auto pace = headway_.pace(std::max(kRemarkAfter, now.seconds / kRemarkPart));
@@ -37,7 +37,7 @@ std::optional<Diagnostic> PaceJudge::judge(const RunPosition& now) {
 
 /// Something is ahead, and within reach of the longest run, after which steps may be longer: a time at which a
 /// condition changes for the first time in a while, or the end of a motion that dies out.
-bool PaceJudge::pace_may_change(const RunPosition& now, const Headway::Pace& pace) {
+bool PaceLimit::pace_may_change(const RunPosition& now, const Headway::Pace& pace) {
   const double reach = options_.longest_run * pace.stretch / pace.seconds;
   const bool quiet = now.t - now.jumped_at >= pace.stretch;
   if (quiet && now.next_known && *now.next_known - now.t < reach) return true;
@@ -47,7 +47,7 @@ bool PaceJudge::pace_may_change(const RunPosition& now, const Headway::Pace& pac
   return may_pick_up(program_, evaluator_, now.t, now.x, *now.branch, step, now.t - now.jumped_at, reach);
 }
 
-PaceFacts PaceJudge::facts(const RunPosition& now, const Headway::Pace& pace) {
+PaceFacts PaceLimit::facts(const RunPosition& now, const Headway::Pace& pace) {
   PaceFacts facts;
   facts.t = now.t;
   facts.stop = inputs_.stop;

@@ -27,17 +27,17 @@ struct RunPosition {
 
 /// Says once that the end is out of sight, and when it is so far away that the run is of no use
 /// (docs/design/simulate.md has the rule).
-class PaceJudge {
+class PaceLimit {
  public:
   /// @param longest_step  set by the source with @p source_frequency; 0: no source limits the steps
-  PaceJudge(const Program& program, Evaluator& evaluator, const RunInputs& inputs, const SimulateOptions& options);
+  PaceLimit(const Program& program, Evaluator& evaluator, const RunInputs& inputs, const SimulateOptions& options);
   void know_sources(double longest_step, double frequency) {
     longest_step_ = longest_step;
     source_frequency_ = frequency;
   }
 
   /// Why the run is given up; none if it goes on. To be called after each look at the clock.
-  std::optional<Diagnostic> judge(const RunPosition& now);
+  std::optional<Diagnostic> check(const RunPosition& now);
 
  private:
   [[nodiscard]] bool pace_may_change(const RunPosition& now, const Headway::Pace& pace);
@@ -50,7 +50,7 @@ class PaceJudge {
   Headway headway_;
   RunPosition before_, last_;  ///< some seconds ago: what has been done since tells what the run is busy with
   double longest_step_ = 0.0, source_frequency_ = 0.0;
-  double judged_at_ = 0.0;
+  double checked_at_ = 0.0;
   bool remarked_ = false;
 };
 

@@ -14,11 +14,10 @@ namespace {
 constexpr double kTolerances = 30.0;
 /// A state that nothing has moved yet: part of what the refused steps would have missed, in place of a tolerance.
 constexpr double kUnseen = 1e-3;
-/// Part of what a rate may be off, when the states are off by their tolerances, that is taken for the defect's own
-/// doubt.
+/// What a rate is off when the states are off by their tolerances: so many times this is no part of the defect.
 constexpr double kShaken = 3.0;
-/// A defect of so many times what is allowed that stands by this doubt alone, and is no small part of it, is named in
-/// the report: a pulse narrower than its state is known. A small part is what cancels between large rates.
+/// A defect of so many times what is allowed that is allowed for this reason alone, and is no small part of it, is
+/// named in the report: a pulse narrower than its state is known. A small part is what cancels between large rates.
 constexpr double kMuch = 100.0, kPart = 0.1;
 /// Where the work allowed runs out: the least part of a step, decided so far, that the step is cut to.
 constexpr double kPrefix = 1.0 / 16.0;
@@ -233,7 +232,7 @@ double SharpLaws::allowed(const SharpStep& step, std::size_t state, const Point&
 
 /// What the rates along a part of the step, of which the integrator knows the states to their tolerances only, may add
 /// up to beyond what they do: a stiff rate is no better known than that.
-void SharpLaws::add_doubt(const SharpStep& step, double from, double to, std::vector<double>& doubt) {
+void SharpLaws::add_error_of_states(const SharpStep& step, double from, double to, std::vector<double>& of_states) {
   const double t = from + (to - from) / 2;
   std::vector<double> moved(step.unknowns), rates(step.states), other(step.states), tears(program_.tear_names.size());
   y_.resize(step.unknowns);
@@ -249,7 +248,7 @@ void SharpLaws::add_doubt(const SharpStep& step, double from, double to, std::ve
     if (!step.rates(t, moved.data(), other.data(), tears.data())) continue;
     for (std::size_t i = 0; i < step.states; ++i) most[i] = std::max(most[i], std::fabs(other[i] - rates[i]));
   }
-  for (std::size_t i = 0; i < step.states; ++i) doubt[i] += (to - from) * most[i];
+  for (std::size_t i = 0; i < step.states; ++i) of_states[i] += (to - from) * most[i];
 }
 
 /// The length of the step in units of the time in which the state forgets what it was wrong by.
@@ -340,21 +339,21 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
   }
   bool large = false;
   for (std::size_t i = 0; i < affected_.size(); ++i) large = large || most[i] > limit[i];
-  std::vector<double> doubt(step.states, 0.0);
+  std::vector<double> of_states(step.states, 0.0);
   if (large)
-    for (const Part& part : parts) add_doubt(step, part.from, part.to, doubt);
+    for (const Part& part : parts) add_error_of_states(step, part.from, part.to, of_states);
   double worst = 1.0;
   std::size_t which = 0;
   for (std::size_t i = 0; i < affected_.size(); ++i) {
     const std::uint32_t state = affected_[i];
     if (!(most[i] > limit[i])) continue;
     const double without = limit[i];
-    limit[i] += kShaken * doubt[state];
+    limit[i] += kShaken * of_states[state];
     if (most[i] > worst * limit[i]) {
       worst = most[i] / limit[i];
       which = i;
       verdict.state = state;
-    } else if (!(worst > 1.0) && most[i] > kPart * doubt[state] &&
+    } else if (!(worst > 1.0) && most[i] > kPart * of_states[state] &&
                most[i] > kMuch * without * (1.0 + forgetting(step, until, state))) {
       verdict.undecided = true;
       verdict.state = state;
@@ -386,7 +385,7 @@ bool SharpLaws::holds_until(const SharpStep& step, double end) {
   all_.resize(step.unknowns);
   std::iota(all_.begin(), all_.end(), 0U);
   polynomial_.take(step.begin, step.end, step.degree, all_, step.unknowns, step.at);
-  std::vector<double> sum(step.states, 0.0), doubt(step.states, 0.0);
+  std::vector<double> sum(step.states, 0.0), of_states(step.states, 0.0);
   for (int k = 0; k <= 2 * kParts; ++k) {
     const double t = k == 2 * kParts ? end : step.begin + (end - step.begin) * k / (2 * kParts);
     const Point point = point_at(step, t);
@@ -398,14 +397,14 @@ bool SharpLaws::holds_until(const SharpStep& step, double end) {
     for (std::size_t i = 0; i < step.states; ++i) sum[i] += weight * point.defect[i];
   }
   const auto beyond = [&](std::size_t i) {
-    return std::fabs(sum[i]) > kTolerances * step.tolerance(i) + kShaken * doubt[i];
+    return std::fabs(sum[i]) > kTolerances * step.tolerance(i) + kShaken * of_states[i];
   };
   bool holds = true;
   for (std::size_t i = 0; i < step.states; ++i) holds = holds && !beyond(i);
   if (holds) return true;
   for (int k = 0; k < kParts; ++k)
-    add_doubt(step, step.begin + (end - step.begin) * k / kParts, step.begin + (end - step.begin) * (k + 1) / kParts,
-              doubt);
+    add_error_of_states(step, step.begin + (end - step.begin) * k / kParts,
+                        step.begin + (end - step.begin) * (k + 1) / kParts, of_states);
   for (std::size_t i = 0; i < step.states; ++i)
     if (beyond(i)) return false;
   return true;

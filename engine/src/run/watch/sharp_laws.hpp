@@ -75,7 +75,7 @@ class SharpLaws {
   void enclose(const SharpStep& step, const Point& a, const Point& middle, const Point& b);
   [[nodiscard]] bool is_sharp() const;
   [[nodiscard]] double allowed(const SharpStep& step, std::size_t state, const Point& first, const Point& last) const;
-  void add_doubt(const SharpStep& step, double from, double to, std::vector<double>& doubt);
+  void add_error_of_states(const SharpStep& step, double from, double to, std::vector<double>& of_states);
   double forgetting(const SharpStep& step, double until, std::size_t state);
 
   const Program& program_;

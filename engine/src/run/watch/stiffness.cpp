@@ -153,10 +153,10 @@ bool StiffnessWatch::look(double t, const double* x, const Branch& branch, const
 bool StiffnessWatch::look_at_multistep(double t, const double* x, const Branch& branch, double step, double cost) {
   constexpr double kStillGrows = 1.5, kCheaper = 0.8;
   const auto pace = [&] { return explicit_step_ / std::min(kLonger * step, stable_step_); };
-  const auto is_bounded = [&] { return doubt_ * explicit_step_ * (stop_ - t) / stable_step_ <= cost; };
+  const auto is_bounded = [&] { return penalty_ * explicit_step_ * (stop_ - t) / stable_step_ <= cost; };
   const auto is_cheaper = [&] {
     return step_before_ > 0.0 && step < kStillGrows * step_before_ &&
-           doubt_ * pace() < kCheaper * multistep_cost_ / step;
+           penalty_ * pace() < kCheaper * multistep_cost_ / step;
   };
   // What made the fastest mode fast may be over.
   const bool sees = looked_at_step_ >= next_sight_;
@@ -185,9 +185,9 @@ bool StiffnessWatch::look_at_explicit(double t, const double* x, const Branch& b
   if (bound_ > 0.0 && rest <= 2.0 * bound_) return false;
   const bool dearer = multistep_pace_ > 0.0 && explicit_step_ / step > kDearer * multistep_pace_;
   const bool tried =
-      held_ > kLeastSteps * multistep_cost_ * doubt_ && rest > 2.0 * kLeastSteps * multistep_cost_ * doubt_;
+      held_ > kLeastSteps * multistep_cost_ * penalty_ && rest > 2.0 * kLeastSteps * multistep_cost_ * penalty_;
   if (!dearer && !tried) return false;
-  doubt_ *= 2.0;
+  penalty_ *= 2.0;
   return true;
 }
 

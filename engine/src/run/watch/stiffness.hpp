@@ -48,7 +48,7 @@ class StiffnessWatch {
     archive("multistep pace", multistep_pace_);
     archive("bound", bound_);
     archive("held", held_);
-    archive("doubt", doubt_);
+    archive("penalty", penalty_);
     archive("longest", longest_);
   }
 
@@ -79,7 +79,7 @@ class StiffnessWatch {
   bool rings_ = false;           ///< the fastest mode, where it was last looked at
   double held_ = 0.0;            ///< what steps held by the fastest mode have cost since then
   double longest_ = 0.0;         ///< step of the explicit method so far
-  double doubt_ = 1.0;           ///< grows with each change back to BDF
+  double penalty_ = 1.0;         ///< grows with each change back to BDF
 };
 
 }  // namespace bgsim
