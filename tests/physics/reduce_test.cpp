@@ -96,6 +96,82 @@ TEST_CASE("the trap: the least active element must go without flow, not without 
   CHECK(factor * trial_of(strict, *model, "body_mass", CutKind::zero_effort).error.rms == Approx(2.39).margin(0.005));
 }
 
+/// A buck converter with two elements that hardly matter: the resistance of a wire, and the capacitance of a cable.
+constexpr const char* kBuck = R"x({ "bgsim": 1, "name": "buck",
+  "parameters": { "T": 2e-5, "duty": 0.5 },
+  "elements": {
+    "source": { "kind": "Se", "effort": 24 }, "in": { "kind": "1" }, "chop": { "kind": "Sw", "closed": "mod(t, T) < duty*T" },
+    "node": { "kind": "0" }, "free": { "kind": "D", "passes": "out" }, "loop": { "kind": "1" },
+    "wire": { "kind": "R", "resistance": 1e-6 }, "coil": { "kind": "I", "inertance": 1e-4 }, "out": { "kind": "0" },
+    "cap": { "kind": "C", "capacitance": 1e-4 }, "load": { "kind": "R", "resistance": 5 },
+    "cable": { "kind": "C", "capacitance": 1e-11 }, "lossy": { "kind": "R", "resistance": 1e3 }, "branch": { "kind": "1" } },
+  "bonds": [
+    { "from": "source", "to": "in" }, { "from": "in", "to": "chop" }, { "from": "in", "to": "node" },
+    { "from": "node", "to": "free" }, { "from": "node", "to": "loop" }, { "from": "loop", "to": "wire" },
+    { "from": "loop", "to": "coil" }, { "from": "loop", "to": "out" }, { "from": "out", "to": "cap" },
+    { "from": "out", "to": "load" }, { "from": "out", "to": "branch" }, { "from": "branch", "to": "lossy" },
+    { "from": "branch", "to": "cable" } ],
+  "outputs": { "i": "coil.f", "u": "cap.e" },
+  "scenes": { "start": { "stop": 4e-4, "samples": 201, "relative": 1e-7 } } })x";
+
+/// A ball on a contact, with a drag that hardly matters.
+constexpr const char* kBall = R"x({ "bgsim": 1, "name": "ball",
+  "elements": {
+    "ball": { "kind": "1" }, "mass": { "kind": "I", "inertance": 1 }, "weight": { "kind": "Se", "effort": 9.81 },
+    "drag": { "kind": "R", "resistance": 1e-5 }, "ground": { "kind": "contact", "gap": 0, "restitution": 0.7, "initial": { "q": -1 } } },
+  "bonds": [ { "from": "weight", "to": "ball" }, { "from": "ball", "to": "mass" }, { "from": "ball", "to": "drag" },
+    { "from": "ball", "to": "ground" } ],
+  "outputs": { "q": "ground.q" },
+  "scenes": { "fall": { "stop": 3, "samples": 301, "relative": 1e-7, "max_events": 10000 } } })x";
+
+Reduction reduce_text(const char* text, double error) {
+  ReduceOptions options;
+  options.error = error;
+  options.file = "reduced.json";
+  options.repetitions = 1;
+  return reduce(Study::from_text(text), options);
+}
+
+TEST_CASE("models with switches and diodes are reduced, over all modes of their runs") {
+  const Reduction reduction = reduce_text(kBuck, 1e-4);
+  const Model reduced = read_model_text("reduced.json", reduction.text);
+  const auto has = [&](const std::string& name) {
+    return std::any_of(reduced.elements.begin(), reduced.elements.end(),
+                       [&](const Element& element) { return element.name == name; });
+  };
+  CHECK(!has("wire"));
+  CHECK((!has("cable") || !has("lossy")));
+  for (const char* kept : {"chop", "free", "coil", "cap", "load"}) CHECK(has(kept));
+  check_by_itself(reduction, "start");
+
+  // The activity of a resistor is what it dissipates, in all modes together.
+  const Model full = read_model_text("buck.json", kBuck);
+  const RunResult run = Study::from_text(kBuck).scene("start", {}, {.keep_all = true}).simulate();
+  REQUIRE(run.report.mode_changes > 30);
+  double dissipated = 0.0;
+  for (const ElementActivity& row : reduction.activity)
+    if (full.elements[row.element.index()].kind == ElementKind::resistor) dissipated += row.activity;
+  // Gauss' rule integrates both, over steps that the recording of further outputs does not change.
+  CHECK(dissipated == Approx(run.report.energy.dissipated).epsilon(1e-6));
+}
+
+TEST_CASE("a model with a contact is reduced, and keeps its gap, its restitution and its limit of events") {
+  const Reduction reduction = reduce_text(kBall, 1e-3);
+  REQUIRE(reduction.cuts.size() == 1);
+  const Model reduced = read_model_text("reduced.json", reduction.text);
+  CHECK(reduced.elements.size() == 4);
+  CHECK(reduced.scenes.front().max_events == 10000U);
+  check_by_itself(reduction, "fall");
+}
+
+TEST_CASE("a cut that lets an impulse go round in a loop of junctions is refused") {
+  const auto model = read("models/actuator_object.json");
+  const Reduction reduction = reduce_to("models/actuator_object.json", "press", 1e-2,
+                                        {"body_mass", "body_inertia", "left.damping", "left.orifice", "right.orifice"});
+  CHECK(trial_of(reduction, *model, "right.damping", CutKind::zero_flow).refusal.find("BG619") == 0);
+  CHECK(reduction.cuts.empty());
+}
+
 TEST_CASE("what no output depends on is left away, and the text says so") {
   const Reduction reduction = reduce_to("tests/data/models/unobserved.json", "first", 1e-2);
   const Model reduced = read_model_text("reduced.json", reduction.text);

@@ -16,7 +16,7 @@ namespace bgsim {
 enum class CutKind : std::uint8_t { zero_effort, zero_flow };
 std::string cut_text(CutKind kind);  ///< "zero effort", "zero flow"
 
-/// A one-port R, C or I that is cut out.
+/// A one-port R, C, I or D that is cut out.
 struct Cut {
   ElementId element;
   CutKind kind = CutKind::zero_effort;
@@ -68,15 +68,17 @@ struct ReduceOptions {
   Progress progress;              ///< of each run; false ends the whole
 };
 
-/// Leaves away what no output depends on, then cuts out elements, the least active first, as long as no output of the
-/// scene strays further from the full model's than allowed. For each element the cut that its junctions speak for (its
-/// effort is small among those of a common flow: no effort; its flow among those of a common effort: no flow) is tried
-/// first, then the other one. A cut that leads to a causal conflict, a singular loop or a run that fails is refused.
-/// What could not go is tried again as long as anything else went.
+/// Leaves away what no output depends on, then cuts out elements, the least active first, as long as no
+/// output of the scene strays further from the full model's than allowed. For each element the cut that its junctions
+/// speak for (its effort is small among those of a common flow: no effort; its flow among those of a common effort: no
+/// flow) is tried first, then the other one. A cut that leads to a causal conflict, a singular loop or a run that fails
+/// is refused. What could not go is tried again as long as anything else went.
 ///
-/// @throws ModelError  BG710 the scene records nothing; BG711 the error allowed is no larger than what the solver makes
-///         at the scene's tolerance; BG712 no such element is there to be kept; what the stages throw for the full
-///         model; BG6xx its run fails or is interrupted.
+/// In models with switches nothing is left away before the cuts: another mode may connect it.
+///
+/// @throws ModelError  BG610 the model has events or delayed signals; BG710 the scene records nothing; BG711 the
+///         error allowed is no larger than what the solver makes at the scene's tolerance; BG712 no such element is
+///         there to be kept; what the stages throw for the full model; BG6xx its run fails or is interrupted.
 /// @note Two runs for each R, C and I and each round: at most the number of cuts made and one.
 /// @cite louca2010 (activity)
 Reduction reduce(const Study& study, const ReduceOptions& options);

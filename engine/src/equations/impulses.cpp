@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <map>
-#include <stdexcept>
+#include <string>
 #include <unordered_map>
 
+#include "base/codes.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
 
@@ -54,6 +55,28 @@ class Impulses {
     return system_.equations[system_.symbols[symbol.index()].index];
   }
 
+  /// What an impulse does in a loop of junctions follows from a system of equations, which is not solved here.
+  [[noreturn]] void refuse_ring(const std::vector<SymbolId>& ring) const {
+    std::vector<std::string> names;
+    Place place;
+    for (const SymbolId symbol : ring) {
+      const ElementId id = equation_of(symbol).element;
+      if (!id.valid()) continue;
+      const Element& element = model_.elements[id.index()];
+      if (names.empty()) place = element.place;
+      if (std::find(names.begin(), names.end(), element.name) == names.end()) names.push_back(element.name);
+    }
+    std::string list;
+    for (const std::string& name : names) list += (list.empty() ? "\"" : ", \"") + name + "\"";
+    throw ModelError(
+        {diagnostic_of(
+            "BG620", "an impulse would go round in a loop of junctions, TF and GY: " + list, place,
+            "where stores move at once, what they do is found along junctions, TF and GY that do not depend on "
+            "each other",
+            "an inertia, a compliance or a resistance within the loop breaks it")},
+        model_.sources);
+  }
+
   Row row_of(ExprId root) {
     struct Level {
       SymbolId symbol;
@@ -69,8 +92,11 @@ class Impulses {
         const SymbolId symbol = top.needs[top.next++];
         if (!passes(symbol, top.signal)) continue;
         const auto on_the_way = [symbol](const Level& level) { return level.symbol == symbol; };
-        if (std::any_of(stack.begin(), stack.end(), on_the_way))
-          throw std::logic_error("junctions depend on each other in a circle");
+        if (const auto first = std::find_if(stack.begin(), stack.end(), on_the_way); first != stack.end()) {
+          std::vector<SymbolId> ring;
+          for (auto level = first; level != stack.end(); ++level) ring.push_back(level->symbol);
+          refuse_ring(ring);
+        }
         stack.push_back({symbol, is_signal(symbol), needs_of(equation_of(symbol).expression), 0});
         continue;
       }

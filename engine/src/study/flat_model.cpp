@@ -378,6 +378,9 @@ class FlatWriter {
     if (scene_->method != Method::automatic) scene["method"] = method_name(scene_->method);
     if (scene_->step) scene["step"] = *scene_->step;
     if (scene_->max_order) scene["max_order"] = *scene_->max_order;
+    if (!scene_->close_zeno) scene["zeno"] = "error";
+    if (scene_->sequential_impacts) scene["impacts"] = "sequential";
+    if (scene_->max_events) scene["max_events"] = *scene_->max_events;
     if (!options_.reference.empty())
       scene["reference"] = {{"file", options_.reference}, {"relative", options_.reference_relative}};
     scene_json_ = std::move(scene);

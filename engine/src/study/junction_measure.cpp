@@ -2,19 +2,37 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
 
-RunInputs record_bonds(EquationSystem& system, const RunInputs& inputs) {
-  RunInputs result = inputs;
-  for (std::size_t b = 0; b < system.efforts.size(); ++b)
-    for (const SymbolId symbol : {system.efforts[b], system.flows[b]}) {
-      result.outputs.push_back(system.outputs.size());
-      system.outputs.push_back({system.symbols[symbol.index()].name, system.pool.symbol(symbol), {}});
+std::shared_ptr<const Model> with_bonds_as_outputs(const Model& model) {
+  auto result = std::make_shared<Model>(model);
+  std::vector<SymbolId> symbols(2 * model.bonds.size());
+  const auto place = [](BondId bond, Variable variable) {
+    return 2 * bond.index() + (variable == Variable::flow ? 1 : 0);
+  };
+  for (std::size_t i = 0; i < model.symbols.size(); ++i)
+    if (const ModelSymbol& symbol = model.symbols[i]; symbol.kind == ModelSymbol::Kind::bond_variable)
+      symbols[place(symbol.bond, symbol.variable)] = SymbolId(i);
+  for (std::size_t b = 0; b < model.bonds.size(); ++b)
+    for (const Variable variable : {Variable::effort, Variable::flow}) {
+      SymbolId& known = symbols[place(BondId(b), variable)];
+      if (!known.valid()) {
+        ModelSymbol symbol;
+        symbol.kind = ModelSymbol::Kind::bond_variable;
+        symbol.bond = BondId(b);
+        symbol.variable = variable;
+        known = SymbolId(result->symbols.size());
+        result->symbols.push_back(symbol);
+      }
+      Output output;
+      output.name = symbol_name(*result, known);
+      output.value = result->pool.symbol(known);
+      result->outputs.push_back(std::move(output));
     }
-  system.origins.resize(system.pool.size());
   return result;
 }
 

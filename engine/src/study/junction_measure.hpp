@@ -1,6 +1,7 @@
 /// How large an element's effort and flow are beside those at its junctions: which of the two can rather be nothing.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "bgsim/simulate.hpp"
@@ -8,14 +9,14 @@
 
 namespace bgsim {
 
-/// Lets a run record the effort and the flow of each bond behind its own outputs.
-/// @return the inputs with these as further outputs.
-RunInputs record_bonds(EquationSystem& system, const RunInputs& inputs);
+/// The same model with the effort and the flow of each bond as further outputs, behind its own: e then f by BondId.
+/// @note Time linear in the model.
+std::shared_ptr<const Model> with_bonds_as_outputs(const Model& model);
 
 class JunctionMeasure {
  public:
   /// @param trace    of a run that recorded the bonds.
-  /// @param outputs  how many columns stand before them.
+  /// @param outputs  how many columns come before them.
   JunctionMeasure(const BondGraph& graph, const Trace& trace, std::size_t outputs);
 
   /// For an R, C or I at a 1-junction: its effort's root mean square beside the largest at that junction, against the

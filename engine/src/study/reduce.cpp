@@ -103,16 +103,18 @@ class Reducer {
 
   /// Runs with audit and all bonds' variables: activities, and how large efforts and flows are.
   std::vector<ElementActivity> observe(const Study& study, const RunInputs& inputs) {
-    EquationSystem system = study.equations();
-    const RunInputs with_bonds = record_bonds(system, inputs);
-    const BlockOrder order = order_equations(study.model(), system);
-    const Program program = compile(study.shared_model(), system, order, {with_bonds.outputs, true});
+    const Study observed(with_bonds_as_outputs(study.model()));
+    RunInputs with_bonds = inputs;
+    for (std::size_t i = study.model().outputs.size(); i < observed.model().outputs.size(); ++i)
+      with_bonds.outputs.push_back(i);
+    const Simulation scene = observed.scene(with_bonds, {.keep_all = true});
     SimulateOptions how;
+    how.error_estimate = false;
     how.progress = options_.progress;
-    const RunResult result = simulate(program, with_bonds, how);
+    const RunResult result = scene.simulate(how);
     end_if_failed(result, study.model());
     const JunctionMeasure measure(study.graph(), result.trace, inputs.outputs.size());
-    std::vector<ElementActivity> table = activities(program, result);
+    std::vector<ElementActivity> table = activities(scene.program(), result);
     candidates_.clear();
     for (const ElementActivity& row : table) {
       const auto found = element_of_.find(study.model().elements[row.element.index()].name);
@@ -131,6 +133,8 @@ class Reducer {
 
   /// Exact, if what remains is a model: bonds to what is left away must have ended at junctions.
   void leave_away_unobserved() {
+    // What no output depends on in one mode of the switches another mode may connect.
+    if (!switches_of(full_.model()).empty()) return;
     result_.unobserved = unobserved_elements(full_.model(), full_.equations(), inputs_.outputs);
     if (result_.unobserved.empty()) return;
     try {
@@ -315,11 +319,6 @@ class Reducer {
 }  // namespace
 
 Reduction reduce(const Study& study, const ReduceOptions& options) {
-  if (!switches_of(study.model()).empty())
-    throw ModelError({diagnostic_of("BG610", "a model with switches cannot be reduced", {},
-                                    "an element is cut by what it does in one program; another mode may need it",
-                                    "reduce the model with a switch on one side: an Se or Sf of 0 in its place")},
-                     study.model().sources);
   for (const Signal& signal : study.model().signals)
     if (signal.delay)
       throw ModelError({diagnostic_of("BG610", "a model with delayed signals cannot be reduced", signal.place,
