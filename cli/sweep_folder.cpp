@@ -137,6 +137,12 @@ void enter_sweep(const std::string& folder, const Json& identity) {
   fs::create_directories(folder, fault);
   if (fault) cannot("make the folder", folder, fault.message());
   const std::string path = folder + "/" + kPlan;
+  // Other processes may begin this sweep now: their plans are about to be named, and what else they write comes after
+  // that. So what is there is looked at first.
+  const bool empty = std::all_of(
+      fs::directory_iterator(folder, fault), fs::directory_iterator(),
+      [](const auto& entry) { return entry.path().filename().string().starts_with(std::string(kPlan) + "."); });
+  if (fault) cannot("read the folder", folder, fault.message());
   if (fs::exists(path)) {
     const Json there = sweep_in(folder);
     if (there == identity) return;
@@ -146,7 +152,7 @@ void enter_sweep(const std::string& folder, const Json& identity) {
     throw UsageError("the folder \"" + short_path(folder) + "\" holds another sweep: it differs in " +
                      (differs.empty() ? "what it says more" : differs) + "\n  write to another folder with -o");
   }
-  if (!fs::is_empty(folder, fault))
+  if (!empty)
     throw UsageError("the folder \"" + short_path(folder) +
                      "\" holds files, and no sweep; name an empty or a new one with -o");
   // Several shards may begin at once: each writes a file of its own, and the last one stays. They are all alike.

@@ -131,6 +131,18 @@ TEST_CASE("a folder with another sweep, or with other files, is left alone") {
   refused("rc.json --vary R=1,2 -o .", "holds files, and no sweep");
 }
 
+TEST_CASE("a process enters a sweep that another one is just beginning") {
+  Workplace here;
+  with_model(here);
+  // The other process has written its plan, and not named it yet.
+  REQUIRE(here.shell("mkdir it && echo '{' > it/sweep.json.1").code == 0);
+  const Outcome sweep = here.bgsim("sweep rc.json --vary R=1,2 --share -o it --quiet");
+  CAPTURE(sweep.err);
+  CHECK(sweep.code == 0);
+  REQUIRE(here.bgsim("sweep rc.json --vary R=1,2 -o alone --quiet").code == 0);
+  CHECK(here.read("it/results.csv") == here.read("alone/results.csv"));
+}
+
 TEST_CASE("what a sweep cannot vary or keep is wrong usage, with the fix") {
   Workplace here;
   with_model(here);
