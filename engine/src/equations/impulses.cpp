@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "base/codes.hpp"
 #include "expression/graph.hpp"
@@ -27,6 +28,7 @@ class Impulses {
       rows_[displacement ? system.flows[bond] : system.efforts[bond]] = {
           {d, system.pool.constant(against ? -1.0 : 1.0)}};
     }
+    if (!rows_.empty()) find_moved();
   }
 
   std::vector<ImpulseTerm> run() {
@@ -40,10 +42,31 @@ class Impulses {
   }
 
  private:
+  /// What depends on the input of a dependent store. All else takes no part, and may depend on itself (a beam without
+  /// mass on dampers).
+  void find_moved() {
+    std::unordered_map<SymbolId, std::vector<SymbolId>> users;
+    for (std::uint32_t i = 0; i < system_.symbols.size(); ++i) {
+      const SymbolId symbol(i);
+      if (system_.symbols[i].kind != SystemSymbol::Kind::unknown || !equation_of(symbol).expression.valid()) continue;
+      for (const SymbolId need : symbols_in(system_.pool, std::vector{equation_of(symbol).expression}))
+        users[need].push_back(symbol);
+    }
+    std::vector<SymbolId> open;
+    for (const auto& [symbol, row] : rows_) open.push_back(symbol);
+    while (!open.empty()) {
+      const SymbolId symbol = open.back();
+      open.pop_back();
+      for (const SymbolId user : users[symbol])
+        if (moved_.insert(user).second) open.push_back(user);
+    }
+  }
+
   /// Whether impulses pass through the equation of an unknown: those of junctions, TF and GY; and of signals on the way
   /// to an integral, but not to a modulus, which a flow without bound would leave undefined.
   [[nodiscard]] bool passes(SymbolId symbol, bool from_signal) const {
     if (system_.symbols[symbol.index()].kind != SystemSymbol::Kind::unknown || rows_.contains(symbol)) return false;
+    if (!moved_.contains(symbol)) return false;
     const Equation& equation = equation_of(symbol);
     if (equation.implicit || !equation.expression.valid()) return false;
     if (!equation.element.valid()) return through_signals_ && from_signal;
@@ -73,7 +96,7 @@ class Impulses {
             "BG620", "an impulse would go round in a loop of junctions, TF and GY: " + list, place,
             "where stores move at once, what they do is found along junctions, TF and GY that do not depend on "
             "each other",
-            "an inertia, a compliance or a resistance within the loop breaks it")},
+            "an inertia at one of its 1-junctions, or a compliance at one of its 0-junctions, breaks it")},
         model_.sources);
   }
 
@@ -128,6 +151,7 @@ class Impulses {
   const Model& model_;
   EquationSystem& system_;
   std::unordered_map<SymbolId, Row> rows_;
+  std::unordered_set<SymbolId> moved_;
   bool through_signals_ = false;
 };
 
