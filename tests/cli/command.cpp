@@ -4,8 +4,18 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <regex>
 
 namespace fs = std::filesystem;
+
+std::vector<std::string> command_names(const std::string& help) {
+  const std::regex line(R"(\n  ([a-z]+) +[a-z])");
+  const std::string commands = help.substr(help.find("Commands"), help.find("\nExamples") - help.find("Commands"));
+  std::vector<std::string> names;
+  for (std::sregex_iterator each(commands.begin(), commands.end(), line), end; each != end; ++each)
+    names.push_back((*each)[1]);
+  return names;
+}
 
 std::string bgsim_path() {
   const char* other = std::getenv("BGSIM_COMMAND");

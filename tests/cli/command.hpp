@@ -3,6 +3,7 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include "support/files.hpp"
 
@@ -10,6 +11,9 @@ struct Outcome {
   int code = 0;  ///< exit code, or 128 + signal
   std::string out, err;
 };
+
+/// The names of all commands, as the help lists them.
+std::vector<std::string> command_names(const std::string& help);
 
 /// The command: of this build, or what the environment names as BGSIM_COMMAND.
 std::string bgsim_path();

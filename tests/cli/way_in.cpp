@@ -83,14 +83,10 @@ printf '%s\n' "${COMPREPLY[@]}"
 
 TEST_CASE("the help of every command shows examples") {
   const Workplace place;
-  const std::string help = place.bgsim("--help").out;
-  const std::regex line(R"(\n  ([a-z]+) +[a-z])");
-  const std::string commands = help.substr(help.find("Commands"), help.find("\nExamples") - help.find("Commands"));
-  int count = 0;
-  for (std::sregex_iterator each(commands.begin(), commands.end(), line), end; each != end; ++each, ++count) {
-    const std::string name = (*each)[1];
+  const std::vector<std::string> names = command_names(place.bgsim("--help").out);
+  for (const std::string& name : names) {
     INFO(name);
     CHECK(place.bgsim(name + " --help").out.find("Example") != std::string::npos);
   }
-  CHECK(count >= 10);
+  CHECK(names.size() >= 10);
 }
