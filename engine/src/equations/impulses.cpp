@@ -96,7 +96,8 @@ class Impulses {
             "BG620", "an impulse would go round in a loop of junctions, TF and GY: " + list, place,
             "where stores move at once, what they do is found along junctions, TF and GY that do not depend on "
             "each other",
-            "an inertia at one of its 1-junctions, or a compliance at one of its 0-junctions, breaks it")},
+            "an inertia at one of its 1-junctions, or a compliance at one of its 0-junctions, that is a state in this "
+            "mode breaks it")},
         model_.sources);
   }
 
