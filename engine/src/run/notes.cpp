@@ -133,6 +133,12 @@ std::string near_miss_note(const Relation& relation, double time) {
          "tolerance tells whether it changes there";
 }
 
+std::string doubtful_set_note(const std::string& state, double time) {
+  return "at t = " + number_text(time, 6) + " what \"" + state +
+         "\" is set to is as near to a border of its law as the run is estimated to be wrong: a smaller relative "
+         "tolerance tells on which side it is";
+}
+
 std::string unproven_note(const Relation& relation, double time) {
   return "whether " + shortened(relation.text) +
          " changed within a step could not be decided within the work allowed, first near t = " + number_text(time, 4) +

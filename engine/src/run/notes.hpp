@@ -40,6 +40,9 @@ std::string spent_mode_words(const SpentMode& mode);
 /// A condition of which no proof was found that it did not change within a step.
 std::string unproven_note(const Relation& relation, double time);
 
+/// What an event, or a sample, sets a state to is as near to a border of its law as the run is wrong.
+std::string doubtful_set_note(const std::string& state, double time);
+
 /// A condition that comes as near to its border as the run is wrong.
 std::string near_miss_note(const Relation& relation, double time);
 /// A step that its rates do not add up to, however short it was made.

@@ -118,6 +118,7 @@ void Run::report() {
     report.errors.why_not = "the model has delayed signals";
   }
   for (const NearMisses::Miss& miss : errors_.missed()) note(near_miss_note(program_.relations[miss.relation], miss.t));
+  if (const auto& set = errors_.doubtful_set()) note(doubtful_set_note(program_.state_names[set->state], set->t));
   if (program_.switch_elements.empty()) {  // else of all modes together
     if (errors_.lost() && result_.stop == StopReason::completed) note(lost_errors_note(*errors_.lost()));
     note(output_errors_note(report.errors, program_.output_names, inputs_.relative));

@@ -78,7 +78,9 @@ bool Run::take_events() {
   fresh_ = true;
   std::vector<double> rates(program_.varied_states > 0 ? x_.size() : 0);
   if (!rates.empty() && !evaluator_.rates(t_, x_.data(), branch_, rates.data())) return fail_with_fault();
-  errors_.before_set(t_, x_, [this](double t, std::vector<double>& x) { return jumps_.set_elsewhere(t, x, branch_); });
+  errors_.before_set(t_, x_, branch_, [this](double t, std::vector<double>& x, const Branch& branch) {
+    return jumps_.set_elsewhere(t, x, branch);
+  });
   for (const std::size_t event : jumps_.due()) {
     const std::vector<double> before = log_->wanted() ? x_ : std::vector<double>{};
     audit_.before_jump(t_, x_.data(), branch_);

@@ -20,6 +20,8 @@ namespace {
 constexpr double kDiagonal = 1.0 - 1.0 / std::numbers::sqrt2;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr std::size_t kMostParts = 16;  ///< of a step
+/// Where states would be set if the error were not as it is estimated, in parts of the way to the exact solution.
+constexpr std::array<double, 2> kFarther{3.0, -2.0};
 
 double legendre(int n, double x) {
   return n == 0 ? 1.0 : n == 1 ? x : n == 2 ? 1.5 * x * x - 0.5 : (2.5 * x * x - 1.5) * x;
@@ -103,9 +105,15 @@ bool GlobalError::set_modes(double t, const std::vector<double>& y, Branch& bran
   std::size_t guard = 0;
   for (const std::uint32_t index : program_.guarded) {
     const Relation& relation = program_.relations[index];
-    const bool held = relation.is_between(branch.modes[index]);
-    if (!relation.has_borders() && !held && guards_[guard] != 0.0) direction_[guard] = guards_[guard] > 0.0 ? 1 : -1;
-    guard += relation.has_borders() ? std::size_t{2} : std::size_t{1};
+    if (relation.has_borders()) {
+      for (std::size_t side = guard; side < guard + 2; ++side)
+        if (guards_[side] < 0.0) direction_[side] = -1;
+      guard += 2;
+      continue;
+    }
+    if (!relation.is_between(branch.modes[index]) && guards_[guard] != 0.0)
+      direction_[guard] = guards_[guard] > 0.0 ? 1 : -1;
+    ++guard;
   }
   evaluator_.cross(direction_, branch);
   return true;
@@ -412,17 +420,38 @@ void GlobalError::come_to(double t, const std::vector<double>& x) {
   for (std::size_t i = 0; i < x.size(); ++i) instant_.exact[i] -= error_[i];
 }
 
-void GlobalError::before_set(double t, const std::vector<double>& x,
-                             const std::function<bool(double, std::vector<double>&)>& set) {
+void GlobalError::before_set(double t, const std::vector<double>& x, const Branch& branch, const Set& set) {
   if (!measuring_) return;
   come_to(t, x);
-  if (!set(t + instant_.late, instant_.exact))
+  for (std::vector<double>& farther : farther_) farther.clear();
+  // The modes are those of the point, unless it is at the border of what sets.
+  const auto set_there = [&](double at, std::vector<double>& states) {
+    branch_there_ = branch;
+    if (instant_.late == 0.0) {
+      std::copy(states.begin(), states.end(), y_.begin());
+      if (!set_modes(at, y_, branch_there_)) return false;
+    }
+    return set(at, states, branch_there_);
+  };
+  if (instant_.late == 0.0)
+    for (std::size_t k = 0; k < kFarther.size(); ++k) {
+      farther_[k] = x;
+      for (std::size_t i = 0; i < x.size(); ++i) farther_[k][i] += kFarther[k] * (instant_.exact[i] - x[i]);
+      if (!set_there(t, farther_[k])) farther_[k].clear();
+    }
+  if (!set_there(t + instant_.late, instant_.exact))
     give_up("what is set at t = " + number_text(t, 6) + " has no value for the exact solution");
 }
 
 void GlobalError::after_set(double t, const std::vector<double>& x, const Branch& branch) {
   if (!measuring_) return;
   for (std::size_t i = 0; i < x.size(); ++i) error_[i] = x[i] - instant_.exact[i];
+  for (std::size_t k = 0; k < kFarther.size() && !doubtful_set_; ++k)
+    for (std::size_t i = 0; i < farther_[k].size() && !doubtful_set_; ++i) {
+      const double much = OutputErrors::kLarge * std::max(tolerances_.largest(i), std::abs(x[i]));
+      const double jump = farther_[k][i] - x[i] + kFarther[k] * error_[i];
+      if (std::abs(error_[i]) <= much && std::abs(jump) > much) doubtful_set_ = DoubtfulSet{i, t};
+    }
   if (instant_.late == 0.0) return;
   branch_ = branch;
   if (!evaluator_.rates(t, x.data(), branch_, rates_.data())) return;

@@ -58,9 +58,10 @@ class GlobalError {
   /// What the outputs @p row at a recorded point are wrong by; @p t within the last add().
   void add_row(double t, const double* y, const Branch& branch, const std::vector<double>& row);
 
+  /// Sets states at the time and point that it is given, with the modes there; false if it cannot.
+  using Set = std::function<bool(double t, std::vector<double>& x, const Branch& branch)>;
   /// Before states are set at (t, x); then after. What is set is set where the exact solution is taken to be as well.
-  /// @param set  sets states at the time and point that it is given; false if it cannot
-  void before_set(double t, const std::vector<double>& x, const std::function<bool(double, std::vector<double>&)>& set);
+  void before_set(double t, const std::vector<double>& x, const Branch& branch, const Set& set);
   void after_set(double t, const std::vector<double>& x, const Branch& branch);
 
   /// An instant at which rates or states jump.
@@ -83,6 +84,13 @@ class GlobalError {
 
   /// The first condition that less than the error decides, if there is one.
   [[nodiscard]] const std::vector<NearMisses::Miss>& missed() const { return near_misses_.first(); }
+  /// The first state, and when, that would have been set to something else a little farther off than the exact solution
+  /// is taken to be (a sample that is rounded, beside the border between two ticks).
+  struct DoubtfulSet {
+    std::size_t state = 0;
+    double t = 0.0;
+  };
+  [[nodiscard]] const std::optional<DoubtfulSet>& doubtful_set() const { return doubtful_set_; }
 
   /// Why an estimate that was begun has no result.
   [[nodiscard]] const std::optional<std::string>& lost() const { return lost_; }
@@ -102,6 +110,7 @@ class GlobalError {
     archive("inner errors", inner_errors_);
     archive("begin parts", begin_parts_);
     archive("near misses", near_misses_);
+    carry_doubtful_set(archive);
     archive("from", from_);
     archive("to", to_);
     archive("largest", sums_.largest);
@@ -114,6 +123,17 @@ class GlobalError {
   }
 
  private:
+  template <class Archive>
+  void carry_doubtful_set(Archive& archive) {
+    std::vector<double> set;
+    if (doubtful_set_) set = {static_cast<double>(doubtful_set_->state), doubtful_set_->t};
+    archive("doubtful set", set);
+    doubtful_set_.reset();
+    if (set.empty()) return;
+    archive.check(set.size() == 2 && set[0] >= 0.0 && set[0] < static_cast<double>(program_.state_names.size()));
+    doubtful_set_ = DoubtfulSet{static_cast<std::size_t>(set[0]), set[1]};
+  }
+
   /// A part of the last step.
   struct Within {
     explicit Within(std::size_t states)
@@ -163,6 +183,7 @@ class GlobalError {
   Sums sums_;
   Instant instant_;
   NearMisses near_misses_;
+  std::optional<DoubtfulSet> doubtful_set_;
   double seconds_ = 0.0;
 
   // Scratch
@@ -174,6 +195,7 @@ class GlobalError {
       rate_rounding_, rounding_;
   std::vector<int> direction_;
   Branch branch_before_, branch_there_;
+  std::array<std::vector<double>, 2> farther_;  ///< set there; empty: not looked at
   std::vector<double> right_, moment_, second_, defect_, added_;
 };
 
