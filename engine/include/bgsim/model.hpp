@@ -183,7 +183,9 @@ struct Element {
   std::optional<DiodeLaw> diode;
   std::optional<ContactLaw> contact;
   bool stands_in = false;  ///< where another kind stands for a switch (ModePrograms): what its mode is there
-  double priority = 0.0;   ///< stores: larger gets integral causality first; ties by the model's order
+  /// Of an Sw in a mode: of the other side's kind, since other switches set already what it would.
+  bool idle = false;
+  double priority = 0.0;  ///< stores: larger gets integral causality first; ties by the model's order
   std::string about;
   Place place;              ///< of the element's key
   Place coefficient_place;  ///< of coefficient, energy or modulus

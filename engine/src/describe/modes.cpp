@@ -6,6 +6,7 @@
 #include "base/text_rows.hpp"
 #include "bgsim/describe.hpp"
 #include "bgsim/text.hpp"
+#include "equations/idle_switches.hpp"
 #include "equations/solvable_causality.hpp"
 
 namespace bgsim {
@@ -14,13 +15,22 @@ namespace {
 constexpr std::size_t kMostSwitches = 12;
 constexpr std::size_t kMostRows = 64;
 
+/// "; "b", "c" idle": switches that set what others set already.
+std::string idle_words(const Model& model) {
+  std::string names;
+  for (const Element& element : model.elements)
+    if (element.idle) names += (names.empty() ? "; \"" : ", \"") + element.name + "\"";
+  return names.empty() ? names : names + " idle";
+}
+
 /// What a mode makes of the model, in a line. @p allowed: whether the graph allows it.
-std::string consequence(const Model& model, const BondGraph& graph, bool& allowed) {
+std::string consequence(const Model& model, BondGraph graph, bool& allowed) {
+  for (std::size_t i = 0; i < model.elements.size(); ++i) graph.kinds[i] = model.elements[i].kind;
   try {
     const CausalGraph causal = solvable_causality(model, graph);
     derive_equations(model, graph, causal);
     allowed = true;
-    if (causal.dependent.empty()) return "all stores independent";
+    if (causal.dependent.empty()) return "all stores independent" + idle_words(model);
     std::string text = "dependent:";
     constexpr std::size_t kMost = 8;
     for (std::size_t i = 0; i < causal.dependent.size() && i < kMost; ++i) {
@@ -29,7 +39,7 @@ std::string consequence(const Model& model, const BondGraph& graph, bool& allowe
               (stores_displacement(store, causal.dependent[i].port) ? ".q" : ".p");
     }
     if (causal.dependent.size() > kMost) text += " and " + std::to_string(causal.dependent.size() - kMost) + " more";
-    return text;
+    return text + idle_words(model);
   } catch (const ModelError& error) {
     allowed = false;
     return "not allowed: " + error.diagnostics.front().situation + " (" + error.diagnostics.front().code + ")";
@@ -50,10 +60,11 @@ std::string describe_modes(const Model& model, const BondGraph& graph) {
     Mode mode(count);
     for (std::size_t i = 0; i < count; ++i) mode[i] = (number >> (count - 1 - i) & 1U) != 0;
     const Model moded = in_mode(model, mode);
-    BondGraph in_this = graph;
-    for (std::size_t i = 0; i < moded.elements.size(); ++i) in_this.kinds[i] = moded.elements[i].kind;
     bool allowed = false;
-    const std::string text = consequence(moded, in_this, allowed);
+    std::string text = consequence(moded, graph, allowed);
+    if (!allowed)
+      if (const Model idle = with_idle_switches(moded); !idle_words(idle).empty())
+        text = consequence(idle, graph, allowed);
     refused += allowed ? 0U : 1U;
     if (++listed <= kMostRows) rows += "  " + mode_text(model, mode) + ": " + visible_line(text) + "\n";
   }

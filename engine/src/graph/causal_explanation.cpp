@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "base/text.hpp"
+#include "bgsim/modes.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
@@ -248,6 +249,9 @@ std::string stroke_reason_text(const Model& model, const BondGraph& graph, std::
   const std::string port = words.port(words.port_at(stroke.element, bond));
   switch (stroke.reason) {
     case StrokeReason::source:
+      if (element.idle)
+        return in_quotes(element.name) + " is " + (is_closed(element) ? "closed" : "open") +
+               " and idle: other switches set what it would";
       return in_quotes(element.name) + (kind_words(element).find_first_of("eo") == 0 ? " is an " : " is a ") +
              kind_words(element);
     case StrokeReason::one_way_law:

@@ -12,9 +12,10 @@ std::vector<ElementId> switches_of(const Model& model) {
   return result;
 }
 
-bool is_closed(const Element& element) { return imposed_variable(element.kind) == Variable::effort; }
+bool is_closed(const Element& element) { return (imposed_variable(element.kind) == Variable::effort) != element.idle; }
 
 void set_closed(Element& element, bool closed) {
+  element.idle = false;
   if (element.contact)
     element.kind = closed ? ElementKind::free_contact : ElementKind::closed_contact;
   else if (element.diode)

@@ -32,6 +32,7 @@ const Program* SwitchedRun::program_here() {
   try {
     const Program& program = program_of_(mode_);
     met_.insert(mode_);
+    note_indefinite(program);
     if (result_.trace.names.empty()) {
       result_.trace.names = program.output_names;
       result_.trace.units = program.output_units;
@@ -43,6 +44,25 @@ const Program* SwitchedRun::program_here() {
     fail(not_allowed(error));
     return nullptr;
   }
+}
+
+/// Outputs that idle switches leave indefinite, each once.
+void SwitchedRun::note_indefinite(const Program& program) {
+  std::string outputs;
+  for (const std::string& output : program.indefinite_outputs)
+    if (indefinite_.insert(output).second) outputs += (outputs.empty() ? "\"" : "\", \"") + output;
+  if (outputs.empty()) return;
+  std::string open, closed;
+  for (const Element& element : program.model->elements)
+    if (element.idle) {
+      std::string& names = is_closed(element) ? closed : open;
+      names += (names.empty() ? "\"" : ", \"") + element.name + "\"";
+    }
+  result_.report.notes.push_back(
+      "from t = " + number_text(stored_.t, 6) + " " + outputs + "\" is indefinite: " +
+      (open.empty() ? "" : open + " is open in series with open switches, and is taken to have no effort") +
+      (open.empty() || closed.empty() ? "" : "; ") +
+      (closed.empty() ? "" : closed + " is closed in parallel with closed switches, and is taken to have no flow"));
 }
 
 Diagnostic SwitchedRun::not_allowed(const ModelError& error) const {

@@ -180,6 +180,7 @@ class SwitchedRun {
 
   const Program* program_here();
 
+  void note_indefinite(const Program& program);
   [[nodiscard]] Diagnostic not_allowed(const ModelError& error) const;
 
   [[nodiscard]] std::string mode_words() const { return names_ ? mode_text(*names_, mode_) : "the first one"; }
@@ -308,7 +309,8 @@ class SwitchedRun {
   bool switched_ = true;        ///< the last change was not one of diodes alone, which cut no flow that is not 0
   bool audited_ = true, remarked_ = false;
   std::size_t lone_jumps_ = 0;
-  std::set<std::string> noted_;  ///< stores that have jumped alone
+  std::set<std::string> indefinite_;  ///< outputs that have been noted
+  std::set<std::string> noted_;       ///< stores that have jumped alone
 };
 
 }  // namespace bgsim

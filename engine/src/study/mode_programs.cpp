@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bgsim/evaluator.hpp"
+#include "equations/idle_switches.hpp"
 #include "equations/solvable_causality.hpp"
 #include "graph/law_numbers.hpp"
 #include "run/stored.hpp"
@@ -190,6 +191,18 @@ bool free_of_switches(const Model& model, const EquationSystem& system, ExprId r
   return true;
 }
 
+/// What @p make makes of the model, or, where the graph refuses it, of the same with idle switches.
+template <class Make>
+auto allowed(const std::shared_ptr<const Model>& model, const Make& make) {
+  try {
+    return make(model);
+  } catch (const ModelError&) {
+    auto idle = std::make_shared<const Model>(with_idle_switches(*model));
+    if (std::none_of(idle->elements.begin(), idle->elements.end(), [](const Element& e) { return e.idle; })) throw;
+    return make(std::shared_ptr<const Model>(std::move(idle)));
+  }
+}
+
 }  // namespace
 
 ModePrograms::ModePrograms(std::shared_ptr<const Model> model, CompileOptions options)
@@ -200,23 +213,26 @@ std::vector<double> ModePrograms::completed(std::vector<double> parameters) cons
   return parameters;
 }
 
-std::unique_ptr<ModePrograms::Made> ModePrograms::make(std::shared_ptr<const Model> model,
+std::unique_ptr<ModePrograms::Made> ModePrograms::make(const std::shared_ptr<const Model>& model,
                                                        const CompileOptions& options) {
-  auto made = std::make_unique<Made>();
-  made->model = std::move(model);
-  made->graph = build_bond_graph(*made->model);
-  made->causal = solvable_causality(*made->model, made->graph);
-  EquationSystem system = derive_equations(*made->model, made->graph, made->causal);
-  if (system.states.empty()) {
-    made->model = std::make_shared<const Model>(with_clock(*made->model));
+  return allowed(model, [&options](std::shared_ptr<const Model> of) {
+    auto made = std::make_unique<Made>();
+    made->model = std::move(of);
+    made->graph = build_bond_graph(*made->model);
     made->causal = solvable_causality(*made->model, made->graph);
-    system = derive_equations(*made->model, made->graph, made->causal);
-  }
-  for (const SwitchEquation& at : system.switches)
-    made->certain.push_back(free_of_switches(*made->model, system, at.leaves));
-  const BlockOrder order = order_equations(*made->model, system);
-  made->program = compile(made->model, system, order, options);
-  return made;
+    EquationSystem system = derive_equations(*made->model, made->graph, made->causal);
+    if (system.states.empty()) {
+      made->model = std::make_shared<const Model>(with_clock(*made->model));
+      made->causal = solvable_causality(*made->model, made->graph);
+      system = derive_equations(*made->model, made->graph, made->causal);
+    }
+    for (const SwitchEquation& at : system.switches)
+      made->certain.push_back(free_of_switches(*made->model, system, at.leaves));
+    const BlockOrder order = order_equations(*made->model, system);
+    made->program = compile(made->model, system, order, options);
+    made->program.indefinite_outputs = indefinite_outputs(*made->model, made->graph, system);
+    return made;
+  });
 }
 
 const Program& ModePrograms::at(const Mode& mode, const std::vector<double>& parameters) {
@@ -240,10 +256,11 @@ const DiodeNetwork& ModePrograms::network(const Mode& mode) {
   if (network) return *network;
   auto made = std::make_unique<DiodeNetwork>();
   const auto model = std::make_shared<const Model>(as_network(in_mode(*model_, key), *made));
-  const BondGraph graph = build_bond_graph(*model);
-  const CausalGraph causal = solvable_causality(*model, graph);
-  const EquationSystem system = derive_equations(*model, graph, causal, true);
-  made->program = compile(model, system, order_equations(*model, system), {{}, false});
+  made->program = allowed(model, [](const std::shared_ptr<const Model>& of) {
+    const BondGraph graph = build_bond_graph(*of);
+    const EquationSystem system = derive_equations(*of, graph, solvable_causality(*of, graph), true);
+    return compile(of, system, order_equations(*of, system), {{}, false});
+  });
   network = std::move(made);
   return *network;
 }

@@ -49,7 +49,7 @@ class ModePrograms {
   void begin_without_switches(const Made& without, const RunInputs& inputs, DelayedPrograms& own, SwitchedStart& start);
   void put_switches(const Made& without, const RunInputs& inputs, DelayedPrograms& own, SwitchedStart& start) const;
   void put_diodes(const RunInputs& inputs, DelayedPrograms& own, SwitchedStart& start);
-  static std::unique_ptr<Made> make(std::shared_ptr<const Model> model, const CompileOptions& options);
+  static std::unique_ptr<Made> make(const std::shared_ptr<const Model>& model, const CompileOptions& options);
 
   /// With those that the programs have more than the model: 0.
   [[nodiscard]] std::vector<double> completed(std::vector<double> parameters) const;

@@ -7,6 +7,7 @@
 #include "base/codes.hpp"
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
+#include "equations/idle_switches.hpp"
 #include "equations/solvable_causality.hpp"
 #include "graph/law_numbers.hpp"
 #include "run/clock.hpp"
@@ -213,7 +214,7 @@ RunResult Simulation::run_once(const RunInputs& inputs, const SimulateOptions& o
 }
 
 Study Study::in_mode(const Mode& closed) const {
-  return Study(std::make_shared<const Model>(bgsim::in_mode(model(), closed)));
+  return Study(std::make_shared<const Model>(with_idle_switches(bgsim::in_mode(model(), closed))));
 }
 
 Study Study::at_start(const std::string& name, const SceneOverrides& overrides) const {

@@ -1,0 +1,191 @@
+// Switches that set what others set already: open in series, closed in parallel.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/run.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+
+namespace {
+
+/// @param bonds  "a>b c>d"
+std::string model_of(const std::string& elements, const std::string& bonds, const std::string& outputs,
+                     const std::string& signals = "") {
+  std::string list;
+  for (std::size_t at = 0; at < bonds.size();) {
+    const std::size_t end = std::min(bonds.find(' ', at), bonds.size()), arrow = bonds.find('>', at);
+    list += std::string(list.empty() ? "" : ", ") + R"({"from": ")" + bonds.substr(at, arrow - at) + R"(", "to": ")" +
+            bonds.substr(arrow + 1, end - arrow - 1) + "\"}";
+    at = end + 1;
+  }
+  return R"({"bgsim": 1, "name": "idle", "signals": {)" + signals + R"(}, "elements": {)" + elements +
+         R"(}, "bonds": [)" + list + R"(], "outputs": {)" + outputs +
+         R"(}, "scenes": {"run": {"stop": 5, "samples": 41, "relative": 1e-9}}})";
+}
+
+RunResult completed(const std::string& text) {
+  const RunResult result = Study::from_text(text).scene().simulate();
+  INFO((result.failure ? result.failure->code + " " + result.failure->situation : ""));
+  REQUIRE(result.stop == StopReason::completed);
+  return result;
+}
+
+std::string notes_of(const RunResult& result) {
+  std::string all;
+  for (const std::string& note : result.report.notes) all += note + "\n";
+  return all;
+}
+
+std::string code_of(const std::string& text) {
+  const RunResult result = Study::from_text(text).scene().simulate();
+  return result.failure ? result.failure->code : "";
+}
+
+void check_same(const RunResult& one, const RunResult& other) {
+  REQUIRE(one.trace.columns.size() == other.trace.columns.size());
+  for (std::size_t k = 0; k < one.trace.columns.size(); ++k) {
+    INFO(one.trace.names[k]);
+    // The same equations in both, but the changes of more conditions are stepped to: both are within the tolerance of
+    // 1e-9 of values of some units.
+    CHECK(largest_difference(one.trace.columns[k], other.trace.columns[k]) < 1e-8);
+  }
+}
+
+const std::string kSource = R"x("u": {"kind": "Se", "effort": "2*cos(3*t)"}, "j": {"kind": "1"},
+    "r": {"kind": "R", "resistance": 0.5}, "c": {"kind": "C", "capacitance": 0.4, "initial": {"e": 1}})x";
+const std::string kOutputs = R"("v": "c.e", "i": "r.f")";
+
+}  // namespace
+
+TEST_CASE("switches in series are one that is closed while all of them are") {
+  const std::string one = model_of(kSource + R"(, "s": {"kind": "Sw", "closed": "sin(2*t) > -0.3 and sin(5*t) > 0"})",
+                                   "u>j j>r j>c j>s", kOutputs);
+  const std::string two = model_of(
+      kSource + R"(, "a": {"kind": "Sw", "closed": "sin(2*t) > -0.3"}, "b": {"kind": "Sw", "closed": "sin(5*t) > 0"})",
+      "u>j j>r j>c j>a j>b", kOutputs);
+  const RunResult single = completed(one), both = completed(two);
+  check_same(single, both);
+  CHECK(both.report.mode_changes > single.report.mode_changes);
+  CHECK(notes_of(both).empty());
+  // the same beyond a transformer, and with a third one
+  check_same(
+      single,
+      completed(model_of(
+          kSource +
+              R"(, "a": {"kind": "Sw", "closed": "sin(2*t) > -0.3"}, "b": {"kind": "Sw", "closed": "sin(5*t) > 0"},
+                                      "tf": {"kind": "TF", "modulus": 3}, "k": {"kind": "1"}, "d": {"kind": "Sw", "closed": "sin(5*t) > 0"})",
+          "u>j j>r j>c j>a j>tf tf>k k>b k>d", kOutputs)));
+}
+
+TEST_CASE("switches in parallel are one that is open while all of them are") {
+  const std::string parts = kSource + R"(, "n": {"kind": "0"}, "leak": {"kind": "R", "resistance": 2})";
+  const std::string bonds = "u>j j>r j>c j>n n>leak ";
+  const std::string one =
+      model_of(parts + R"(, "s": {"kind": "Sw", "closed": "sin(2*t) > 0.3 or sin(5*t) > 0"})", bonds + "n>s", kOutputs);
+  const std::string two = model_of(
+      parts + R"(, "a": {"kind": "Sw", "closed": "sin(2*t) > 0.3"}, "b": {"kind": "Sw", "closed": "sin(5*t) > 0"})",
+      bonds + "n>a n>b", kOutputs);
+  const RunResult both = completed(two);
+  check_same(completed(one), both);
+  CHECK(notes_of(both).empty());
+}
+
+TEST_CASE("three capacitors at a node that switches cut off keep their charge, and share it where they meet") {
+  // s1 closes at 1, s2 at 2, s3 at 3; all open at 4. Charge is conserved at each meeting.
+  std::string elements = R"("n": {"kind": "0"})", bonds, outputs;
+  const double capacitance[] = {1, 2, 3}, start[] = {6, 3, 1};
+  for (int k = 0; k < 3; ++k) {
+    const std::string i = std::to_string(k + 1);
+    elements += R"(, "j)" + i + R"(": {"kind": "1"}, "c)" + i + R"(": {"kind": "C", "capacitance": )" +
+                std::to_string(capacitance[k]) + R"(, "initial": {"e": )" + std::to_string(start[k]) + R"(}}, "s)" + i +
+                R"(": {"kind": "Sw", "closed": "t > )" + i + R"( and t < 4"})";
+    bonds += (k == 0 ? "" : " ") + ("c" + i + ">j" + i + " j" + i + ">s" + i + " j" + i + ">n");
+    outputs += (k == 0 ? "" : ", ") + ("\"v" + i + "\": \"c" + i + ".e\"");
+  }
+  const RunResult run = completed(model_of(elements, bonds, outputs));
+  const double two = (6 + 2 * 3) / 3.0, all = (two * 3 + 3) / 6.0;
+  for (std::size_t i = 0; i < run.trace.times.size(); ++i) {
+    const double t = run.trace.times[i];
+    CAPTURE(t);
+    const double expected[] = {t <= 2 ? 6 : t <= 3 ? two : all, t <= 2 ? 3 : t <= 3 ? two : all, t <= 3 ? 1 : all};
+    for (std::size_t k = 0; k < 3; ++k)
+      CHECK(run.trace.columns[k][i] == Approx(expected[k]).epsilon(1e-12));  // rounding
+  }
+}
+
+TEST_CASE("an inverter of four switches without diodes rests while all are open") {
+  // Legs of two switches in series across the source, a resistor between their middles; a tenth of dead time.
+  const std::string high = "mod(t, 1) < 0.4", low = "mod(t, 1) > 0.5 and mod(t, 1) < 0.9";
+  std::string elements =
+      R"("u": {"kind": "Se", "effort": 10}, "dc": {"kind": "0"}, "a": {"kind": "0"}, "b": {"kind": "0"},
+      "load": {"kind": "R", "resistance": 4}, "across": {"kind": "1"})";
+  std::string bonds = "u>dc a>across across>load across>b";
+  const auto add = [&](const std::string& name, const std::string& condition, const std::string& from,
+                       const std::string& to) {
+    elements += ", \"" + name + R"(": {"kind": "Sw", "closed": ")" + condition + "\"}";
+    if (to.empty()) {
+      bonds += " " + from + ">" + name;
+      return;
+    }
+    elements += ", \"j_" + name + R"(": {"kind": "1"})";
+    bonds += " " + from + ">j_" + name + " j_" + name + ">" + name + " j_" + name + ">" + to;
+  };
+  add("s1", high, "dc", "a");
+  add("s2", low, "dc", "b");
+  add("s3", low, "a", "");
+  add("s4", high, "b", "");
+  const RunResult run = completed(model_of(elements, bonds, R"("i": "load.f", "v": "a.e")"));
+  for (std::size_t k = 0; k < run.trace.times.size(); ++k) {
+    const double phase = std::fmod(run.trace.times[k] + 1e-9, 1.0);
+    if (std::abs(phase - 0.4) < 1e-6 || std::abs(phase - 0.5) < 1e-6 || std::abs(phase - 0.9) < 1e-6) continue;
+    CHECK(run.trace.columns[0][k] == (phase < 0.4 ? 2.5 : phase > 0.5 && phase < 0.9 ? -2.5 : 0.0));
+  }
+  // What the load's ends are at then is anything between the rails.
+  CHECK(notes_of(run).find("\"v\" is indefinite") != std::string::npos);
+  CHECK(notes_of(run).find("\"i\" is indefinite") == std::string::npos);
+}
+
+TEST_CASE("two open switches in series with a diode, and a coil that they cut off") {
+  const auto with = [](const std::string& switches, const std::string& more) {
+    return model_of(
+        R"x("u": {"kind": "Se", "effort": "3*sin(4*t)"}, "j": {"kind": "1"}, "d": {"kind": "D", "passes": "in"},
+        "l": {"kind": "I", "inertance": 0.2}, "r": {"kind": "R", "resistance": 1}, )x" +
+            switches,
+        "u>j j>d j>l j>r " + more, R"("i": "l.f")");
+  };
+  check_same(
+      completed(with(R"("s": {"kind": "Sw", "closed": "t > 0.5 and t < 3"})", "j>s")),
+      completed(with(R"("a": {"kind": "Sw", "closed": "t > 0.5"}, "b": {"kind": "Sw", "closed": "t > 0.2 and t < 3"},
+                              "c": {"kind": "Sw", "closed": "t < 3"})",
+                     "j>a j>b j>c")));
+}
+
+TEST_CASE("what switches leave indefinite is refused where something depends on it") {
+  // a source of flow that two open switches cut off, and a source of effort across two that are closed
+  CHECK(code_of(model_of(R"("u": {"kind": "Sf", "flow": 1}, "j": {"kind": "1"}, "r": {"kind": "R", "resistance": 1},
+      "a": {"kind": "Sw", "closed": "t < 1"}, "b": {"kind": "Sw", "closed": "t < 1"})",
+                         "u>j j>r j>a j>b", R"("e": "r.e")")) == "BG619");
+  CHECK(code_of(
+            model_of(R"("u": {"kind": "Se", "effort": "t - 1"}, "n": {"kind": "0"}, "r": {"kind": "R", "resistance": 1},
+      "a": {"kind": "Sw", "closed": "t > 1"}, "b": {"kind": "Sw", "closed": "t > 1"})",
+                     "u>n n>r n>a n>b", R"("f": "r.f")")) == "BG619");
+  // a condition that asks for the voltage between both
+  CHECK(code_of(model_of(kSource + R"(, "a": {"kind": "Sw", "closed": "sin(2*t) > -0.3"},
+      "b": {"kind": "Sw", "close": "b.e > 1", "open": "b.f < 0"})",
+                         "u>j j>r j>c j>a j>b", kOutputs)) == "BG619");
+}
+
+TEST_CASE("a mode with idle switches is listed as allowed, and shown") {
+  const Study study = Study::from_text(
+      model_of(kSource + R"(, "a": {"kind": "Sw", "closed": "t > 1"}, "b": {"kind": "Sw", "closed": "t > 2"})",
+               "u>j j>r j>c j>a j>b", kOutputs));
+  const std::string modes = describe_modes(study.model(), study.graph());
+  INFO(modes);
+  CHECK(modes.find("4, of which the graph allows 4") != std::string::npos);
+  CHECK(modes.find("\"b\" idle") != std::string::npos);
+  const Study open = study.in_mode({false, false});
+  CHECK(mode_of(open.model()) == Mode{false, false});
+  CHECK(open.model().elements.back().idle);
+  CHECK_FALSE(study.in_mode({true, false}).model().elements.back().idle);
+}
