@@ -223,7 +223,6 @@ class RandomPoint {
   std::vector<Point> at_;         ///< by ExprId
   std::vector<bool> indefinite_;  ///< by SymbolId
   std::vector<bool> reaches_;     ///< by ExprId
-  std::mt19937_64 random_{1};     // NOLINT(cert-msc32-c,cert-msc51-cpp): the same each time
 };
 
 /// Whether idle switches have the 0 that they would set, and only outputs and powers depend on what is indefinite.
