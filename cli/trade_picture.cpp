@@ -38,6 +38,8 @@ Look look_of(const TradeSetting& setting) {
                                                  {"dirk4", {"#3a8f2a", 1, 10}},
                                                  {"dirk5", {"#1e5c14", 1, 11}},
                                                  {"radau", {"#b8860b", 1, 2}},
+                                                 {"radau9", {"#8f6a08", 1, 12}},
+                                                 {"radau13", {"#5c4405", 1, 13}},
                                                  {"euler", {"#b0b0b0", 2, 1}},
                                                  {"implicit_euler", {"#808080", 2, 2}},
                                                  {"rk4", {"#c03060", 2, 3}},

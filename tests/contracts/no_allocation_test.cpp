@@ -71,7 +71,9 @@ TEST_CASE("a longer run allocates no more than a short one, but for its trace") 
       "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } }, "r": { "kind": "R", "resistance": 0.01 } },
     "bonds": [ { "from": "loop", "to": "l" }, { "from": "loop", "to": "c" }, { "from": "loop", "to": "r" } ],
     "outputs": { "q": "c.q" }, "scenes": { "main": { "stop": 10, "samples": 2 } } })json";
-  CompiledModel model = compile_text(text);
+  const Method method = GENERATE(Method::automatic, Method::radau9, Method::radau13);
+  CAPTURE(method_name(method));
+  CompiledModel model = compile_text(text, with_method(method));
   const auto count = [&model](double stop) {
     model.inputs.stop = stop;
     model.inputs.output_times = {0.0, stop};

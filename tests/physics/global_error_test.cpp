@@ -73,8 +73,8 @@ Errors errors_of(const System& system, const RunResult& exact, Method method) {
 TEST_CASE("the error of outputs is estimated to within a factor of five, by every method", "[long]") {
   for (const System& system : kSystems) {
     const RunResult exact = reference_of(system);
-    for (const Method method :
-         {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::erk5, Method::dirk4, Method::radau}) {
+    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::erk5, Method::dirk4,
+                                Method::radau, Method::radau9, Method::radau13}) {
       const Errors errors = errors_of(system, exact, method);
       INFO(system.name << ", " << facts_of(method).name << ": " << errors.exact << ", estimated " << errors.estimate);
       // A millionth of a range is what the references are good for, events included, with room.

@@ -93,7 +93,8 @@ TEST_CASE("a bridge of two-slope diodes with a smoothing capacitor agrees with b
     return diode(node(i) - u) + diode(node(-i) - u) - u / 50.0;
   };
   const double expected = charge_after(0.01, 2e-5, charging) / 1e-3;
-  for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::dirk4, Method::radau}) {
+  for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::dirk4, Method::radau,
+                              Method::radau9, Method::radau13}) {
     INFO(facts_of(method).name);
     const RunResult run = run_text(text, with_method(method, 1e-8));
     REQUIRE(run.stop == StopReason::completed);
@@ -135,7 +136,8 @@ TEST_CASE("a turbulent pipe, written by its flow, empties a vessel as the closed
             "line": { "kind": "1" }, "pipe": { "kind": "R", "law": "e = K*f*abs(f)" } },
             "bonds": [ { "from": "line", "to": "a" }, { "from": "line", "to": "b" }, { "from": "line", "to": "pipe" } ],
             "outputs": { "p": { "value": "a.e + b.e" } }, "scenes": { "run": { "stop": 2.4, "samples": 25 } } })x";
-  for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::dirk4, Method::radau}) {
+  for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::dirk4, Method::radau,
+                              Method::radau9, Method::radau13}) {
     INFO(facts_of(method).name);
     const RunResult run = run_text(text, with_method(method, 1e-8));
     REQUIRE(run.stop == StopReason::completed);

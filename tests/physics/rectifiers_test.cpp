@@ -68,7 +68,8 @@ TEST_CASE("a bridge of diodes with a smoothing capacitor agrees with bisection a
     return diode(node(i) - u) + diode(node(-i) - u) - u / 50.0;
   };
   const double expected = charge_after(0.02, 1e-4, charging) / 1e-3;
-  for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
+  for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau,
+                              Method::radau9, Method::radau13}) {
     INFO(facts_of(method).name);
     const RunResult run = run_text(text, with_method(method, 1e-8));
     REQUIRE(run.stop == StopReason::completed);

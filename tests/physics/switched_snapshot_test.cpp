@@ -180,7 +180,7 @@ const char* const kAtTheEnd = R"json({ "bgsim": 1, "name": "at_the_end",
 
 TEST_CASE("a switched run continues from any snapshot bit for bit: methods") {
   for (const Method method : {Method::automatic, Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau,
-                              Method::ida, Method::rk4, Method::implicit_euler}) {
+                              Method::radau9, Method::radau13, Method::ida, Method::rk4, Method::implicit_euler}) {
     INFO(facts_of(method).name);
     SceneOverrides overrides = with_method(method);
     if (facts_of(method).fixed_step()) overrides.step = 0.001;

@@ -25,6 +25,8 @@ enum class Method : std::uint8_t {
   dirk4,
   dirk5,
   radau,
+  radau9,
+  radau13,
   euler,
   implicit_euler,
   rk4,

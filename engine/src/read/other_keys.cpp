@@ -231,6 +231,8 @@ constexpr std::array kMethods{
     Key{" ode15s lsoda vode cvode gear stiff ndf fbdf ", "bdf"},
     Key{" ode23s ode23t ode23tb rodas rosenbrock trbdf2 esdirk esdirk23a ", "dirk3"},
     Key{" radau5 radauiia radau_iia radauiia5 radau-iia ", "radau"},
+    Key{" radauiia9 radau_iia9 radauiia_9 ", "radau9"},
+    Key{" radauiia13 radau_iia13 radauiia_13 ", "radau13"},
     Key{" ode113 adams-bashforth abm ", "adams"},
     Key{" dassl daskr ode15i daspk ", "ida"},
     Key{" rk runge-kutta rungekutta rungekutta4 runge_kutta ode4 ", "rk4"},

@@ -70,7 +70,7 @@ bool Run::choose_integrator() {
     } else if (choice.method == Method::ida) {
       integrator_ = make_ida_explicit_integrator(program_, evaluator_, tolerances_, inputs_);
     } else if (facts.family == MethodFamily::collocation) {
-      integrator_ = make_radau_integrator(program_, evaluator_, tolerances_, inputs_);
+      integrator_ = make_radau_integrator(program_, evaluator_, tolerances_, inputs_, facts.order);
     } else if (facts.family == MethodFamily::multistep) {
       integrator_ = make_cvode_integrator(program_, evaluator_, tolerances_, inputs_);
     } else if (inputs_.method == Method::automatic) {

@@ -39,6 +39,9 @@ struct Ladder {
   double error = 0.0;  ///< of the last row; 0: not known
 };
 
+/// Collocation of order 9 and 13 is for accurate runs: its first row is the one below this tolerance.
+constexpr double kHighOrdersBelow = 1e-5;
+
 std::vector<Ladder> ladders(const Program& program) {
   std::vector<Ladder> all;
   const bool explicit_form = program.plan.explicit_form && program.system_class != SystemClass::implicit_dae;
@@ -47,7 +50,8 @@ std::vector<Ladder> ladders(const Program& program) {
     if (facts.method == Method::automatic) continue;
     if (!explicit_form && facts.method != Method::ida) continue;
     if (facts.method == Method::verlet && !separate(program, obstacle)) continue;
-    all.push_back({{facts.method, 0, 0.0, 0.0}});
+    const bool high = facts.family == MethodFamily::collocation && facts.method != Method::radau;
+    all.push_back({{facts.method, 0, high ? kHighOrdersBelow : 0.0, 0.0}});
     // The highest order of BDF that is stable wherever the solution is.
     if (facts.method == Method::bdf) all.push_back({{facts.method, 2, 0.0, 0.0}});
   }

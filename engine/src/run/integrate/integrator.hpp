@@ -125,9 +125,9 @@ std::unique_ptr<Integrator> make_arkode_integrator(const Program& program, Evalu
 /// Störmer-Verlet with steps of one length; null if the system is not separable (separability.hpp).
 std::unique_ptr<Integrator> make_verlet_integrator(const Program& program, Evaluator& evaluator,
                                                    const RunInputs& inputs);
-/// Radau IIA of order 5, error-controlled steps.
+/// Radau IIA, error-controlled steps. @param order  5, 9 or 13
 std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                  const RunInputs& inputs);
+                                                  const RunInputs& inputs, int order);
 /// Dormand and Prince's explicit method of order 5, for many states.
 std::unique_ptr<Integrator> make_dormand_prince_integrator(const Program& program, Evaluator& evaluator,
                                                            Tolerances& tolerances, const RunInputs& inputs);

@@ -1,6 +1,6 @@
-// Radau IIA of order 5 as in RADAU5. E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, IV.8:
-// simplified Newton iteration on the transformed system, error by an embedded formula of order 3 that the real system
-// filters. The dense output is the collocation polynomial, corrected at one point.
+// Radau IIA as in RADAU5 and RADAU. E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, IV.8:
+// simplified Newton iteration on the transformed system, error by an embedded formula of the stages' order that the
+// real system filters. The dense output is the collocation polynomial, corrected at one point.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,26 +26,23 @@ double whole_power(double x, int n) {
   return result;
 }
 
+/// With an odd number of stages.
+template <std::size_t Stages>
 class RadauIntegrator final : public OwnSteps {
  public:
   RadauIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
       : OwnSteps(inputs.stop - inputs.start),
         evaluator_(evaluator),
         tolerances_(tolerances),
-        systems_(make_radau_systems(program.jacobian_pattern)),
+        systems_(make_radau_systems(program.jacobian_pattern, eigenvalues())),
         jacobian_(program, evaluator, tolerances, systems_->dense()),
         polynomial_(program.state_names.size()),
         loops_(!program.blocks.empty()) {
-    size_ = program.state_names.size();
-    order_ = kDegree;
-    for (auto* const vector :
-         {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &raw_, &increment_, &bend_})
-      vector->assign(size_, 0.0);
-    for (auto* const vectors : {&z_, &w_, &right_, &stage_})
-      for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
+    make_room(program.state_names.size());
     if (systems_->dense())
       stages_ = std::make_unique<RadauStages>(
-          size_, [this](std::size_t k, const double* x, double* out) { return rates_of_stage(k, x, out); },
+          size_, Stages, kTable.inverse[0].data(),
+          [this](std::size_t k, const double* x, double* out) { return rates_of_stage(k, x, out); },
           [this](std::size_t k, const double* x, double* full) { return jacobian_of_stage(k, x, full); });
     // As RADAU5 does: the error that is held is of order 3, that of the steps' ends of order 5. But what is recorded
     // between them is not, and nobody expects more than some tolerances there.
@@ -135,13 +132,13 @@ class RadauIntegrator final : public OwnSteps {
         }
         const double released = share * released_error(h);
         if (released < 1.0) {
-          finish(h, error, RadauControl::quotient_of(std::max(error, released), iterations_));
+          finish(h, error, Control::quotient_of(std::max(error, released), iterations_));
           return true;
         }
         take_back();
         error = released;
       }
-      const double quotient = RadauControl::quotient_of(error, iterations_);
+      const double quotient = Control::quotient_of(error, iterations_);
       ++counts_.error_failures;
       words_ = kErrorTestText;
       faulted_ = false;
@@ -154,26 +151,56 @@ class RadauIntegrator final : public OwnSteps {
 
   void interpolate(double t, double* y) override {
     if (is_end(t, y)) return;
-    const double u = (t - previous_) / (time_ - previous_), bubble = radau::bubble(u);
+    const double u = (t - previous_) / (time_ - previous_), bubble = radau::bubble<Stages>(u);
     for (std::size_t i = 0; i < size_; ++i) y[i] = y_[i] + polynomial_.from_end(i, u - 1.0) + bubble * bend_[i];
   }
 
   [[nodiscard]] std::string method() const override {
-    return std::string("Radau IIA of order 5, ") + (systems_->dense() ? "dense" : "sparse");
+    return "Radau IIA of order " + std::to_string(kOrder) + ", " + (systems_->dense() ? "dense" : "sparse");
   }
   void weighted_errors(double* error) override {
     for (std::size_t i = 0; i < size_; ++i) error[i] = std::abs(error_[i] * weight_[i]);
   }
 
  private:
-  static constexpr int kDegree = 4, kIterations = RadauControl::kIterations, kMostAttempts = 100;
-  static constexpr double kNewtonPart = 0.03, kLooser = 5.0;
+  using Control = RadauControl<Stages>;
+  static constexpr const radau::RadauTable<Stages>& kTable = radau::kTable<Stages>;
+  static constexpr std::size_t kLast = Stages - 1, kPairs = Stages / 2;
+  static constexpr int kOrder = 2 * static_cast<int>(Stages) - 1, kDegree = static_cast<int>(Stages) + 1;
+  static constexpr int kIterations = Control::kIterations, kMostAttempts = 100;
+  /// Of what is allowed. The ends of steps of a high order are otherwise wrong by little more than what the iteration
+  /// leaves: by 0.03 of the tolerance in each step `euler_top` at 1e-9 came to 150 tolerances.
+  static constexpr double kNewtonPart = Stages == 3 ? 0.03 : 0.001;
+  /// Than the tolerance. For the high orders a looser one saves no work: steps are a fifth longer, more of them are
+  /// rejected, and errors are two to ten times as large.
+  static constexpr double kLooser = Stages == 3 ? 5.0 : 1.0;
   /// Newton's iteration converges so fast that the Jacobian serves for another step.
   static constexpr double kServes = 1e-3;
   /// A step so little longer is not worth two factorizations.
   static constexpr double kSame = 1.2;
   static constexpr double kNoSpeed = 1.0;
   enum Jacobian { kNoJacobian, kOld, kFresh };
+
+  void make_room(std::size_t states) {
+    size_ = states;
+    order_ = kDegree;
+    for (auto* const vector :
+         {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &raw_, &increment_, &bend_})
+      vector->assign(size_, 0.0);
+    for (auto* const vectors : {&z_, &w_, &right_, &stage_})
+      for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
+  }
+  static RadauEigenvalues eigenvalues() {
+    RadauEigenvalues all{kTable.gamma, {}};
+    for (const auto& pair : kTable.pairs) all.pairs.emplace_back(pair.re, pair.im);
+    return all;
+  }
+  /// Of all stages at state i.
+  static std::array<double, Stages> at_state(const std::array<std::vector<double>, Stages>& stages, std::size_t i) {
+    std::array<double, Stages> of{};
+    for (std::size_t k = 0; k < Stages; ++k) of[k] = stages[k][i];
+    return of;
+  }
 
   bool rates(double t, const double* x, Branch& branch, double* out) {
     ++counts_.rates;
@@ -217,7 +244,7 @@ class RadauIntegrator final : public OwnSteps {
     for (std::size_t i = 0; i < size_; ++i) error_[i] = (error_[i] - rate_[i]) / probe;
     const double bend = norm(error_) / looser_;
     std::fill(error_.begin(), error_.end(), 0.0);
-    const double h = radau::first_length(speed, bend, left);
+    const double h = radau::first_length(Control::kExponent, speed, bend, left);
     return longest_ > 0.0 ? std::min(h, longest_) : h;
   }
 
@@ -237,7 +264,7 @@ class RadauIntegrator final : public OwnSteps {
   /// states is wrong by.
   void begin_iteration(double h, bool extrapolated) {
     if (!extrapolated || !extrapolates_) {
-      for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t k = 0; k < Stages; ++k) {
         std::fill(z_[k].begin(), z_[k].end(), 0.0);
         std::fill(w_[k].begin(), w_[k].end(), 0.0);
       }
@@ -245,11 +272,11 @@ class RadauIntegrator final : public OwnSteps {
     }
     const double ratio = h / last_;
     for (std::size_t i = 0; i < size_; ++i) {
-      std::array<double, 3> z{};
-      for (std::size_t k = 0; k < 3; ++k) z[k] = polynomial_.from_end(i, radau::kAt[k] * ratio);
-      for (std::size_t k = 0; k < 3; ++k) {
+      std::array<double, Stages> z{};
+      for (std::size_t k = 0; k < Stages; ++k) z[k] = polynomial_.from_end(i, kTable.at[k] * ratio);
+      for (std::size_t k = 0; k < Stages; ++k) {
         z_[k][i] = z[k];
-        w_[k][i] = radau::kBack[k][0] * z[0] + radau::kBack[k][1] * z[1] + radau::kBack[k][2] * z[2];
+        w_[k][i] = radau::dot(kTable.back[k], z);
       }
     }
   }
@@ -271,8 +298,8 @@ class RadauIntegrator final : public OwnSteps {
     const double ratio = h / last_;
     double from_polynomial = 0.0, from_rest = 0.0;
     for (std::size_t i = 0; i < size_; ++i)
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double extrapolated = polynomial_.from_end(i, radau::kAt[k] * ratio), found = z_[k][i];
+      for (std::size_t k = 0; k < Stages; ++k) {
+        const double extrapolated = polynomial_.from_end(i, kTable.at[k] * ratio), found = z_[k][i];
         from_polynomial += (found - extrapolated) * weight_[i] * ((found - extrapolated) * weight_[i]);
         from_rest += found * weight_[i] * (found * weight_[i]);
       }
@@ -280,24 +307,34 @@ class RadauIntegrator final : public OwnSteps {
   }
 
   bool rates_of_stages(double h) {
-    Evaluator::Points points;
-    points.count = 3;
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < Stages; ++k)
       for (std::size_t i = 0; i < size_; ++i) stage_[k][i] = y_[i] + z_[k][i];
-      points.t[k] = time_ + radau::kAt[k] * h;
-      points.x[k] = stage_[k].data();
-      points.values[k] = right_[k].data();
-    }
-    if (!loops_ && !special_rates_ && evaluator_.rates(points, branch_)) {
-      counts_.rates += 3;
-      return true;
-    }
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (rates(points.t[k], stage_[k].data(), loops_ ? stage_branch_[k] : branch_, right_[k].data())) continue;
-      note_fault(points.t[k]);
+    std::size_t k = 0;
+    if (!loops_ && !special_rates_) k = rates_together(h);
+    for (; k < Stages; ++k) {
+      const double t = time_ + kTable.at[k] * h;
+      if (rates(t, stage_[k].data(), loops_ ? stage_branch_[k] : branch_, right_[k].data())) continue;
+      note_fault(t);
       return false;
     }
     return true;
+  }
+  /// @return  how many of the stages have been evaluated
+  std::size_t rates_together(double h) {
+    std::size_t k = 0;
+    while (k < Stages) {
+      Evaluator::Points points;
+      points.count = std::min(Evaluator::Points::kMost, Stages - k);
+      for (std::size_t j = 0; j < points.count; ++j) {
+        points.t[j] = time_ + kTable.at[k + j] * h;
+        points.x[j] = stage_[k + j].data();
+        points.values[j] = right_[k + j].data();
+      }
+      if (!evaluator_.rates(points, branch_)) break;
+      counts_.rates += static_cast<long>(points.count);
+      k += points.count;
+    }
+    return k;
   }
 
   /// The stages of a step of length h. 1 if they were found, else by how much the step should be shortened.
@@ -315,18 +352,24 @@ class RadauIntegrator final : public OwnSteps {
       if (!rates_of_stages(h)) return kNoRates;
       ++counts_.iterations;
       for (std::size_t i = 0; i < size_; ++i) {
-        const double f0 = h * right_[0][i], f1 = h * right_[1][i], f2 = h * right_[2][i];
-        const auto& b = radau::kBack;
-        right_[0][i] = b[0][0] * f0 + b[0][1] * f1 + b[0][2] * f2 - radau::kGamma * w_[0][i];
-        right_[1][i] = b[1][0] * f0 + b[1][1] * f1 + b[1][2] * f2 - radau::kAlpha * w_[1][i] + radau::kBeta * w_[2][i];
-        right_[2][i] = b[2][0] * f0 + b[2][1] * f1 + b[2][2] * f2 - radau::kAlpha * w_[2][i] - radau::kBeta * w_[1][i];
+        std::array<double, Stages> f = at_state(right_, i);
+        for (double& rate : f) rate *= h;
+        const auto& b = kTable.back;
+        right_[0][i] = radau::dot(b[0], f) - kTable.gamma * w_[0][i];
+        for (std::size_t k = 1; k < Stages; k += 2) {
+          const auto [alpha, beta] = kTable.pairs[k / 2];
+          const double v = w_[k][i], w = w_[k + 1][i];
+          right_[k][i] = radau::dot(b[k], f) - alpha * v + beta * w;
+          right_[k + 1][i] = radau::dot(b[k + 1], f) - alpha * w - beta * v;
+        }
       }
       systems_->solve_real(right_[0].data());
-      systems_->solve_complex(right_[1].data(), right_[2].data());
+      for (std::size_t k = 0; k < kPairs; ++k)
+        systems_->solve_complex(k, right_[2 * k + 1].data(), right_[2 * k + 2].data());
       double sum = 0.0;
-      for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t k = 0; k < Stages; ++k)
         for (std::size_t i = 0; i < size_; ++i) sum += (right_[k][i] * weight_[i]) * (right_[k][i] * weight_[i]);
-      const double change = std::sqrt(sum / static_cast<double>(3 * size_)) / looser_;
+      const double change = std::sqrt(sum / static_cast<double>(Stages * size_)) / looser_;
       if (!std::isfinite(change)) return kDiverged;
       if (iteration > 1 && iteration < kIterations) {
         const double rate = change / before;
@@ -339,12 +382,14 @@ class RadauIntegrator final : public OwnSteps {
         if (at_end >= 1.0) return 0.8 * std::pow(std::clamp(at_end, 1e-4, 20.0), -1.0 / (4.0 + left));
       }
       before = std::max(change, kEps);
-      const auto& t = radau::kTransform;
+      const auto& t = kTable.transform;
       for (std::size_t i = 0; i < size_; ++i) {
-        const double a = w_[0][i] += right_[0][i], b = w_[1][i] += right_[1][i], c = w_[2][i] += right_[2][i];
-        z_[0][i] = t[0][0] * a + t[0][1] * b + t[0][2] * c;
-        z_[1][i] = t[1][0] * a + t[1][1] * b + t[1][2] * c;
-        z_[2][i] = t[2][0] * a + b;
+        std::array<double, Stages> w{};
+        for (std::size_t k = 0; k < Stages; ++k) w[k] = w_[k][i] += right_[k][i];
+        for (std::size_t k = 0; k < kLast; ++k) z_[k][i] = radau::dot(t[k], w);
+        double end = t[kLast][0] * w[0];
+        for (std::size_t k = 1; k < Stages; k += 2) end += w[k];  // 1 and 0 of each pair
+        z_[kLast][i] = end;
       }
       iterations_ = iteration;
       if (converged_ * change <= reached) return 1.0;
@@ -365,7 +410,7 @@ class RadauIntegrator final : public OwnSteps {
     const double reached = std::max(newton_part_, 10.0 * kEps * norm(y_) / looser_);
     const bool found = stages_->solve(h, y_.data(), z_, weight_.data(), looser_ * reached);
     counts_.iterations += stages_->iterations();
-    counts_.jacobians += 3L * stages_->iterations();
+    counts_.jacobians += static_cast<long>(Stages) * stages_->iterations();
     counts_.factorizations += stages_->iterations();
     speed_ = converged_ = kNoSpeed;
     iterations_ = 1;
@@ -373,13 +418,13 @@ class RadauIntegrator final : public OwnSteps {
     return found;
   }
   bool rates_of_stage(std::size_t k, const double* x, double* out) {
-    const double t = time_ + radau::kAt[k] * stages_step_;
+    const double t = time_ + kTable.at[k] * stages_step_;
     if (rates(t, x, loops_ ? stage_branch_[k] : branch_, out)) return true;
     note_fault(t);
     return false;
   }
   bool jacobian_of_stage(std::size_t k, const double* x, double* full) {
-    const double t = time_ + radau::kAt[k] * stages_step_;
+    const double t = time_ + kTable.at[k] * stages_step_;
     if (jacobian_.see_stage(t, x, loops_ ? stage_branch_[k] : branch_, full)) return true;
     note_fault(t);
     return false;
@@ -388,9 +433,8 @@ class RadauIntegrator final : public OwnSteps {
   /// The distance from the embedded formula, filtered by the real system. Where this is large at a first step or after
   /// a rejection, it is filtered once more: the formula alone is not bounded for stiff components.
   double estimate_error(double h) {
-    const auto& e = radau::kError;
     for (std::size_t i = 0; i < size_; ++i) {
-      increment_[i] = e[0] * z_[0][i] + e[1] * z_[1][i] + e[2] * z_[2][i];
+      increment_[i] = radau::dot(kTable.error, at_state(z_, i));
       error_[i] = increment_[i] + h * rate_[i];
     }
     raw_ = error_;
@@ -412,9 +456,9 @@ class RadauIntegrator final : public OwnSteps {
   /// The step's end. False if there are no rates.
   bool accept(double h) {
     rate_at_begin_ = rate_;
-    for (std::size_t i = 0; i < size_; ++i) y_[i] = begin_[i] + z_[2][i];
+    for (std::size_t i = 0; i < size_; ++i) y_[i] = begin_[i] + z_[kLast][i];
     const double end = h >= limit_ - time_ ? limit_ : time_ + h;
-    if (loops_) branch_ = stage_branch_[2];
+    if (loops_) branch_ = stage_branch_[kLast];
     if (!rates(end, y_.data(), branch_, rate_.data())) {
       note_fault(end);
       y_ = begin_;
@@ -438,14 +482,14 @@ class RadauIntegrator final : public OwnSteps {
   /// be. 0 if not. Slopes that were seen serve for the next step.
   double released_error(double h) {
     constexpr double kDamped = 0.5;
-    const double least = radau::kGamma * looser_;
+    const double least = kTable.gamma * looser_;
     if (!(norm(raw_) > least)) return 0.0;  // it would have passed without damping
     for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + error_[i];
     if (loops_) probe_ = branch_;
     if (!rates(time_, at_.data(), loops_ ? probe_ : branch_, increment_.data())) return 0.0;
     bool let_go = false;
     for (std::size_t i = 0; i < size_ && !let_go; ++i) {
-      const double damped = radau::kGamma * error_[i] - h * (increment_[i] - rate_[i]);
+      const double damped = kTable.gamma * error_[i] - h * (increment_[i] - rate_[i]);
       let_go = std::abs(raw_[i] * weight_[i]) > least && std::abs(damped) < kDamped * std::abs(raw_[i]);
     }
     if (!let_go) return 0.0;
@@ -492,21 +536,22 @@ class RadauIntegrator final : public OwnSteps {
   ///          formula alone does not see it where stiffness holds the stages on
   ///          the solution. Negative: no rates there.
   double correct(double h) {
-    const double t = time_ + radau::kCorrectedAt * h;
-    for (std::size_t i = 0; i < size_; ++i)
-      at_[i] = y_[i] + radau::kValue[0] * z_[0][i] + radau::kValue[1] * z_[1][i] + radau::kValue[2] * z_[2][i];
-    if (loops_) probe_ = stage_branch_[1];
+    const double t = time_ + kTable.corrected_at * h;
+    for (std::size_t i = 0; i < size_; ++i) {
+      double at = y_[i];
+      for (std::size_t k = 0; k < Stages; ++k) at += kTable.value[k] * z_[k][i];
+      at_[i] = at;
+    }
+    if (loops_) probe_ = stage_branch_[radau::corrected_stage<Stages>()];
     if (!rates(t, at_.data(), loops_ ? probe_ : branch_, increment_.data())) {
       note_fault(t);
       return -1.0;
     }
-    const double bubble = radau::bubble(radau::kCorrectedAt);
+    constexpr double bubble = radau::bubble<Stages>(kTable.corrected_at);
     for (std::size_t i = 0; i < size_; ++i)
-      bend_[i] = (h * increment_[i] -
-                  (radau::kSlope[0] * z_[0][i] + radau::kSlope[1] * z_[1][i] + radau::kSlope[2] * z_[2][i])) /
-                 bubble;
+      bend_[i] = (h * increment_[i] - radau::dot(kTable.slope, at_state(z_, i))) / bubble;
     systems_->solve_real(bend_.data());
-    const double size = radau::kLargestBubble * norm(bend_) / looser_;
+    const double size = kTable.largest_bubble * norm(bend_) / looser_;
     return std::isfinite(size) ? size : 1e10;
   }
 
@@ -514,17 +559,17 @@ class RadauIntegrator final : public OwnSteps {
   Tolerances& tolerances_;
   std::unique_ptr<RadauSystems> systems_;
   RadauJacobian jacobian_;
-  RadauControl control_;
-  RadauPolynomial polynomial_;           ///< of the last step
+  Control control_;
+  RadauPolynomial<Stages> polynomial_;   ///< of the last step
   std::unique_ptr<RadauStages> stages_;  ///< null for sparse systems
   double stages_step_ = 0.0;             ///< that stages_ solves for
   bool loops_;                           ///< rates solve loops, each stage from its own last solution
   double looser_ = 1.0;                  ///< than the tolerances: what the error of order 3 may be
   double newton_part_ = kNewtonPart;
   std::vector<double> rate_, rate_at_begin_, weight_;
-  std::array<std::vector<double>, 3> z_, w_;  ///< the stages' increments; the same in the basis of eigenvectors
+  std::array<std::vector<double>, Stages> z_, w_;  ///< the stages' increments; the same in the basis of eigenvectors
   Branch branch_at_begin_, probe_;
-  std::array<Branch, 3> stage_branch_;
+  std::array<Branch, Stages> stage_branch_;
   double next_ = 0.0, last_ = 1.0;  ///< the next step, 0: not known; the last one
   double factored_ = 0.0;           ///< step that systems_ is for; 0: none
   Jacobian stale_ = kNoJacobian;
@@ -538,14 +583,16 @@ class RadauIntegrator final : public OwnSteps {
   const char* words_ = kErrorTestText;
   // Scratch
   std::vector<double> at_, error_, raw_, increment_, bend_;
-  std::array<std::vector<double>, 3> right_, stage_;
+  std::array<std::vector<double>, Stages> right_, stage_;
 };
 
 }  // namespace
 
 std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                  const RunInputs& inputs) {
-  return std::make_unique<RadauIntegrator>(program, evaluator, tolerances, inputs);
+                                                  const RunInputs& inputs, int order) {
+  if (order == 13) return std::make_unique<RadauIntegrator<7>>(program, evaluator, tolerances, inputs);
+  if (order == 9) return std::make_unique<RadauIntegrator<5>>(program, evaluator, tolerances, inputs);
+  return std::make_unique<RadauIntegrator<3>>(program, evaluator, tolerances, inputs);
 }
 
 }  // namespace bgsim

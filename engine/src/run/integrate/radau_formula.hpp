@@ -1,10 +1,12 @@
-/// Radau IIA of order 5: its coefficients, and what RADAU5 makes of them.
+/// Radau IIA: the coefficients of order 5, and what RADAU5 makes of them; for orders 9 and 13 in radau_tables.hpp.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+
+#include "run/integrate/radau_tables.hpp"
 
 namespace bgsim::radau {
 
@@ -51,10 +53,7 @@ inline constexpr std::array<std::array<double, 3>, 3> kInverse = inverse_of_coef
 inline constexpr std::array<double, 3> kError = {-(13.0 + 7.0 * kRoot6) / 3.0, (-13.0 + 7.0 * kRoot6) / 3.0,
                                                  -1.0 / 3.0};
 
-/// The collocation polynomial misses the solution within a step by h^4 times this, and by h^5 where it is corrected:
-/// bubble() vanishes at the stages' rates (its slope is the product of u - c), and at both ends.
-inline constexpr double bubble(double u) { return 0.25 * u * (u - 1.0) * (u - 1.0) * (u - 0.4); }
-inline constexpr double bubble_slope(double u) { return (u - kAt[0]) * (u - kAt[1]) * (u - 1.0); }
+inline constexpr std::array<double, 1> kBubbleZeros = {0.4};
 inline constexpr double kLargestBubble = 0.0068;
 /// Where bubble_slope / bubble is kGamma: a correction that satisfies the equations there needs no other matrix.
 inline constexpr double kCorrectedAt = 0.5572271856295500;
@@ -76,15 +75,67 @@ constexpr std::array<double, 3> slope_by_stages(double u) {
 }
 inline constexpr std::array<double, 3> kValue = value_by_stages(kCorrectedAt), kSlope = slope_by_stages(kCorrectedAt);
 
-/// The length of a first step: over it the solution is to bend by some tolerances in the fourth order, as if all orders
-/// had the time scale of the first two.
+template <>
+inline constexpr RadauTable<3> kTable<3> = {.at = kAt,
+                                            .inverse = kInverse,
+                                            .gamma = kGamma,
+                                            .pairs = {{{kAlpha, kBeta}}},
+                                            .transform = kTransform,
+                                            .back = kBack,
+                                            .error = kError,
+                                            .bubble_zeros = kBubbleZeros,
+                                            .largest_bubble = kLargestBubble,
+                                            .corrected_at = kCorrectedAt,
+                                            .value = kValue,
+                                            .slope = kSlope};
+
+/// The collocation polynomial of s stages misses the solution within a step by h^(s+1) times this, and by h^(s+2) where
+/// it is corrected: bubble() vanishes at the stages' rates (its slope is the product of u - c), and at both ends.
+template <std::size_t Stages>
+constexpr double bubble(double u) {
+  double product = 1.0 / (Stages + 1) * u * (u - 1.0) * (u - 1.0);
+  for (const double zero : kTable<Stages>.bubble_zeros) product *= u - zero;
+  return product;
+}
+template <std::size_t Stages>
+constexpr double bubble_slope(double u) {
+  double product = 1.0;
+  for (const double at : kTable<Stages>.at) product *= u - at;
+  return product;
+}
+
+/// The stage that is nearest to where the dense output is corrected.
+template <std::size_t Stages>
+constexpr std::size_t corrected_stage() {
+  const RadauTable<Stages>& table = kTable<Stages>;
+  const auto away = [&](std::size_t k) {
+    const double distance = table.at[k] - table.corrected_at;
+    return distance < 0.0 ? -distance : distance;
+  };
+  std::size_t nearest = 0;
+  for (std::size_t k = 1; k < Stages; ++k)
+    if (away(k) < away(nearest)) nearest = k;
+  return nearest;
+}
+
+/// Row times column.
+template <std::size_t N>
+constexpr double dot(const std::array<double, N>& a, const std::array<double, N>& b) {
+  double sum = a[0] * b[0];
+  for (std::size_t k = 1; k < N; ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+/// The length of a first step: over it the solution is to bend by some tolerances in the order after that of the
+/// stages, as if all orders had the time scale of the first two.
 /// @param speed,bend  norms of the first and second derivative, in tolerances
 /// @param left        how much there is to go
-inline double first_length(double speed, double bend, double left) {
+/// @param exponent    1 over one more than the stages
+inline double first_length(double exponent, double speed, double bend, double left) {
   double h = 0.1 * left;
   if (!(bend > 0.0) || !std::isfinite(bend)) return h;
   const double scale = speed / bend;
-  const double wanted = std::pow(std::max(speed * scale, 1e-100), -0.25) * scale;
+  const double wanted = std::pow(std::max(speed * scale, 1e-100), -exponent) * scale;
   h = std::min(h, 0.5 * std::max(wanted, speed > 0.0 ? 0.0 : std::sqrt(1.0 / bend)));
   return h > 0.0 ? h : 0.5 * std::sqrt(1.0 / bend);
 }

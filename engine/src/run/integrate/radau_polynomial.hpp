@@ -1,4 +1,4 @@
-/// The collocation polynomial of a step by Radau IIA of order 5.
+/// The collocation polynomial of a step by Radau IIA.
 #pragma once
 
 #include <array>
@@ -10,6 +10,7 @@
 namespace bgsim {
 
 /// In divided differences, in units of the step, from its end.
+template <std::size_t Stages>
 class RadauPolynomial {
  public:
   explicit RadauPolynomial(std::size_t size) {
@@ -17,25 +18,38 @@ class RadauPolynomial {
   }
 
   /// @param z  the stages' increments
-  void fit(const std::array<std::vector<double>, 3>& z) {
+  void fit(const std::array<std::vector<double>, Stages>& z) {
+    constexpr auto& at = radau::kTable<Stages>.at;
     for (std::size_t i = 0; i < divided_[0].size(); ++i) {
-      const double a = (z[1][i] - z[2][i]) / (radau::kAt[1] - 1.0);
-      const double b = (z[0][i] - z[1][i]) / (radau::kAt[0] - radau::kAt[1]);
-      const double c = (b - z[0][i] / radau::kAt[0]) / radau::kAt[1];
-      divided_[0][i] = a;
-      divided_[1][i] = (b - a) / (radau::kAt[0] - 1.0);
-      divided_[2][i] = divided_[1][i] - c;
+      // Of ever more points, from the last stage backward; the last point is the beginning.
+      std::array<double, Stages> d{};
+      for (std::size_t k = 0; k + 1 < Stages; ++k) {
+        const std::size_t stage = Stages - 1 - k;
+        d[k] = (z[stage - 1][i] - z[stage][i]) / (at[stage - 1] - at[stage]);
+      }
+      d[Stages - 1] = z[0][i] / at[0];
+      divided_[0][i] = d[0];
+      for (std::size_t level = 1; level < Stages; ++level) {
+        for (std::size_t k = 0; k + level < Stages; ++k) {
+          const double from = at[Stages - 1 - k];
+          const double to = k + level + 1 < Stages ? at[Stages - 2 - k - level] : 0.0;
+          d[k] = (d[k + 1] - d[k]) / (to - from);
+        }
+        divided_[level][i] = d[0];
+      }
     }
   }
 
   /// The change of state i from the step's end, @p s steps beyond it.
   [[nodiscard]] double from_end(std::size_t i, double s) const {
-    return s *
-           (divided_[0][i] + (s + 1.0 - radau::kAt[1]) * (divided_[1][i] + (s + 1.0 - radau::kAt[0]) * divided_[2][i]));
+    constexpr auto& at = radau::kTable<Stages>.at;
+    double sum = divided_[Stages - 1][i];
+    for (std::size_t k = Stages - 1; k-- > 0;) sum = divided_[k][i] + (s + 1.0 - at[Stages - 2 - k]) * sum;
+    return s * sum;
   }
 
  private:
-  std::array<std::vector<double>, 3> divided_;
+  std::array<std::vector<double>, Stages> divided_;
 };
 
 }  // namespace bgsim

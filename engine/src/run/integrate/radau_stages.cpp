@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "run/integrate/radau_formula.hpp"
-
 namespace bgsim {
 
 struct RadauStages::Factors {
@@ -15,42 +13,45 @@ struct RadauStages::Factors {
   Eigen::VectorXd solution;
 };
 
-RadauStages::RadauStages(std::size_t size, AtStage rates, AtStage jacobian)
+RadauStages::RadauStages(std::size_t size, std::size_t stages, const double* inverse, AtStage rates, AtStage jacobian)
     : size_(size),
+      stages_(stages),
+      inverse_(inverse),
       rates_(std::move(rates)),
       jacobian_(std::move(jacobian)),
       factors_(std::make_unique<Factors>()),
       at_(size),
       rate_(size),
       full_(size * size) {
-  const auto n = static_cast<Eigen::Index>(3 * size);
+  const auto n = static_cast<Eigen::Index>(stages * size);
   factors_->matrix.resize(n, n);
   factors_->lu = Eigen::PartialPivLU<Eigen::MatrixXd>(n);
   factors_->solution.resize(n);
-  for (auto* const vector : {&now_, &trial_, &defect_, &step_, &next_, &simplified_}) vector->resize(3 * size);
+  for (auto* const vector : {&now_, &trial_, &defect_, &step_, &next_, &simplified_}) vector->resize(stages * size);
 }
 
 RadauStages::~RadauStages() = default;
 
 double RadauStages::norm(const std::vector<double>& x, const double* weight) const {
   double sum = 0.0;
-  for (std::size_t k = 0; k < 3; ++k)
+  for (std::size_t k = 0; k < stages_; ++k)
     for (std::size_t i = 0; i < size_; ++i) {
       const double part = x[k * size_ + i] * weight[i];
       sum += part * part;
     }
-  return std::sqrt(sum / static_cast<double>(3 * size_));
+  return std::sqrt(sum / static_cast<double>(stages_ * size_));
 }
 
 /// h F - A^-1 Z
 bool RadauStages::defects(double h, const double* y, const std::vector<double>& z, std::vector<double>& out) {
-  const auto& inverse = radau::kInverse;
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < stages_; ++k) {
     for (std::size_t i = 0; i < size_; ++i) at_[i] = y[i] + z[k * size_ + i];
     if (!rates_(k, at_.data(), rate_.data())) return false;
-    for (std::size_t i = 0; i < size_; ++i)
-      out[k * size_ + i] =
-          h * rate_[i] - inverse[k][0] * z[i] - inverse[k][1] * z[size_ + i] - inverse[k][2] * z[2 * size_ + i];
+    for (std::size_t i = 0; i < size_; ++i) {
+      double defect = h * rate_[i];
+      for (std::size_t l = 0; l < stages_; ++l) defect -= inverse_[k * stages_ + l] * z[l * size_ + i];
+      out[k * size_ + i] = defect;
+    }
   }
   return true;
 }
@@ -60,10 +61,10 @@ bool RadauStages::see(double h, const double* y, const std::vector<double>& z) {
   const auto n = static_cast<Eigen::Index>(size_);
   Eigen::MatrixXd& matrix = factors_->matrix;
   matrix.setZero();
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < stages_; ++k) {
     const auto row = static_cast<Eigen::Index>(k) * n;
-    for (std::size_t l = 0; l < 3; ++l)
-      matrix.block(row, static_cast<Eigen::Index>(l) * n, n, n).diagonal().setConstant(radau::kInverse[k][l]);
+    for (std::size_t l = 0; l < stages_; ++l)
+      matrix.block(row, static_cast<Eigen::Index>(l) * n, n, n).diagonal().setConstant(inverse_[k * stages_ + l]);
     for (std::size_t i = 0; i < size_; ++i) at_[i] = y[i] + z[k * size_ + i];
     if (!jacobian_(k, at_.data(), full_.data())) return false;
     matrix.block(row, row, n, n) -= h * Eigen::Map<const Eigen::MatrixXd>(full_.data(), n, n);
@@ -79,11 +80,11 @@ void RadauStages::divide(std::vector<double>& right) {
   vector = factors_->solution;
 }
 
-bool RadauStages::solve(double h, const double* y, Stages& z, const double* weight, double reached) {
+bool RadauStages::solve(double h, const double* y, Stages z, const double* weight, double reached) {
   constexpr int kMost = 12;
   constexpr double kLeastDamping = 0.05, kFast = 0.5;
   const std::size_t all = now_.size();
-  for (std::size_t k = 0; k < 3; ++k)
+  for (std::size_t k = 0; k < stages_; ++k)
     std::copy(z[k].begin(), z[k].end(), now_.begin() + static_cast<std::ptrdiff_t>(k * size_));
   if (!defects(h, y, now_, defect_)) return false;
   double damping = 1.0, size_before = 0.0, simplified_before = 0.0;
@@ -118,7 +119,7 @@ bool RadauStages::solve(double h, const double* y, Stages& z, const double* weig
     const double rate = simplified / size;
     if (damping == 1.0 &&
         (simplified <= kFast * reached || (rate < kFast && rate / (1.0 - rate) * simplified <= reached))) {
-      for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t k = 0; k < stages_; ++k)
         for (std::size_t i = 0; i < size_; ++i) z[k][i] = trial_[k * size_ + i] + simplified_[k * size_ + i];
       return true;
     }

@@ -1,26 +1,27 @@
-/// The equations of a step's stages by Radau IIA of order 5, each stage with its own Jacobian.
+/// The equations of a step's stages by Radau IIA, each stage with its own Jacobian.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace bgsim {
 
 /// With Z the stages' increments, F their rates and A the coefficients, Newton's step d for Z = h A F(Z) is
 ///
-///     (A^-1 x I - h diag(J_0, J_1, J_2)) d = h F - A^-1 Z,
+///     (A^-1 x I - h diag(J_0, J_1, ...)) d = h F - A^-1 Z,
 ///
-/// 3n equations. They do not fall apart as those with one matrix for all stages do (radau_systems.hpp).
+/// s n equations for s stages. They do not fall apart as those with one matrix for all stages do (radau_systems.hpp).
 class RadauStages {
  public:
-  using Stages = std::array<std::vector<double>, 3>;
+  using Stages = std::span<std::vector<double>>;
   /// Rates, or the Jacobian as a full matrix, column by column, of stage k at @p x; false where there are none.
   using AtStage = std::function<bool(std::size_t k, const double* x, double* out)>;
 
-  RadauStages(std::size_t size, AtStage rates, AtStage jacobian);
+  /// @param inverse  A^-1 by rows; must outlive this
+  RadauStages(std::size_t size, std::size_t stages, const double* inverse, AtStage rates, AtStage jacobian);
   ~RadauStages();
   RadauStages(const RadauStages&) = delete;
   RadauStages& operator=(const RadauStages&) = delete;
@@ -31,9 +32,9 @@ class RadauStages {
   /// @param y  states at the step's beginning. @param z  in: a guess; out: the stages' increments, if found.
   /// @param weight  by state. @param reached  the error allowed in the root mean square of weighted increments.
   /// @return  false if they were not found.
-  /// Cost: 18 n^3 operations an iteration; 3 Jacobians, 3 rates for each damping tried.
+  /// Cost: 2/3 (s n)^3 operations an iteration; s Jacobians, s rates for each damping tried.
   /// @cite deuflhard2004 (3.3, error-oriented)
-  bool solve(double h, const double* y, Stages& z, const double* weight, double reached);
+  bool solve(double h, const double* y, Stages z, const double* weight, double reached);
 
   /// Of the last solve().
   [[nodiscard]] int iterations() const { return iterations_; }
@@ -45,7 +46,8 @@ class RadauStages {
   void divide(std::vector<double>& right);
   [[nodiscard]] double norm(const std::vector<double>& x, const double* weight) const;
 
-  std::size_t size_;
+  std::size_t size_, stages_;
+  const double* inverse_;
   AtStage rates_, jacobian_;
   int iterations_ = 0;
   std::unique_ptr<Factors> factors_;

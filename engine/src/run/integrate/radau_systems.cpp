@@ -11,7 +11,6 @@
 #include "base/lu.hpp"
 #include "run/integrate/column_lu.hpp"
 #include "run/integrate/integrator.hpp"
-#include "run/integrate/radau_formula.hpp"
 
 namespace bgsim {
 
@@ -91,16 +90,23 @@ struct SmallLu<Number, 1> {
 template <std::size_t N>
 class SmallSystems final : public RadauSystems {
  public:
+  explicit SmallSystems(const RadauEigenvalues& eigenvalues)
+      : gamma_(eigenvalues.gamma), pairs_(eigenvalues.pairs), complex_(pairs_.size()) {}
+
   [[nodiscard]] bool dense() const override { return true; }
 
   bool factor(double h, const double* jacobian) override {
     for (std::size_t i = 0; i < N; ++i)
-      for (std::size_t j = 0; j < N; ++j) {
-        const double entry = -h * jacobian[j * N + i];
-        real_.a[i * N + j] = entry + (i == j ? kGamma : 0.0);
-        complex_.a[i * N + j] = {entry + (i == j ? kAlpha : 0.0), i == j ? kBeta : 0.0};
-      }
-    return real_.factor() && complex_.factor();
+      for (std::size_t j = 0; j < N; ++j) real_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? gamma_ : 0.0);
+    if (!real_.factor()) return false;
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      const double alpha = pairs_[k].real(), beta = pairs_[k].imag();
+      for (std::size_t i = 0; i < N; ++i)
+        for (std::size_t j = 0; j < N; ++j)
+          complex_[k].a[i * N + j] = {-h * jacobian[j * N + i] + (i == j ? alpha : 0.0), i == j ? beta : 0.0};
+      if (!complex_[k].factor()) return false;
+    }
+    return true;
   }
 
   void solve_real(double* u) override {
@@ -110,10 +116,10 @@ class SmallSystems final : public RadauSystems {
     for (std::size_t i = 0; i < N; ++i) u[i] = b[i];
   }
 
-  void solve_complex(double* v, double* w) override {
+  void solve_complex(std::size_t pair, double* v, double* w) override {
     std::array<Pair, N> b{};
     for (std::size_t i = 0; i < N; ++i) b[i] = {v[i], w[i]};
-    complex_.solve(b);
+    complex_[pair].solve(b);
     for (std::size_t i = 0; i < N; ++i) {
       v[i] = b[i].re;
       w[i] = b[i].im;
@@ -121,13 +127,20 @@ class SmallSystems final : public RadauSystems {
   }
 
  private:
+  double gamma_;
+  std::vector<std::complex<double>> pairs_;
   SmallLu<double, N> real_;
-  SmallLu<Pair, N> complex_;
+  std::vector<SmallLu<Pair, N>> complex_;
 };
 
 class DenseSystems final : public RadauSystems {
  public:
-  explicit DenseSystems(std::size_t size) : n_(size), real_(size), complex_(size) {}
+  DenseSystems(std::size_t size, const RadauEigenvalues& eigenvalues)
+      : n_(size),
+        gamma_(eigenvalues.gamma),
+        pairs_(eigenvalues.pairs),
+        real_(size),
+        complex_(pairs_.size(), ColumnLu<true>(size)) {}
 
   [[nodiscard]] bool dense() const override { return true; }
 
@@ -137,28 +150,38 @@ class DenseSystems final : public RadauSystems {
       real[i] = -h * jacobian[i];
       if (!std::isfinite(real[i])) return false;
     }
-    std::copy(real, real + n_ * n_, complex_.real());
-    std::fill(complex_.imaginary(), complex_.imaginary() + n_ * n_, 0.0);
-    for (std::size_t i = 0; i < n_ * n_; i += n_ + 1) {
-      real[i] += kGamma;
-      complex_.real()[i] += kAlpha;
-      complex_.imaginary()[i] = kBeta;
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      std::copy(real, real + n_ * n_, complex_[k].real());
+      std::fill(complex_[k].imaginary(), complex_[k].imaginary() + n_ * n_, 0.0);
+      for (std::size_t i = 0; i < n_ * n_; i += n_ + 1) {
+        complex_[k].real()[i] += pairs_[k].real();
+        complex_[k].imaginary()[i] = pairs_[k].imag();
+      }
     }
-    return real_.factor() && complex_.factor();
+    for (std::size_t i = 0; i < n_ * n_; i += n_ + 1) real[i] += gamma_;
+    return real_.factor() && std::all_of(complex_.begin(), complex_.end(), [](auto& lu) { return lu.factor(); });
   }
 
   void solve_real(double* u) override { real_.solve(u); }
-  void solve_complex(double* v, double* w) override { complex_.solve(v, w); }
+  void solve_complex(std::size_t pair, double* v, double* w) override { complex_[pair].solve(v, w); }
 
  private:
   std::size_t n_;
+  double gamma_;
+  std::vector<std::complex<double>> pairs_;
   ColumnLu<false> real_;
-  ColumnLu<true> complex_;
+  std::vector<ColumnLu<true>> complex_;
 };
 
 class SparseSystems final : public RadauSystems {
  public:
-  explicit SparseSystems(const Sparsity& pattern) : pattern_(pattern), n_(static_cast<Eigen::Index>(pattern.size)) {
+  SparseSystems(const Sparsity& pattern, const RadauEigenvalues& eigenvalues)
+      : pattern_(pattern),
+        n_(static_cast<Eigen::Index>(pattern.size)),
+        gamma_(eigenvalues.gamma),
+        pairs_(eigenvalues.pairs),
+        complex_matrix_(pairs_.size()),
+        complex_(pairs_.size()) {
     std::vector<Eigen::Triplet<double>> places;
     places.reserve(pattern.row.size() + pattern.size);
     each([&](std::size_t row, std::size_t column, std::size_t) {
@@ -167,9 +190,11 @@ class SparseSystems final : public RadauSystems {
     for (int i = 0; i < static_cast<int>(n_); ++i) places.emplace_back(i, i, 1.0);
     real_matrix_.resize(n_, n_);
     real_matrix_.setFromTriplets(places.begin(), places.end());
-    complex_matrix_ = real_matrix_.cast<std::complex<double>>();
     real_.analyze(real_matrix_);
-    complex_.analyze(complex_matrix_);
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      complex_matrix_[k] = real_matrix_.cast<std::complex<double>>();
+      complex_[k].analyze(complex_matrix_[k]);
+    }
     place_.reserve(pattern.row.size());
     each([&](std::size_t row, std::size_t column, std::size_t) { place_.push_back(find(row, column)); });
     for (std::size_t i = 0; i < pattern.size; ++i) diagonal_.push_back(find(i, i));
@@ -179,18 +204,21 @@ class SparseSystems final : public RadauSystems {
 
   bool factor(double h, const double* jacobian) override {
     double* real = real_matrix_.valuePtr();
-    std::complex<double>* complex = complex_matrix_.valuePtr();
     std::fill(real, real + real_matrix_.nonZeros(), 0.0);
     for (std::size_t k = 0; k < place_.size(); ++k) {
       real[place_[k]] = -h * jacobian[k];
       if (!std::isfinite(real[place_[k]])) return false;
     }
-    std::copy(real, real + real_matrix_.nonZeros(), complex);
-    for (const Eigen::Index at : diagonal_) {
-      real[at] += kGamma;
-      complex[at] += std::complex<double>(kAlpha, kBeta);
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      std::complex<double>* const complex = complex_matrix_[k].valuePtr();
+      std::copy(real, real + real_matrix_.nonZeros(), complex);
+      for (const Eigen::Index at : diagonal_) complex[at] += pairs_[k];
     }
-    return real_.factorize(real_matrix_) && complex_.factorize(complex_matrix_);
+    for (const Eigen::Index at : diagonal_) real[at] += gamma_;
+    if (!real_.factorize(real_matrix_)) return false;
+    for (std::size_t k = 0; k < pairs_.size(); ++k)
+      if (!complex_[k].factorize(complex_matrix_[k])) return false;
+    return true;
   }
 
   void solve_real(double* u) override {
@@ -199,10 +227,10 @@ class SparseSystems final : public RadauSystems {
     right = solution_;
   }
 
-  void solve_complex(double* v, double* w) override {
+  void solve_complex(std::size_t pair, double* v, double* w) override {
     complex_right_.resize(n_);
     for (Eigen::Index i = 0; i < n_; ++i) complex_right_[i] = std::complex<double>(v[i], w[i]);
-    complex_solution_ = complex_.solve(complex_right_);
+    complex_solution_ = complex_[pair].solve(complex_right_);
     for (Eigen::Index i = 0; i < n_; ++i) {
       v[i] = complex_solution_[i].real();
       w[i] = complex_solution_[i].imag();
@@ -226,10 +254,12 @@ class SparseSystems final : public RadauSystems {
 
   const Sparsity& pattern_;
   Eigen::Index n_;
+  double gamma_;
+  std::vector<std::complex<double>> pairs_;
   Eigen::SparseMatrix<double> real_matrix_;
-  Eigen::SparseMatrix<std::complex<double>> complex_matrix_;
+  std::vector<Eigen::SparseMatrix<std::complex<double>>> complex_matrix_;
   SparseLu<double> real_;
-  SparseLu<std::complex<double>> complex_;
+  std::vector<SparseLu<std::complex<double>>> complex_;
   std::vector<Eigen::Index> place_, diagonal_;  ///< among the values: of the pattern's entries, of the diagonal
   Eigen::VectorXd solution_;
   Eigen::VectorXcd complex_right_, complex_solution_;
@@ -238,30 +268,30 @@ class SparseSystems final : public RadauSystems {
 }  // namespace
 }  // namespace radau
 
-std::unique_ptr<RadauSystems> make_radau_systems(const Sparsity& pattern) {
+std::unique_ptr<RadauSystems> make_radau_systems(const Sparsity& pattern, const RadauEigenvalues& eigenvalues) {
   // Ladders of 70 and 100 states take half as long as by sparse matrices, those of 200 as long (bench methods
   // --random).
   constexpr std::size_t kFullStates = 100;
   switch (pattern.size) {
     case 1:
-      return std::make_unique<radau::SmallSystems<1>>();
+      return std::make_unique<radau::SmallSystems<1>>(eigenvalues);
     case 2:
-      return std::make_unique<radau::SmallSystems<2>>();
+      return std::make_unique<radau::SmallSystems<2>>(eigenvalues);
     case 3:
-      return std::make_unique<radau::SmallSystems<3>>();
+      return std::make_unique<radau::SmallSystems<3>>(eigenvalues);
     case 4:
-      return std::make_unique<radau::SmallSystems<4>>();
+      return std::make_unique<radau::SmallSystems<4>>(eigenvalues);
     case 5:
-      return std::make_unique<radau::SmallSystems<5>>();
+      return std::make_unique<radau::SmallSystems<5>>(eigenvalues);
     case 6:
-      return std::make_unique<radau::SmallSystems<6>>();
+      return std::make_unique<radau::SmallSystems<6>>(eigenvalues);
     case 7:
-      return std::make_unique<radau::SmallSystems<7>>();
+      return std::make_unique<radau::SmallSystems<7>>(eigenvalues);
     case 8:
-      return std::make_unique<radau::SmallSystems<8>>();
+      return std::make_unique<radau::SmallSystems<8>>(eigenvalues);
     default:
-      if (pattern.size <= kFullStates) return std::make_unique<radau::DenseSystems>(pattern.size);
-      return std::make_unique<radau::SparseSystems>(pattern);
+      if (pattern.size <= kFullStates) return std::make_unique<radau::DenseSystems>(pattern.size, eigenvalues);
+      return std::make_unique<radau::SparseSystems>(pattern, eigenvalues);
   }
 }
 

@@ -1,16 +1,24 @@
-/// The linear systems of a step by Radau IIA of order 5.
+/// The linear systems of a step by Radau IIA.
 #pragma once
 
+#include <complex>
 #include <cstddef>
 #include <memory>
+#include <vector>
 
 #include "bgsim/program.hpp"
 
 namespace bgsim {
 
-/// The inverse of the coefficients of Radau IIA of order 5 has a real eigenvalue and a complex pair. In the basis of
-/// its eigenvectors Newton's equations of the three stages, 3n unknowns, fall apart into a real and a complex system of
-/// n:
+/// Of the inverse of the coefficients.
+struct RadauEigenvalues {
+  double gamma;
+  std::vector<std::complex<double>> pairs;  ///< alpha + i beta of each
+};
+
+/// The inverse of the coefficients of Radau IIA of s stages, s odd, has a real eigenvalue and (s - 1)/2 complex pairs.
+/// In the basis of its eigenvectors Newton's equations of the stages, s n unknowns, fall apart into a real system of n
+/// and a complex one for each pair:
 ///
 ///     (gamma I - h J) u = r,    ((alpha + i beta) I - h J) (v + i w) = p + i q
 ///
@@ -23,11 +31,11 @@ class RadauSystems {
 
   /// Whether jacobian() of factor() is a full matrix, column by column, or the entries by the pattern.
   [[nodiscard]] virtual bool dense() const = 0;
-  /// False if one of the two is singular, or not finite.
+  /// False if one of them is singular, or not finite.
   virtual bool factor(double h, const double* jacobian) = 0;
   /// By the last factor(): the right side becomes the solution.
   virtual void solve_real(double* u) = 0;
-  virtual void solve_complex(double* v, double* w) = 0;
+  virtual void solve_complex(std::size_t pair, double* v, double* w) = 0;
 
  protected:
   RadauSystems() = default;
@@ -35,6 +43,6 @@ class RadauSystems {
 
 /// Written out for up to eight states, dense up to a hundred, sparse (with complete pivoting left out, columns
 /// ordered to keep the fill-in low) beyond.
-std::unique_ptr<RadauSystems> make_radau_systems(const Sparsity& pattern);
+std::unique_ptr<RadauSystems> make_radau_systems(const Sparsity& pattern, const RadauEigenvalues& eigenvalues);
 
 }  // namespace bgsim
