@@ -161,6 +161,22 @@ TEST_CASE("two open switches in series with a diode, and a coil that they cut of
                      "j>a j>b j>c")));
 }
 
+TEST_CASE("three capacitors round which three switches close share their charge, whatever flows round the ring") {
+  // The last switch closes a ring: what flows round it is indefinite, and nothing else. C a' = (3 - v)/r from then on.
+  const RunResult run = completed(model_of(
+      R"("u": {"kind": "Se", "effort": 3}, "in": {"kind": "1"}, "r": {"kind": "R", "resistance": 1}, "A": {"kind": "0"},
+        "B": {"kind": "0"}, "C": {"kind": "0"}, "j1": {"kind": "1"}, "j2": {"kind": "1"}, "j3": {"kind": "1"},
+        "s1": {"kind": "Sw", "closed": "t > 0"}, "s2": {"kind": "Sw", "closed": "t > 0"}, "s3": {"kind": "Sw", "closed": "t > 1"},
+        "ca": {"kind": "C", "capacitance": 1}, "cb": {"kind": "C", "capacitance": 2}, "cc": {"kind": "C", "capacitance": 0.5})",
+      "u>in in>r in>A A>ca B>cb C>cc A>j1 j1>s1 j1>B B>j2 j2>s2 j2>C C>j3 j3>s3 j3>A",
+      R"("a": "ca.e", "b": "cb.e", "c": "cc.e", "round": "s3.f")"));
+  for (std::size_t i = 0; i < run.trace.times.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)  // ten tolerances of 1e-9
+      CHECK(run.trace.columns[k][i] == Approx(3 * (1 - std::exp(-run.trace.times[i] / 3.5))).margin(1e-8));
+  CHECK(notes_of(run).find("\"round\" is indefinite") != std::string::npos);
+  CHECK(notes_of(run).find("\"a\"") == std::string::npos);
+}
+
 TEST_CASE("what switches leave indefinite is refused where something depends on it") {
   // a source of flow that two open switches cut off, and a source of effort across two that are closed
   CHECK(code_of(model_of(R"("u": {"kind": "Sf", "flow": 1}, "j": {"kind": "1"}, "r": {"kind": "R", "resistance": 1},

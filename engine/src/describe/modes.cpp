@@ -63,7 +63,7 @@ std::string describe_modes(const Model& model, const BondGraph& graph) {
     bool allowed = false;
     std::string text = consequence(moded, graph, allowed);
     if (!allowed)
-      if (const Model idle = with_idle_switches(moded); !idle_words(idle).empty())
+      if (const Model idle = with_idle_switches(moded); has_idle_switches(idle))
         text = consequence(idle, graph, allowed);
     refused += allowed ? 0U : 1U;
     if (++listed <= kMostRows) rows += "  " + mode_text(model, mode) + ": " + visible_line(text) + "\n";

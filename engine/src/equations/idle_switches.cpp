@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/lu.hpp"
 #include "bgsim/modes.hpp"
 #include "bgsim/ordering.hpp"
 #include "equations/solvable_causality.hpp"
@@ -57,8 +58,9 @@ SymbolId variable_of(const Model& model, const BondGraph& graph, const EquationS
 
 /// Values and slopes of expressions at random values of states, parameters, time and all that is no sum, product or
 /// quotient. The slopes are those along a random direction of what is indefinite. What cancels for such values cancels
-/// for all. Rings of equations whose terms cancel (the current round a resistor that a switch short-circuits) are
-/// followed until they agree with themselves; what does not is taken to depend on all that it is connected with.
+/// for all. Rings of equations ask for values and slopes before they are known: these are found so that they come out
+/// as they were taken, by one step of Newton's method each, since what is linear needs no more. Where slopes do not,
+/// all depends on all that it is connected with.
 class RandomPoint {
  public:
   RandomPoint(const Model& model, const BondGraph& graph, const EquationSystem& system)
@@ -66,10 +68,14 @@ class RandomPoint {
     for (std::size_t i = 0; i < model.elements.size(); ++i)
       if (model.elements[i].idle) indefinite_[variable_of(model, graph, system, ElementId(i), true).index()] = true;
     find_reaching();
-    constexpr int kMostRounds = 8;
-    for (int round = 0; round < kMostRounds; ++round)
-      if (evaluate_all(round > 0)) return;
-    evaluate_all(false);
+    for (std::size_t i = 0; i < at_.size(); ++i) guess_.push_back(number(i, 0));
+    guess_slope_.assign(at_.size(), 0.0);
+    evaluate_all();
+    solve_rings(&Point::value, guess_);
+    solve_rings(&Point::slope, guess_slope_);
+    if (slopes_agree()) return;
+    for (std::size_t i = 0; i < at_.size(); ++i) guess_slope_[i] = reaches_[i] ? number(i, 1) : 0.0;
+    evaluate_all();
   }
 
   [[nodiscard]] bool is_zero(SymbolId unknown) const {
@@ -121,12 +127,43 @@ class RandomPoint {
     }
   }
 
-  /// What a ring of equations asks for before it is known is random, or as in the round before.
-  /// @return  whether all of that came out as it had been taken
-  bool evaluate_all(bool again) {
+  /// Rings that ask for more than kMost values keep what they have.
+  void solve_rings(double Point::*what, std::vector<double>& guess) {
+    constexpr std::size_t kMost = 60;
+    if (asked_.empty() || asked_.size() > kMost) return;
+    const auto n = static_cast<Eigen::Index>(asked_.size());
+    const auto at = [this](Eigen::Index i) { return asked_[static_cast<std::size_t>(i)].index(); };
+    const auto differences = [&] {
+      Eigen::VectorXd off(n);
+      for (Eigen::Index i = 0; i < n; ++i) off[i] = at_[at(i)].*what - guess[at(i)];
+      return off;
+    };
+    const Eigen::VectorXd off = differences();
+    Eigen::MatrixXd slopes(n, n);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double before = std::exchange(guess[at(j)], guess[at(j)] + 1.0);
+      evaluate_all();
+      slopes.col(j) = differences() - off;
+      guess[at(j)] = before;
+    }
+    const Eigen::VectorXd step = solve_with_full_pivots(slopes, -off);
+    if (step.allFinite())
+      for (Eigen::Index i = 0; i < n; ++i) guess[at(i)] += step[i];
+    evaluate_all();
+  }
+
+  [[nodiscard]] bool slopes_agree() const {
+    return std::all_of(asked_.begin(), asked_.end(), [this](ExprId e) {
+      const double taken = guess_slope_[e.index()];
+      return nothing(at_[e.index()].slope - taken, at_[e.index()].slope_size + std::abs(taken));
+    });
+  }
+
+  /// With guess_ and guess_slope_ for what rings ask for before it is known (asked_).
+  void evaluate_all() {
     std::vector<State> state(at_.size(), State::unknown);
-    std::vector<std::pair<ExprId, Point>> taken;
     std::vector<ExprId> open;
+    asked_.clear();
     for (std::size_t root = 0; root < at_.size(); ++root) {
       open.emplace_back(root);
       while (!open.empty()) {
@@ -134,11 +171,11 @@ class RandomPoint {
         State& here = state[e.index()];
         if (here == State::unknown) {
           here = State::looked_for;
-          const double slope = reaches_[e.index()] ? number(e.index(), 1) : 0.0;
-          if (!again) at_[e.index()] = {number(e.index(), 0), slope, 1.0, slope};
+          const double value = guess_[e.index()], slope = guess_slope_[e.index()];
+          at_[e.index()] = {value, slope, std::abs(value), std::abs(slope)};
           for (const ExprId argument : arguments(e)) {
             if (state[argument.index()] == State::unknown) open.push_back(argument);
-            if (state[argument.index()] == State::looked_for) taken.emplace_back(argument, at_[argument.index()]);
+            if (state[argument.index()] == State::looked_for) asked_.push_back(argument);
           }
           continue;
         }
@@ -148,11 +185,8 @@ class RandomPoint {
         here = State::known;
       }
     }
-    return std::all_of(taken.begin(), taken.end(), [this](const auto& was) {
-      const Point& is = at_[was.first.index()];
-      return nothing(is.value - was.second.value, is.size + was.second.size) &&
-             nothing(is.slope - was.second.slope, is.slope_size + was.second.slope_size);
-    });
+    std::sort(asked_.begin(), asked_.end(), [](ExprId a, ExprId b) { return a.index() < b.index(); });
+    asked_.erase(std::unique(asked_.begin(), asked_.end()), asked_.end());
   }
 
   [[nodiscard]] const Equation* equation(const ExprNode& node) const {
@@ -220,9 +254,11 @@ class RandomPoint {
   }
 
   const EquationSystem& system_;
-  std::vector<Point> at_;         ///< by ExprId
-  std::vector<bool> indefinite_;  ///< by SymbolId
-  std::vector<bool> reaches_;     ///< by ExprId
+  std::vector<Point> at_;                    ///< by ExprId
+  std::vector<bool> indefinite_;             ///< by SymbolId
+  std::vector<bool> reaches_;                ///< by ExprId
+  std::vector<double> guess_, guess_slope_;  ///< by ExprId
+  std::vector<ExprId> asked_;
 };
 
 /// Whether idle switches have the 0 that they would set, and only outputs and powers depend on what is indefinite.
@@ -273,10 +309,13 @@ Model with_idle_switches(Model model) {
   }
 }
 
+bool has_idle_switches(const Model& model) {
+  return std::any_of(model.elements.begin(), model.elements.end(), [](const Element& element) { return element.idle; });
+}
+
 std::vector<std::string> indefinite_outputs(const Model& model, const BondGraph& graph, const EquationSystem& system) {
   std::vector<std::string> outputs;
-  if (std::none_of(model.elements.begin(), model.elements.end(), [](const Element& e) { return e.idle; }))
-    return outputs;
+  if (!has_idle_switches(model)) return outputs;
   const RandomPoint point(model, graph, system);
   for (const OutputEquation& output : system.outputs)
     if (point.depends(output.value)) outputs.push_back(output.name);

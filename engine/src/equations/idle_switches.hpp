@@ -20,6 +20,8 @@ namespace bgsim {
 /// @note As many derivations as the logarithm of the number of switches for each idle one; one where none is.
 Model with_idle_switches(Model model);
 
+[[nodiscard]] bool has_idle_switches(const Model& model);
+
 /// Names of the outputs that depend on what idle switches leave indefinite.
 std::vector<std::string> indefinite_outputs(const Model& model, const BondGraph& graph, const EquationSystem& system);
 

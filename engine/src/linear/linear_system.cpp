@@ -260,6 +260,11 @@ std::vector<std::string> leaving_switches(Evaluator& evaluator, double t, const 
       notes.push_back(short_name(element.name) + " is " + side_text(element, is_closed(element)) +
                       " in this mode, and its condition says otherwise at this point");
     }
+  for (const Element& element : program.model->elements)
+    if (element.idle)
+      notes.push_back(short_name(element.name) + " is " + side_text(element, is_closed(element)) +
+                      " and idle: what depends on its " + (is_closed(element) ? "flow" : "effort") +
+                      " is indefinite, and taken as if that were 0");
   return notes;
 }
 

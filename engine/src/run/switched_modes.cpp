@@ -49,20 +49,17 @@ const Program* SwitchedRun::program_here() {
 /// Outputs that idle switches leave indefinite, each once.
 void SwitchedRun::note_indefinite(const Program& program) {
   std::string outputs;
+  std::size_t count = 0;
   for (const std::string& output : program.indefinite_outputs)
-    if (indefinite_.insert(output).second) outputs += (outputs.empty() ? "\"" : "\", \"") + output;
+    if (indefinite_.insert(output).second) outputs += (count++ == 0 ? "\"" : "\", \"") + output;
   if (outputs.empty()) return;
-  std::string open, closed;
+  std::string idle;
   for (const Element& element : program.model->elements)
-    if (element.idle) {
-      std::string& names = is_closed(element) ? closed : open;
-      names += (names.empty() ? "\"" : ", \"") + element.name + "\"";
-    }
-  result_.report.notes.push_back(
-      "from t = " + number_text(stored_.t, 6) + " " + outputs + "\" is indefinite: " +
-      (open.empty() ? "" : open + " is open in series with open switches, and is taken to have no effort") +
-      (open.empty() || closed.empty() ? "" : "; ") +
-      (closed.empty() ? "" : closed + " is closed in parallel with closed switches, and is taken to have no flow"));
+    if (element.idle)
+      idle += (idle.empty() ? "\"" : ", \"") + element.name + "\" is " + side_text(element, is_closed(element)) +
+              " beside switches that are, too, and is taken to have no " + (is_closed(element) ? "flow" : "effort");
+  result_.report.notes.push_back("from t = " + number_text(stored_.t, 6) + " " + outputs +
+                                 (count == 1 ? "\" is" : "\" are") + " indefinite: " + idle);
 }
 
 Diagnostic SwitchedRun::not_allowed(const ModelError& error) const {

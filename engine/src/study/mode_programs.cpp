@@ -198,7 +198,7 @@ auto allowed(const std::shared_ptr<const Model>& model, const Make& make) {
     return make(model);
   } catch (const ModelError&) {
     auto idle = std::make_shared<const Model>(with_idle_switches(*model));
-    if (std::none_of(idle->elements.begin(), idle->elements.end(), [](const Element& e) { return e.idle; })) throw;
+    if (!has_idle_switches(*idle)) throw;
     return make(std::shared_ptr<const Model>(std::move(idle)));
   }
 }

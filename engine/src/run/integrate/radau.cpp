@@ -168,11 +168,10 @@ class RadauIntegrator final : public OwnSteps {
   static constexpr std::size_t kLast = Stages - 1, kPairs = Stages / 2;
   static constexpr int kOrder = 2 * static_cast<int>(Stages) - 1, kDegree = static_cast<int>(Stages) + 1;
   static constexpr int kIterations = Control::kIterations, kMostAttempts = 100;
-  /// Of what is allowed. The ends of steps of a high order are otherwise wrong by little more than what the iteration
-  /// leaves: by 0.03 of the tolerance in each step `euler_top` at 1e-9 came to 150 tolerances.
+  /// Of what is allowed. The ends of steps of a high order are wrong by little more than what the iteration leaves,
+  /// which need not cancel from step to step (`euler_top` at 1e-9).
   static constexpr double kNewtonPart = Stages == 3 ? 0.03 : 0.001;
-  /// Than the tolerance. For the high orders a looser one saves no work: steps are a fifth longer, more of them are
-  /// rejected, and errors are two to ten times as large.
+  /// Than the tolerance. For the high orders, whose steps hardly depend on it, a looser one saves no work.
   static constexpr double kLooser = Stages == 3 ? 5.0 : 1.0;
   /// Newton's iteration converges so fast that the Jacobian serves for another step.
   static constexpr double kServes = 1e-3;

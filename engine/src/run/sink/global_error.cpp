@@ -408,7 +408,7 @@ void GlobalError::after_event(double t, const std::vector<double>& x, const Bran
   const double speed = (here - guards_off_[*guard]) / moment;
   const double late = (here - exact) / speed;
   if (!std::isfinite(late)) return;
-  instant_ = {t, late, x};
+  instant_ = {t, late, x, false};
   for (std::size_t i = 0; i < x.size(); ++i) instant_.exact[i] += late * rates_before_[i] - error_[i];
   for (std::size_t i = 0; i < x.size(); ++i) error_[i] += late * (rates_[i] - rates_before_[i]);
 }
@@ -427,13 +427,13 @@ void GlobalError::before_set(double t, const std::vector<double>& x, const Branc
   // The modes are those of the point, unless it is at the border of what sets.
   const auto set_there = [&](double at, std::vector<double>& states) {
     branch_there_ = branch;
-    if (instant_.late == 0.0) {
+    if (instant_.known) {
       std::copy(states.begin(), states.end(), y_.begin());
       if (!set_modes(at, y_, branch_there_)) return false;
     }
     return set(at, states, branch_there_);
   };
-  if (instant_.late == 0.0)
+  if (instant_.known)
     for (std::size_t k = 0; k < kFarther.size(); ++k) {
       farther_[k] = x;
       for (std::size_t i = 0; i < x.size(); ++i) farther_[k][i] += kFarther[k] * (instant_.exact[i] - x[i]);

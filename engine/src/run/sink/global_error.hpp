@@ -69,6 +69,7 @@ class GlobalError {
     double t = std::numeric_limits<double>::quiet_NaN();
     double late = 0.0;          ///< the exact solution comes to it so much after t
     std::vector<double> exact;  ///< and is there then
+    bool known = true;          ///< the time; else a guard crosses its border there
   };
   /// Of a run that ends at (t, x), in a mode that another run goes on from.
   [[nodiscard]] const Instant& leave(double t, const std::vector<double>& x);
