@@ -192,6 +192,18 @@ TEST_CASE("what switches leave indefinite is refused where something depends on 
                          "u>j j>r j>c j>a j>b", kOutputs)) == "BG619");
 }
 
+TEST_CASE("a model with another fault is not blamed for switches that are open in series as it is read") {
+  std::string codes;
+  try {
+    Study::from_text(
+        model_of(kSource + R"(, "a": {"kind": "Sw", "closed": "t > 1"}, "b": {"kind": "Sw", "closed": "t > 2"})",
+                 "u>j j>r j>c j>a j>b", R"("v": "nothing.e")"));
+  } catch (const ModelError& error) {
+    for (const Diagnostic& fault : error.diagnostics) codes += fault.code + " ";
+  }
+  CHECK(codes == "BG121 ");
+}
+
 TEST_CASE("a mode with idle switches is listed as allowed, and shown") {
   const Study study = Study::from_text(
       model_of(kSource + R"(, "a": {"kind": "Sw", "closed": "t > 1"}, "b": {"kind": "Sw", "closed": "t > 2"})",

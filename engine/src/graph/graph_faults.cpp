@@ -12,10 +12,16 @@
 namespace bgsim {
 namespace {
 
-/// A law that can be used in any causality, for an element that has none.
+/// A law that can be used in any causality, for an element that has none, and for a switch, whose side is the run's
+/// matter.
 void give_any_law(Model& model, std::size_t index) {
   Element& element = model.elements[index];
   const ExprId one = model.pool.constant(1.0);
+  if (is_switch(element.kind)) {
+    element.kind = ElementKind::resistor;
+    element.coefficient = one;
+    return;
+  }
   if (is_junction(element.kind) || is_detector(element.kind)) return;
   if (!is_field(element.kind)) {
     if (!element.coefficient.valid() && element.laws.empty()) element.coefficient = one;

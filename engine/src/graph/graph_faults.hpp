@@ -18,8 +18,8 @@ struct BondedElsewhere {
 /// The faults BG2xx of a model whose bonds may have ends that are not known (an invalid element).
 std::vector<Diagnostic> graph_faults(const Model& model, const BondedElsewhere& elsewhere);
 
-/// The faults BG3xx of a model whose graph is complete, though its laws may not be. What a missing law would ask for
-/// is left open, so that a conflict that is found is there whatever the law.
+/// The faults BG3xx of a model whose graph is complete, though its laws may not be. What a missing law would ask for,
+/// and the side of a switch, is left open, so that a conflict that is found is there whatever the law.
 /// @param model  gets a law where it has none, and is of no use for anything else afterwards.
 std::vector<Diagnostic> causal_faults(Model& model);
 
