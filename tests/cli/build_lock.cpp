@@ -37,7 +37,7 @@ chmod +x build/release/bgsim
 
 }  // namespace
 
-TEST_CASE("the script holds no lock while bgsim runs, whether it built it or waited for another that did") {
+TEST_CASE("the script holds no lock while bgsim runs, whether it built it or waited for another that did", "[long]") {
   const Workplace here;
   make_project(here);
   // Both find nothing built; the second waits for the first, and finds it built then.
@@ -54,7 +54,7 @@ TEST_CASE("the script holds no lock while bgsim runs, whether it built it or wai
   CHECK(done.err.find("Building bgsim") == done.err.rfind("Building bgsim"));  // once
 }
 
-TEST_CASE("the script builds bgsim alone, a program beside it when that is asked for, and both when sources change") {
+TEST_CASE("the script builds bgsim alone, a program beside it when that is asked for, and both when sources change", "[long]") {
   const Workplace here;
   make_project(here);
   const auto call = [&](const std::string& words) {

@@ -159,7 +159,7 @@ TEST_CASE("Graphviz reads a drawing whose names are longer than its longest stri
              Contains(" 1 edge\n 1 graph\n 2 node\n"));
 }
 
-TEST_CASE("a program that bgsim has started ends with it and leaves nothing behind") {
+TEST_CASE("a program that bgsim has started ends with it and leaves nothing behind", "[long]") {
   const Workplace here;
   here.write("a.csv", "t,x\n0,1\n1,2\n");
   here.write("gnuplot", "#!/bin/sh\necho $$ >'" + here.folder() + "/pid'\nexec sleep 100\n");

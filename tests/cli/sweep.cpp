@@ -60,7 +60,7 @@ TEST_CASE("settings of the scene are varied like parameters") {
   CHECK_THAT(here.read("stop/results.csv"), Contains("\n0,1,1.8963") && Contains("\n1,4,2.9450"));
 }
 
-TEST_CASE("a sweep that is killed goes on where it was, and comes to the same table") {
+TEST_CASE("a sweep that is killed goes on where it was, and comes to the same table", "[long]") {
   Workplace here;
   with_model(here);
   const std::uint64_t runs = bgsim::test::share_of(20000);
@@ -285,7 +285,7 @@ TEST_CASE("traces of a sweep give bands: quantiles of each output at each time")
   CHECK_THAT(unknown.err, Contains("has no column \"v\""));
 }
 
-TEST_CASE("processes share a sweep, and what a killed one was making is made by another") {
+TEST_CASE("processes share a sweep, and what a killed one was making is made by another", "[long]") {
   Workplace here;
   with_model(here);
   const std::uint64_t runs = bgsim::test::share_of(30000) / 2;  // long enough that the kill comes while they are made

@@ -54,7 +54,7 @@ std::string with_factors(const std::string& json, std::vector<std::string>& name
 
 }  // namespace
 
-TEST_CASE("adjoint and variational equations agree on the bellow, over its events, by every norm") {
+TEST_CASE("adjoint and variational equations agree on the bellow, over its events, by every norm", "[long]") {
   ReadOptions reading;
   reading.record = {"x", "P2"};
   reading.stop = "0.06";
@@ -91,7 +91,7 @@ TEST_CASE("adjoint sensitivities of what decays by very different times") {
   CHECK(table.of[0][2].derivative == Approx(1 - c * e / (c - 1)).epsilon(1e-8));
 }
 
-TEST_CASE("adjoint sensitivities of a ladder of sections, whose matrix is sparse, and of a rate that is time's alone") {
+TEST_CASE("adjoint sensitivities of a ladder of sections, whose matrix is sparse, and of a rate that is time's alone", "[long]") {
   // Sixty RC sections: more states than are solved densely. The gradient by C and R of each is held against three of
   // the variational ones.
   std::string parameters = "\"U\": 1, \"w\": 40", elements = R"x("s": { "kind": "MSe", "effort": "U*cos(w*t)" })x",

@@ -136,7 +136,7 @@ void bank(int count, int phases) {
 
 }  // namespace
 
-TEST_CASE("a hundred ideal diodes side by side, as clamps of a ladder and in a bank of rectifiers") {
+TEST_CASE("a hundred ideal diodes side by side, as clamps of a ladder and in a bank of rectifiers", "[long]") {
   side_by_side(100, 3);
   ladder(100, 1.0);
   bank(100, 4);

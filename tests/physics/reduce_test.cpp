@@ -164,7 +164,7 @@ TEST_CASE("a model with a contact is reduced, and keeps its gap, its restitution
   check_by_itself(reduction, "fall");
 }
 
-TEST_CASE("a cut that lets an impulse go round in a loop of junctions is refused") {
+TEST_CASE("a cut that lets an impulse go round in a loop of junctions is refused", "[long]") {
   const auto model = read("models/actuator_object.json");
   const Reduction reduction = reduce_to("models/actuator_object.json", "press", 1e-2,
                                         {"body_mass", "body_inertia", "left.damping", "left.orifice", "right.orifice"});

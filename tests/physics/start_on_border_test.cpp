@@ -145,7 +145,7 @@ TEST_CASE("a tank that is drawn from at its crest, ever faster, leaves the law t
     }
 }
 
-TEST_CASE("a tank with a root of the third degree that an inflow from 0 fills is as full as its law says") {
+TEST_CASE("a tank with a root of the third degree that an inflow from 0 fills is as full as its law says", "[long]") {
   // h' = t/2 - 0.12 h^(1/3), from the level that lets all of it out, (t/0.24)^3, by the method of Runge and Kutta.
   const auto rate = [](double t, double h) { return 0.5 * t - 0.12 * std::cbrt(h); };
   constexpr double kBegin = 1e-4, kLongest = 1e-4, kEnd = 4.0;

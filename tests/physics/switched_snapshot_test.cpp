@@ -178,7 +178,7 @@ const char* const kAtTheEnd = R"json({ "bgsim": 1, "name": "at_the_end",
 
 }  // namespace
 
-TEST_CASE("a switched run continues from any snapshot bit for bit: methods") {
+TEST_CASE("a switched run continues from any snapshot bit for bit: methods", "[long]") {
   for (const Method method : {Method::automatic, Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau,
                               Method::radau9, Method::radau13, Method::ida, Method::rk4, Method::implicit_euler}) {
     INFO(facts_of(method).name);
@@ -239,7 +239,7 @@ TEST_CASE("a switched run goes on from where the caller or a limit ended it") {
   }
 }
 
-TEST_CASE("a run with delayed signals continues from any snapshot bit for bit") {
+TEST_CASE("a run with delayed signals continues from any snapshot bit for bit", "[long]") {
   // A snapshot has the whole of the delays' memory: one every hundred steps, not every few.
   for (const Method method : {Method::automatic, Method::bdf, Method::erk5, Method::radau}) {
     INFO(facts_of(method).name);

@@ -134,7 +134,7 @@ TEST_CASE("a trade of a rectifier measures the instants of its diode, and its re
   CHECK(compared >= 3);
 }
 
-TEST_CASE("an accuracy is found and kept over impacts and their limit, by switches and by diodes") {
+TEST_CASE("an accuracy is found and kept over impacts and their limit, by switches and by diodes", "[long]") {
   for (const char* model : {"models/ball_contact.json", "models/buck.json", "models/relief_valve.json"}) {
     CAPTURE(model);
     const Study study = study_of(model);

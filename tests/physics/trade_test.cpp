@@ -210,7 +210,7 @@ TEST_CASE("an output that is zero except for rounding is not judged, and prevent
   CHECK(find_setting(model.program, model.inputs, 1e-4, options).error <= 1e-4);
 }
 
-TEST_CASE("a setting that is asked for is measured to its end, whatever the limit of a run") {
+TEST_CASE("a setting that is asked for is measured to its end, whatever the limit of a run", "[long]") {
   std::string text = kStiff;
   text.replace(text.find("\"stop\": 5"), 9, "\"stop\": 0.2");
   const CompiledModel model = compile_text(text);

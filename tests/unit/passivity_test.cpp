@@ -46,7 +46,7 @@ TEST_CASE("resistors whose power has one sign everywhere are proved") {
   CHECK(resistor("e = w*f", true).proof == Proof::proved);
 }
 
-TEST_CASE("resistors that give power are refuted with an interval in which they do") {
+TEST_CASE("resistors that give power are refuted with an interval in which they do", "[long]") {
   const auto power = [](const PassivityFinding& found, const auto& law) {
     REQUIRE(found.proof == Proof::refuted);
     // Its ends and its middle, as far as they are finite.
@@ -161,7 +161,7 @@ TEST_CASE("resistive fields: linear ones by their matrix, exactly") {
   CHECK(field("l.f = g*l.e", "m.f = l.e").proof == Proof::refuted);
 }
 
-TEST_CASE("resistive fields: others by boxes of all their variables") {
+TEST_CASE("resistive fields: others by boxes of all their variables", "[long]") {
   CHECK(field("l.f = l.e^3", "m.f = sign(m.e)").proof == Proof::proved);
   CHECK(field("l.f = l.e*(1 + m.e^2)", "m.f = m.e*exp(l.e)").proof == Proof::proved);
   CHECK(field("l.f = l.e*m.e^2", "m.f = -l.e^2*m.e").proof == Proof::undecided);  // 0 throughout, but not term by term
