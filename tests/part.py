@@ -1,4 +1,4 @@
-"""Runs a part of the tests of a program in one process: under the sanitizers a start takes longer than most tests.
+"""Runs a part of the tests of a program in one process: a start takes longer than most tests.
 
     part.py PROGRAM --part K/N [--without TAG]
 

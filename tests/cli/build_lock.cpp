@@ -54,7 +54,8 @@ TEST_CASE("the script holds no lock while bgsim runs, whether it built it or wai
   CHECK(done.err.find("Building bgsim") == done.err.rfind("Building bgsim"));  // once
 }
 
-TEST_CASE("the script builds bgsim alone, a program beside it when that is asked for, and both when sources change", "[long]") {
+TEST_CASE("the script builds bgsim alone, a program beside it when that is asked for, and both when sources change",
+          "[long]") {
   const Workplace here;
   make_project(here);
   const auto call = [&](const std::string& words) {

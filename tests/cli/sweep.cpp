@@ -6,7 +6,6 @@
 #include <string>
 
 #include "command.hpp"
-#include "support/rounds.hpp"
 
 using Catch::Contains;
 
@@ -63,7 +62,7 @@ TEST_CASE("settings of the scene are varied like parameters") {
 TEST_CASE("a sweep that is killed goes on where it was, and comes to the same table", "[long]") {
   Workplace here;
   with_model(here);
-  const std::uint64_t runs = bgsim::test::share_of(20000);
+  const std::uint64_t runs = 8000;
   const std::string arguments =
       "sweep rc.json --vary R=0.5:5 --sample random:" + std::to_string(runs) + " --result m='mean(u)' --quiet -j 2";
   const Outcome killed =
@@ -288,7 +287,7 @@ TEST_CASE("traces of a sweep give bands: quantiles of each output at each time")
 TEST_CASE("processes share a sweep, and what a killed one was making is made by another", "[long]") {
   Workplace here;
   with_model(here);
-  const std::uint64_t runs = bgsim::test::share_of(30000) / 2;  // long enough that the kill comes while they are made
+  const std::uint64_t runs = 5000;  // long enough that the kill comes while they are made
   const std::string arguments =
       "sweep rc.json --vary R=0.5:5 --sample random:" + std::to_string(runs) + " --result m='mean(u)' --quiet -j 1 ";
   REQUIRE(here.bgsim(arguments + "-o whole").code == 0);

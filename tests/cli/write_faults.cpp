@@ -185,7 +185,8 @@ int from_environment(const char* name, int otherwise) {
 
 }  // namespace
 
-TEST_CASE("after a fault at any write the old file is as it was or the new one whole, and nothing is left behind", "[long]") {
+TEST_CASE("after a fault at any write the old file is as it was or the new one whole, and nothing is left behind",
+          "[long]") {
   const int rounds = from_environment("BGSIM_FAULT_ROUNDS", kRounds);
   std::mt19937 random(static_cast<unsigned>(from_environment("BGSIM_FAULT_SEED", 1)));
   std::vector<double> weights;

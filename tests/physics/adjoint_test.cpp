@@ -91,7 +91,8 @@ TEST_CASE("adjoint sensitivities of what decays by very different times") {
   CHECK(table.of[0][2].derivative == Approx(1 - c * e / (c - 1)).epsilon(1e-8));
 }
 
-TEST_CASE("adjoint sensitivities of a ladder of sections, whose matrix is sparse, and of a rate that is time's alone", "[long]") {
+TEST_CASE("adjoint sensitivities of a ladder of sections, whose matrix is sparse, and of a rate that is time's alone",
+          "[long]") {
   // Sixty RC sections: more states than are solved densely. The gradient by C and R of each is held against three of
   // the variational ones.
   std::string parameters = "\"U\": 1, \"w\": 40", elements = R"x("s": { "kind": "MSe", "effort": "U*cos(w*t)" })x",
