@@ -1,5 +1,6 @@
 // What each method costs and how exact it is, over all scenes: the table behind the choice of `auto`.
 //   bench_methods [--seconds S] [FILE[:SCENE]]...     default: models/ and tests/data/models/
+//   bench_methods [--seconds S] --pair METHOD METHOD [FILE[:SCENE]]...   default: models/
 //   bench_methods --random SEEDS [--from STATES] [FAMILY]...   random models of 2 to 300 states (families.hpp)
 //
 // Every scene by every method at 1e-4, 1e-6 and 1e-9, without audit and estimate of errors. Errors are the largest of
@@ -7,6 +8,9 @@
 // error is how far a second one stays from it. Times are processor times of simulate() alone, the least of several
 // runs. Prints a line for each run (tab-separated), then how `auto` compares with the best row of each scene: the
 // cheapest that is at least as exact as `auto` at that tolerance.
+//
+// A pair: what the first takes of the steps, the processor time and the error of the second, at 1e-4, 1e-6 and 1e-8,
+// and of the time at equal error, if the error falls with the fifth power of it.
 //
 // Random models: the processor time that each method takes to an error of 1e-3, 1e-5 and 1e-7, over tolerances half a
 // decade apart, as a multiple of what the best of them takes.
@@ -192,6 +196,80 @@ void measure(const std::string& file, const std::string& scene, double limit, To
   }
 }
 
+// --- two methods
+
+constexpr std::array<double, 3> kPairTolerances{1e-4, 1e-6, 1e-8};
+
+struct Pair {
+  std::array<Method, 2> methods{};
+  /// By tolerance, the first over the second.
+  struct Ratios {
+    std::vector<double> steps, seconds, errors, at_equal_error;
+  };
+  std::array<Ratios, kPairTolerances.size()> ratios;
+};
+
+/// The least of several runs; short ones scatter more, and cost less.
+Timed timed_run(const Simulation& scene, Method method, double relative, double limit) {
+  Timed timed = run(scene, scene.inputs(), method, relative, limit);
+  for (int repeat = 0; timed.whole && repeat < (timed.seconds < 0.005 ? 8 : timed.seconds < 0.1 ? 3 : 1); ++repeat)
+    timed.seconds = std::min(timed.seconds, run(scene, scene.inputs(), method, relative, limit).seconds);
+  return timed;
+}
+
+void measure_pair(const std::string& file, const std::string& scene, double limit, Pair& pair) {
+  const Simulation compiled = Study(file).scene(scene, {}, {.keep_all = false});
+  if (compiled.program().state_names.empty() || compiled.program().output_names.empty()) return;
+  const std::optional<Reference> reference = reference_of(compiled, compiled.inputs(), 4.0 * limit);
+  if (!reference) return;
+  for (std::size_t k = 0; k < kPairTolerances.size(); ++k) {
+    std::array<double, 2> steps{}, seconds{}, errors{};
+    bool whole = true;
+    std::printf("%s %s\t%.0e", compiled.model().name.c_str(), compiled.inputs().scene.c_str(), kPairTolerances[k]);
+    for (std::size_t m = 0; m < 2; ++m) {
+      const Timed timed = timed_run(compiled, pair.methods[m], kPairTolerances[k], limit);
+      whole = whole && timed.whole;
+      steps[m] = static_cast<double>(timed.result.report.steps);
+      seconds[m] = timed.seconds;
+      if (timed.whole) {
+        const std::vector<double> all = distances(timed.result.trace, reference->trace);
+        for (std::size_t c = 0; c < all.size(); ++c)
+          if (reference->own[c] < 0.1 * kPairTolerances[k]) errors[m] = std::max(errors[m], all[c]);
+      }
+      std::printf("\t%.0f\t%.3f\t%.1e", steps[m], 1e3 * seconds[m], errors[m]);
+    }
+    std::printf("%s\n", whole ? "" : "\tcut");
+    std::fflush(stdout);
+    if (!whole || steps[1] == 0.0) continue;
+    Pair::Ratios& ratios = pair.ratios[k];
+    ratios.steps.push_back(steps[0] / steps[1]);
+    ratios.seconds.push_back(seconds[0] / seconds[1]);
+    constexpr double kRounding = 1e-13;
+    if (errors[0] < kRounding || errors[1] < kRounding) continue;
+    ratios.errors.push_back(errors[0] / errors[1]);
+    ratios.at_equal_error.push_back(ratios.seconds.back() * std::pow(ratios.errors.back(), 0.2));
+  }
+}
+
+void print_pair(Pair& pair) {
+  std::printf("\n%s over %s\ttolerance\tscenes\t10 in 100 below\t25\tmedian\t75\t90\tlargest\n",
+              method_name(pair.methods[0]).c_str(), method_name(pair.methods[1]).c_str());
+  const auto print = [](const char* what, double tolerance, std::vector<double>& all) {
+    if (all.empty()) return;
+    std::sort(all.begin(), all.end());
+    std::printf("%s\t%.0e\t%zu", what, tolerance, all.size());
+    for (const double part : {0.1, 0.25, 0.5, 0.75, 0.9, 1.0})
+      std::printf("\t%.2f", all[static_cast<std::size_t>(part * static_cast<double>(all.size() - 1) + 0.5)]);
+    std::printf("\n");
+  };
+  for (std::size_t k = 0; k < kPairTolerances.size(); ++k) {
+    print("steps", kPairTolerances[k], pair.ratios[k].steps);
+    print("processor time", kPairTolerances[k], pair.ratios[k].seconds);
+    print("error", kPairTolerances[k], pair.ratios[k].errors);
+    print("time at equal error", kPairTolerances[k], pair.ratios[k].at_equal_error);
+  }
+}
+
 // --- random models
 
 constexpr std::array<std::size_t, 16> kSizes{2, 4, 6, 8, 10, 12, 16, 20, 28, 40, 50, 70, 100, 140, 200, 300};
@@ -250,9 +328,9 @@ void measure_random(const std::string& family, std::uint32_t seeds, double limit
     }
 }
 
-std::vector<std::string> all_models() {
+std::vector<std::string> all_models(const std::vector<const char*>& folders) {
   std::vector<std::string> files;
-  for (const char* folder : {"models", "tests/data/models"})
+  for (const char* folder : folders)
     for (const auto& entry : std::filesystem::directory_iterator(folder))
       if (entry.path().extension() == ".json") files.push_back(entry.path().string());
   std::sort(files.begin(), files.end());
@@ -283,9 +361,18 @@ int main(int argc, char** argv) {
       measure_random(family, seeds, limit, fewest);
     return 0;
   }
-  if (items.empty()) items = all_models();
-  std::printf(
-      "scene\tstates\tloops\tmethod\ttolerance\tms\tsteps\trates\tJacobians\tfactorizations\terror\toutput\tby\n");
+  std::optional<Pair> pair;
+  if (items.size() >= 3 && items[0] == "--pair") {
+    pair.emplace();
+    for (std::size_t m = 0; m < 2; ++m) pair->methods[m] = method_from(items[1 + m]).value();
+    items.erase(items.begin(), items.begin() + 3);
+    if (items.empty()) items = all_models({"models"});
+    std::printf("scene\ttolerance\tsteps\tms\terror\tsteps\tms\terror\n");
+  } else {
+    if (items.empty()) items = all_models({"models", "tests/data/models"});
+    std::printf(
+        "scene\tstates\tloops\tmethod\ttolerance\tms\tsteps\trates\tJacobians\tfactorizations\terror\toutput\tby\n");
+  }
   Totals totals;
   for (const std::string& item : items) {
     const std::size_t colon = item.rfind(':');
@@ -297,11 +384,16 @@ int main(int argc, char** argv) {
         scenes.push_back(item.substr(colon + 1));
       else
         for (const Scene& scene : study.model().scenes) scenes.push_back(scene.name);
-      for (const std::string& scene : scenes) measure(file, scene, limit, totals);
+      for (const std::string& scene : scenes)
+        if (pair)
+          measure_pair(file, scene, limit, *pair);
+        else
+          measure(file, scene, limit, totals);
     } catch (const ModelError&) {
       continue;  // a submodel, which has no scene
     }
   }
+  if (pair) print_pair(*pair);
   std::sort(totals.ratios.begin(), totals.ratios.end());
   if (totals.ratios.empty()) return 0;
   const auto part = [&](double quantile) {

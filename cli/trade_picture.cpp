@@ -23,27 +23,18 @@ struct Look {
 };
 
 Look look_of(const TradeSetting& setting) {
-  static const std::map<std::string, Look> looks{{"bdf", {"#1f4e9c", 1, 7}},
-                                                 {"bdf of order up to 2", {"#7ba3e0", 1, 6}},
-                                                 {"adams", {"#10899e", 1, 5}},
-                                                 {"ida", {"#5b4a9e", 1, 4}},
-                                                 {"erk2", {"#f6c28b", 1, 8}},
-                                                 {"erk3", {"#f0a04b", 1, 9}},
-                                                 {"erk4", {"#e07b16", 1, 10}},
-                                                 {"erk5", {"#c25a00", 1, 11}},
-                                                 {"erk6", {"#96400a", 1, 12}},
-                                                 {"erk8", {"#5e2705", 1, 13}},
-                                                 {"dirk2", {"#a9d49b", 1, 8}},
-                                                 {"dirk3", {"#6fb35c", 1, 9}},
-                                                 {"dirk4", {"#3a8f2a", 1, 10}},
-                                                 {"dirk5", {"#1e5c14", 1, 11}},
-                                                 {"radau", {"#b8860b", 1, 2}},
-                                                 {"radau9", {"#8f6a08", 1, 12}},
-                                                 {"radau13", {"#5c4405", 1, 13}},
-                                                 {"euler", {"#b0b0b0", 2, 1}},
-                                                 {"implicit_euler", {"#808080", 2, 2}},
-                                                 {"rk4", {"#c03060", 2, 3}},
-                                                 {"verlet", {"#8c1d8c", 2, 4}}};
+  static const std::map<std::string, Look> looks{
+      {"bdf", {"#1f4e9c", 1, 7}},      {"bdf of order up to 2", {"#7ba3e0", 1, 6}},
+      {"adams", {"#10899e", 1, 5}},    {"ida", {"#5b4a9e", 1, 4}},
+      {"erk2", {"#f6c28b", 1, 8}},     {"erk3", {"#f0a04b", 1, 9}},
+      {"erk4", {"#e07b16", 1, 10}},    {"erk5", {"#c25a00", 1, 11}},
+      {"erk6", {"#96400a", 1, 12}},    {"erk8", {"#5e2705", 1, 13}},
+      {"dirk2", {"#a9d49b", 1, 8}},    {"dirk3", {"#6fb35c", 1, 9}},
+      {"dirk4", {"#3a8f2a", 1, 10}},   {"dirk5", {"#1e5c14", 1, 11}},
+      {"radau", {"#b8860b", 1, 2}},    {"radau9", {"#8f6a08", 1, 12}},
+      {"radau13", {"#5c4405", 1, 13}}, {"rodas5p", {"#7a5c00", 1, 3}},
+      {"euler", {"#b0b0b0", 2, 1}},    {"implicit_euler", {"#808080", 2, 2}},
+      {"rk4", {"#c03060", 2, 3}},      {"verlet", {"#8c1d8c", 2, 4}}};
   const auto found = looks.find(curve_name(setting));
   return found == looks.end() ? Look{"#000000", 1, 1} : found->second;
 }

@@ -88,7 +88,7 @@ KINDS = ["Se", "MSe", "Sf", "MSf", "De", "Df", "R", "MR", "C", "MC", "I", "MI", 
 KEYS = {"Se": "effort", "Sf": "flow", "R": "resistance", "C": "capacitance", "I": "inertance", "TF": "modulus", "GY": "modulus"}
 UNITS = ["1", "m", "mm", "kg", "s", "N", "N m", "Pa", "bar", "V", "A", "Ohm", "F", "H", "K", "J", "W", "m^3/s", "rad/s", "deg", "rpm", "%", "1e308 m", "m^1e9", "m^-1",
          "J/kg K", "furlong", "m^(1/3)", "1/s^2", "", "m^0", "(((m)))", "m/m", "0 m", "-1 m", "kkg", "\u00b5m", "m\u00b2"]
-METHODS = ["auto", "bdf", "adams", "ida", "erk2", "erk3", "erk4", "erk5", "erk6", "erk8", "dirk2", "dirk3", "dirk4", "dirk5", "radau", "radau9", "radau13", "euler", "rk4", "implicit_euler", "verlet"]
+METHODS = ["auto", "bdf", "adams", "ida", "erk2", "erk3", "erk4", "erk5", "erk6", "erk8", "dirk2", "dirk3", "dirk4", "dirk5", "radau", "radau9", "radau13", "rodas5p", "euler", "rk4", "implicit_euler", "verlet"]
 TOKEN = re.compile(r"\s+|[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z0-9_]+)*|(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|<=|>=|==|!=|\"[^\"]*\"|'[^']*'|.", re.S)
 EXPRESSION_KEYS = {"law", "energy", "effort", "flow", "resistance", "capacitance", "inertance", "modulus", "value", "integral", "initial", "stop", "start", "interval", "step"}
 TEXT_KEYS = {"about", "source", "unit", "name", "kind", "from", "to", "file", "method", "$schema"}

@@ -27,7 +27,7 @@ std::size_t allocations = 0;
 using namespace bgsim;
 using namespace bgsim::test;
 
-TEST_CASE("evaluating rates, Jacobian, outputs, guards and powers allocates nothing") {
+TEST_CASE("evaluating rates, Jacobian, slopes by time, outputs, guards and powers allocates nothing") {
   const CompiledModel compiled = compile_text(R"json({ "bgsim": 1, "name": "busy",
     "elements": {
       "source": { "kind": "Se", "effort": "sin(t) + step(t - 0.5)" }, "loop": { "kind": "1" },
@@ -49,7 +49,8 @@ TEST_CASE("evaluating rates, Jacobian, outputs, guards and powers allocates noth
   Branch branch = first_branch(compiled.program);
   REQUIRE(evaluator.initialize_modes(0.0, x.data(), branch));
 
-  bool good = true;
+  std::vector<double> by_time(2);
+  bool good = evaluator.time_slopes(0.0, x.data(), branch, by_time.data());  // makes its code
   const std::size_t before = allocations;
   for (int i = 0; i < 1000; ++i) {
     const double t = 1e-3 * i;
@@ -57,6 +58,7 @@ TEST_CASE("evaluating rates, Jacobian, outputs, guards and powers allocates noth
     x[1] = 0.2 - 0.1 * t;
     good = good && evaluator.rates(t, x.data(), branch, rates.data()) &&
            evaluator.jacobian(t, x.data(), branch, jacobian.data()) &&
+           evaluator.time_slopes(t, x.data(), branch, by_time.data()) &&
            evaluator.outputs(t, x.data(), branch, outputs.data()) &&
            evaluator.guards(t, x.data(), branch, guards.data()) && evaluator.powers(t, x.data(), branch, powers.data());
   }
@@ -71,7 +73,7 @@ TEST_CASE("a longer run allocates no more than a short one, but for its trace") 
       "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } }, "r": { "kind": "R", "resistance": 0.01 } },
     "bonds": [ { "from": "loop", "to": "l" }, { "from": "loop", "to": "c" }, { "from": "loop", "to": "r" } ],
     "outputs": { "q": "c.q" }, "scenes": { "main": { "stop": 10, "samples": 2 } } })json";
-  const Method method = GENERATE(Method::automatic, Method::radau9, Method::radau13);
+  const Method method = GENERATE(Method::automatic, Method::radau9, Method::radau13, Method::rodas5p);
   CAPTURE(method_name(method));
   CompiledModel model = compile_text(text, with_method(method));
   const auto count = [&model](double stop) {

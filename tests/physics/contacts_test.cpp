@@ -52,7 +52,7 @@ const std::string kBallBonds = "weight>fall fall>ball fall>ground";
 TEST_CASE("a ball bounces on a contact to the limit of its bounces by every method") {
   const double t1 = std::sqrt(2.0 / kG), limit = t1 * 1.7 / 0.3;
   CHECK(limit == Approx(2.558633965586).epsilon(1e-12));
-  for (const char* method : {"auto", "radau", "bdf", "adams", "ida", "erk5", "dirk4"}) {
+  for (const char* method : {"auto", "radau", "rodas5p", "bdf", "adams", "ida", "erk5", "dirk4"}) {
     INFO(method);
     const RunResult result = run_contacts(
         ball(1.0, 0.7), kBallBonds, R"("h": "-ground.q", "v": "-ball.f", "force": "ground.e")",

@@ -13,7 +13,7 @@ using namespace bgsim::test;
 namespace {
 
 const std::vector<Method> kMethods{Method::automatic, Method::bdf,   Method::adams, Method::ida,
-                                   Method::erk5,      Method::dirk4, Method::radau};
+                                   Method::erk5,      Method::dirk4, Method::radau, Method::rodas5p};
 
 bool is_multistep(Method method) { return method == Method::bdf || method == Method::adams || method == Method::ida; }
 

@@ -50,8 +50,8 @@ Flight exact_ball(double t) {
 }  // namespace
 
 TEST_CASE("a bouncing ball keeps to its parabolas by every method") {
-  for (const std::string method : {"auto", "bdf", "adams", "radau", "radau9", "radau13", "ida", "erk4", "erk8", "dirk4",
-                                   "rk4\", \"step\": \"0.01"}) {
+  for (const std::string method : {"auto", "bdf", "adams", "radau", "radau9", "radau13", "rodas5p", "ida", "erk4",
+                                   "erk8", "dirk4", "rk4\", \"step\": \"0.01"}) {
     INFO(method);
     std::string scene = R"x("stop": 2.4, "samples": 25, "relative": 1e-10, "method": ")x" + method + "\"";
     // A step is a number.
@@ -110,7 +110,7 @@ TEST_CASE("a ball that comes to rest ends the run at the limit of its bounces") 
 }
 
 TEST_CASE("no method loses a ball through the floor in flights below its tolerance", "[long]") {
-  for (const char* method : {"bdf", "adams", "ida", "erk5", "dirk4", "radau", "radau9", "radau13"})
+  for (const char* method : {"bdf", "adams", "ida", "erk5", "dirk4", "radau", "radau9", "radau13", "rodas5p"})
     for (const char* floor : {"0", "1000"})
       for (const char* e : {"0.3", "0.9", "0.99"}) {
         INFO(method << ", floor " << floor << ", e " << e);

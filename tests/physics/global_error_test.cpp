@@ -74,7 +74,7 @@ TEST_CASE("the error of outputs is estimated to within a factor of five, by ever
   for (const System& system : kSystems) {
     const RunResult exact = reference_of(system);
     for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::erk5, Method::dirk4,
-                                Method::radau, Method::radau9, Method::radau13}) {
+                                Method::radau, Method::radau9, Method::radau13, Method::rodas5p}) {
       const Errors errors = errors_of(system, exact, method);
       INFO(system.name << ", " << facts_of(method).name << ": " << errors.exact << ", estimated " << errors.estimate);
       // A millionth of a range is what the references are good for, events included, with room.
@@ -94,7 +94,7 @@ TEST_CASE("the error of outputs of one-step methods is estimated to within a fac
   const System relaxation{
       "relaxation oscillation", 97.812, {{"x", "2", "76.7*(x.q - x.q^3/3) - y.q"}, {"y", "0", "x.q"}}};
   const RunResult exact = reference_of(relaxation);
-  for (const Method method : {Method::erk5, Method::dirk4, Method::radau}) {
+  for (const Method method : {Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
     const Errors errors = errors_of(relaxation, exact, method);
     INFO(facts_of(method).name << ": " << errors.exact << ", estimated " << errors.estimate);
     CHECK(errors.exact > 5e-6);  // beyond what the reference is good for
@@ -184,7 +184,8 @@ TEST_CASE(
       if (note.find("estimated to be wrong") != std::string::npos) text += note;
     return text;
   };
-  for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
+  for (const Method method :
+       {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
     INFO(facts_of(method).name);
     const std::string of_lotka = notes_of(run_text(lotka, with_method(method, 1e-6)));
     CHECK(of_lotka.find("angle") == std::string::npos);
@@ -228,7 +229,8 @@ TEST_CASE("friction that is held forgets errors, and a block at rest has none") 
   };
   const auto notes = [](const RunResult& result) { return result.report.notes.size(); };
   const RunResult exact = run_text(block("3*sin(0.95*t)"), with_method(Method::erk8, 1e-12));
-  for (const Method method : {Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau}) {
+  for (const Method method :
+       {Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
     INFO(facts_of(method).name);
     const RunResult moving = run_text(block("3*sin(0.95*t)"), with_method(method, 1e-6));
     REQUIRE(moving.report.errors.done);
@@ -254,7 +256,7 @@ TEST_CASE("errors are estimated where a law has no slope at rest") {
     "bonds": [ { "from": "a", "to": "one" }, { "from": "b", "to": "two" }, { "from": "a", "to": "l" },
       { "from": "l", "to": "b" }, { "from": "l", "to": "pipe" } ],
     "outputs": { "h1": "one.e", "h2": "two.e" }, "scenes": { "main": { "stop": 11289, "samples": 41 } } })json";
-  for (const Method method : {Method::bdf, Method::ida, Method::radau}) {
+  for (const Method method : {Method::bdf, Method::ida, Method::radau, Method::rodas5p}) {
     INFO(facts_of(method).name);
     const RunResult result = run_text(tanks, with_method(method, 1e-6));
     REQUIRE(result.stop == StopReason::completed);

@@ -212,7 +212,7 @@ TEST_CASE("a block on a belt sticks for 10 s and slips for 3.536 s") {
 TEST_CASE("a mass on a spring with dry friction 0.1 turns at 1, -0.8, 0.6, -0.4, 0.2 and rests at 0") {
   std::string times = "0";
   for (int k = 1; k <= 6; ++k) times += ", " + number_text(k * kPi, 17);
-  for (const char* method : {"auto", "radau", "erk5", "dirk4"}) {
+  for (const char* method : {"auto", "radau", "rodas5p", "erk5", "dirk4"}) {
     INFO(method);
     const Answer run = answer(model(
         R"x("v": {"kind": "1"}, "m": {"kind": "I", "inertance": 1}, "spring": {"kind": "C", "capacitance": 1, "initial": {"q": 1}},
@@ -228,7 +228,7 @@ TEST_CASE("a mass on a spring with dry friction 0.1 turns at 1, -0.8, 0.6, -0.4,
 TEST_CASE("friction that stops a block and lets it go at once turns its force over") {
   // Pushed back by 0.3 against friction of 0.1: it comes to rest after 2.5 s at an acceleration of 0.4, and goes back
   // from there with 0.2 in the same instant. A push of 0.1 it holds.
-  for (const char* method : {"auto", "radau", "bdf", "erk5", "dirk4"})
+  for (const char* method : {"auto", "radau", "rodas5p", "bdf", "erk5", "dirk4"})
     for (const double push : {0.3, 0.1}) {
       INFO(method << ", " << push);
       const Answer run =

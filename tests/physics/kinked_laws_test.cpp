@@ -94,7 +94,7 @@ TEST_CASE("a bridge of two-slope diodes with a smoothing capacitor agrees with b
   };
   const double expected = charge_after(0.01, 2e-5, charging) / 1e-3;
   for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::dirk4, Method::radau,
-                              Method::radau9, Method::radau13}) {
+                              Method::radau9, Method::radau13, Method::rodas5p}) {
     INFO(facts_of(method).name);
     const RunResult run = run_text(text, with_method(method, 1e-8));
     REQUIRE(run.stop == StopReason::completed);
@@ -137,7 +137,7 @@ TEST_CASE("a turbulent pipe, written by its flow, empties a vessel as the closed
             "bonds": [ { "from": "line", "to": "a" }, { "from": "line", "to": "b" }, { "from": "line", "to": "pipe" } ],
             "outputs": { "p": { "value": "a.e + b.e" } }, "scenes": { "run": { "stop": 2.4, "samples": 25 } } })x";
   for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::dirk4, Method::radau,
-                              Method::radau9, Method::radau13}) {
+                              Method::radau9, Method::radau13, Method::rodas5p}) {
     INFO(facts_of(method).name);
     const RunResult run = run_text(text, with_method(method, 1e-8));
     REQUIRE(run.stop == StopReason::completed);
@@ -209,7 +209,8 @@ TEST_CASE("a law with kinks is solved for the parameters of its run, or refused"
 
 TEST_CASE("a tank that empties by sqrt(max(q, 0)), which has no slope there, stays empty") {
   const std::string text = fed_states({{"x", "1", "-sqrt(max(x.q, 0))"}}, "\"stop\": 4, \"samples\": 41");
-  for (const Method method : {Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau}) {
+  for (const Method method :
+       {Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
     INFO(facts_of(method).name);
     const RunResult run = run_text(text, with_method(method, 1e-6));
     REQUIRE(run.stop == StopReason::completed);

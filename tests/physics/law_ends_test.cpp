@@ -26,7 +26,7 @@ TEST_CASE("a store whose law ends where it is empty stays empty, by every method
   // q' = -q^a: q = (1 - (1 - a) t)^(1/(1 - a)) until that is 0. The rates beyond are no numbers, so no step gets there
   // before the condition has changed. An error of the tolerance, 1e-6, grows to a hundred times of it where a < 0.
   for (const double power : {0.5, 0.3, -0.2})
-    for (const Method method : {Method::bdf, Method::erk5, Method::dirk4, Method::radau}) {
+    for (const Method method : {Method::bdf, Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
       INFO(power << ' ' << method_name(method));
       const RunResult run = run_text(emptied_by(std::to_string(power)), with_method(method));
       REQUIRE(run.stop == StopReason::completed);
@@ -43,7 +43,8 @@ TEST_CASE("a tank from which a pump draws beyond empty goes on, however its orif
   // orifice's slope is infinite where the tank is empty, and the rate is not 0 there.
   const auto when = [](double u) { return 2.0 * (1.0 - u) - 0.4 * std::log(1.2 / (u + 0.2)); };
   for (const std::string law : {"if(e > 0, sqrt(e), 0)", "sqrt(max(e, 0))", "max(0, e)^0.5", "sqrt(if(e > 0, e, 0))"})
-    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
+    for (const Method method :
+         {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
       INFO(law << ' ' << method_name(method));
       const RunResult run = run_text(R"x({"bgsim": 1, "name": "pumped",
         "elements": {"c": {"kind": "C", "capacitance": 1, "initial": {"q": 1}}, "n": {"kind": "0"},
@@ -68,7 +69,8 @@ TEST_CASE("two tanks whose pipe is a root on each side come to one level and lea
   const auto since = [](double s) { return -(s + q / (2.0 * k) * std::log1p(-2.0 * k * s / q)) / k; };
   for (const std::string law : {"if(e > 0, 0.3*sqrt(e), -0.3*sqrt(-e))", "if(e >= 0, 0.3*sqrt(e), -0.3*sqrt(-e))",
                                 "if(e < 0, -0.3*(-e)^0.5, 0.3*e^0.5)", "if(-e > 0, -0.3*sqrt(-e), 0.3*sqrt(e))"})
-    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
+    for (const Method method :
+         {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
       INFO(law << ' ' << method_name(method));
       const RunResult run = run_text(R"x({"bgsim": 1, "name": "tanks",
         "elements": {"a": {"kind": "0"}, "b": {"kind": "0"}, "l": {"kind": "1"}, "pipe": {"kind": "R", "law": "f = )x" +
@@ -128,7 +130,7 @@ TEST_CASE("a chamber that starts level with what it breathes from runs") {
   const RunResult exact = run_text(chamber("0.4*sign(e)*sqrt(abs(e))"), with_method(Method::bdf, 1e-9));
   REQUIRE(exact.stop == StopReason::completed);
   for (const Method method :
-       {Method::automatic, Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau}) {
+       {Method::automatic, Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
     INFO(method_name(method));
     const RunResult run = run_text(chamber("if(e > 0, 0.4*sqrt(e), -0.4*sqrt(-e))"), with_method(method));
     REQUIRE(run.stop == StopReason::completed);

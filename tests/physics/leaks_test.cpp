@@ -27,8 +27,8 @@ std::string circuit(const std::string& leak) {
     "outputs": { "v1": "C1.e", "v7": "C7.e" }, "scenes": { "run": { "stop": 3, "samples": 31 } } })";
 }
 
-const std::vector<Method> kMethods{Method::automatic, Method::adams, Method::ida,
-                                   Method::erk4,      Method::dirk4, Method::radau};
+const std::vector<Method> kMethods{Method::automatic, Method::adams, Method::ida,    Method::erk4,
+                                   Method::dirk4,     Method::radau, Method::rodas5p};
 const std::vector<double> kTolerances{1e-4, 1e-6, 1e-8, 1e-10};
 
 }  // namespace

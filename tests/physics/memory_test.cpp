@@ -11,8 +11,8 @@ using namespace bgsim::test;
 
 namespace {
 
-const std::vector<Method> kMethods{Method::automatic, Method::bdf,   Method::adams,  Method::ida,    Method::erk5,
-                                   Method::dirk4,     Method::radau, Method::radau9, Method::radau13};
+const std::vector<Method> kMethods{Method::automatic, Method::bdf,   Method::adams,  Method::ida,     Method::erk5,
+                                   Method::dirk4,     Method::radau, Method::radau9, Method::radau13, Method::rodas5p};
 
 std::string model(const std::string& parameters, const std::string& signals, const std::string& graph,
                   const std::string& outputs, const std::string& scene) {

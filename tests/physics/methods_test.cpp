@@ -83,9 +83,10 @@ TEST_CASE("Runge-Kutta methods reach the tolerance with the steps that their ord
                                                                {Method::dirk3, 3},
                                                                {Method::dirk4, 4},
                                                                {Method::dirk5, 5},
-                                                               {Method::radau, 4},       // held, of 5
-                                                               {Method::radau9, 6},      // held, of 9
-                                                               {Method::radau13, 8}}));  // held, of 13
+                                                               {Method::radau, 4},    // held, of 5
+                                                               {Method::radau9, 6},   // held, of 9
+                                                               {Method::radau13, 8},  // held, of 13
+                                                               {Method::rodas5p, 4}}));
   CompiledModel model =
       compile_text(oscillator("e = q", "0.3", R"({ "stop": 20, "samples": 2 })"), with_method(method, 1e-5));
   const RunResult loose = model.run();
@@ -167,8 +168,8 @@ TEST_CASE("implicit Runge-Kutta methods take a stiff system with long steps", "[
       { "from": "n", "to": "c1" }, { "from": "n", "to": "b" }, { "from": "b", "to": "r2" }, { "from": "b", "to": "c2" } ],
     "outputs": { "v": "c1.e", "w": "c2.e" }, "scenes": { "main": { "stop": 10, "samples": 101 } } })json";
   const RunResult reference = run_text(text, with_method(Method::bdf, 1e-11));
-  for (const Method method :
-       {Method::dirk2, Method::dirk3, Method::dirk4, Method::dirk5, Method::radau, Method::radau9, Method::radau13}) {
+  for (const Method method : {Method::dirk2, Method::dirk3, Method::dirk4, Method::dirk5, Method::radau, Method::radau9,
+                              Method::radau13, Method::rodas5p}) {
     CAPTURE(method_name(method));
     const RunResult result = run_text(text, with_method(method, 1e-6));
     REQUIRE(result.stop == StopReason::completed);

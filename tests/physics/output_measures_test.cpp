@@ -31,8 +31,8 @@ std::string swing(const std::string &scene) {
 TEST_CASE("extremes and integrals of outputs are those between the records, by every kind of method") {
   // x = cos(2 t); the records at 0, 2 and 4 show no extreme.
   constexpr double kTolerance = 1e-9, kError = 2e-6;  // phases and amplitudes drift by some thousand tolerances (BDF)
-  for (const Method method :
-       {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::erk8, Method::dirk5, Method::radau}) {
+  for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::erk8, Method::dirk5,
+                              Method::radau, Method::rodas5p}) {
     INFO(facts_of(method).name);
     const auto compiled = test::compile_text(swing("\"samples\": 3"), test::with_method(method, kTolerance));
     const RunResult run = compiled.run(measured());
@@ -66,7 +66,7 @@ TEST_CASE("integrals of outputs that vary faster than the states are those of th
   };
   // Integrals over each part agree with those over its halves to the tolerance, so the sums are better than that.
   constexpr double kTolerance = 1e-8;
-  for (const Method method : {Method::bdf, Method::erk5, Method::radau}) {
+  for (const Method method : {Method::bdf, Method::erk5, Method::radau, Method::rodas5p}) {
     INFO(facts_of(method).name);
     const auto measures = [&](const std::string &outputs) {
       const RunResult run =

@@ -18,7 +18,8 @@ using namespace bgsim::test;
 namespace {
 
 constexpr double kStop = 10.0;
-constexpr std::array kMethods = {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau};
+constexpr std::array kMethods = {Method::bdf,   Method::adams, Method::ida,    Method::erk5,
+                                 Method::dirk4, Method::radau, Method::rodas5p};
 
 /// The states that feed conditions: a clock, an oscillator, and a decay, all known.
 struct States {

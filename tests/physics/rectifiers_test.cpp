@@ -69,7 +69,7 @@ TEST_CASE("a bridge of diodes with a smoothing capacitor agrees with bisection a
   };
   const double expected = charge_after(0.02, 1e-4, charging) / 1e-3;
   for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau,
-                              Method::radau9, Method::radau13}) {
+                              Method::radau9, Method::radau13, Method::rodas5p}) {
     INFO(facts_of(method).name);
     const RunResult run = run_text(text, with_method(method, 1e-8));
     REQUIRE(run.stop == StopReason::completed);
@@ -96,7 +96,7 @@ TEST_CASE("six diodes on a star of sources whose neutral floats: all methods com
       if (*node == "minus") *node = "0";
   const std::string text = circuit(parts, R"("u": "c.e")", R"("stop": 0.02, "samples": 11)");
   std::vector<double> ends;
-  for (const Method method : {Method::bdf, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
+  for (const Method method : {Method::bdf, Method::ida, Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
     INFO(facts_of(method).name);
     const RunResult run = run_text(text, with_method(method, 1e-8));
     REQUIRE(run.stop == StopReason::completed);
@@ -149,7 +149,8 @@ TEST_CASE("voltage multipliers lose no time of conduction, by stiff and explicit
     const RunResult exact = run_text(text, with_method(Method::erk6, 1e-9));
     REQUIRE(exact.stop == StopReason::completed);
     // At 1e-6 the methods are off by 3e-5 of the output; a lost peak would be 5e-3.
-    for (const Method method : {Method::bdf, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
+    for (const Method method :
+         {Method::bdf, Method::ida, Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
       INFO(count << " stages, " << facts_of(method).name);
       const RunResult run = run_text(text, with_method(method));
       REQUIRE(run.stop == StopReason::completed);

@@ -75,6 +75,10 @@ TEST_CASE("the shipped models agree with their references by Radau, too", "[long
   hold_folder("models", Method::radau);
 }
 
+TEST_CASE("the shipped models agree with their references by Rodas5P, too", "[long]") {
+  hold_folder("models", Method::rodas5p);
+}
+
 TEST_CASE("known traces are reproduced as closely as the scenes state, and energy balances close", "[long]") {
   hold_folder("tests/data/models");
 }

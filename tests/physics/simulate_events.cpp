@@ -50,8 +50,8 @@ TEST_CASE("a known time may be as near to 0 as doubles are") {
   // of runs at 1e-9: 2e-8 is ten times the largest of them.
   for (const std::string flow :
        {"ceil(t/2) - store.q", "if(t > 1e-310, 1, 2) - store.q", "if(t > 1e-200, 1, 2) - store.q"})
-    for (const Method method :
-         {Method::automatic, Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
+    for (const Method method : {Method::automatic, Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4,
+                                Method::radau, Method::rodas5p}) {
       INFO(flow << ", " << method_name(method));
       const RunResult result =
           run_text(integrator(flow, "0", R"({ "stop": 1, "samples": 2 })"), with_method(method, 1e-9));

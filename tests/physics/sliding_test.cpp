@@ -23,8 +23,8 @@ std::string tank(const std::string& law, const std::string& inflow) {
     "scenes": {"s": {"stop": 4, "samples": 81}}, "outputs": {"e": "c.e", "f": "valve.f"}})x";
 }
 
-const std::vector<Method> kMethods{Method::bdf,   Method::adams, Method::ida,   Method::erk5,     Method::dirk3,
-                                   Method::dirk4, Method::dirk5, Method::radau, Method::automatic};
+const std::vector<Method> kMethods{Method::bdf,   Method::adams, Method::ida,   Method::erk5,    Method::dirk3,
+                                   Method::dirk4, Method::dirk5, Method::radau, Method::rodas5p, Method::automatic};
 
 }  // namespace
 

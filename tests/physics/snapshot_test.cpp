@@ -115,8 +115,8 @@ TEST_CASE("a run continues from any snapshot bit for bit: models", "[long]") {
 }
 
 TEST_CASE("a run continues from any snapshot bit for bit: methods, with events and friction that sticks", "[long]") {
-  for (const Method method :
-       {Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau, Method::radau9, Method::radau13}) {
+  for (const Method method : {Method::bdf, Method::adams, Method::erk5, Method::dirk4, Method::radau, Method::radau9,
+                              Method::radau13, Method::rodas5p}) {
     INFO(facts_of(method).name);
     check_all(compile_text(kEvents, with_method(method)), 40);
   }

@@ -41,8 +41,8 @@ double when(double h, double power) {
   return sum * step / 3.0;
 }
 
-const std::vector<Method> kMethods{Method::bdf,   Method::adams, Method::ida,   Method::erk5,
-                                   Method::dirk3, Method::dirk4, Method::radau, Method::automatic};
+const std::vector<Method> kMethods{Method::bdf,   Method::adams, Method::ida,     Method::erk5,     Method::dirk3,
+                                   Method::dirk4, Method::radau, Method::rodas5p, Method::automatic};
 
 /// A source of effort behind an inertance fills a capacitance that starts at the crest of a weir, in 6 s.
 struct Weir {
@@ -192,7 +192,7 @@ TEST_CASE("a weir behind a coil that starts at its crest overflows, by every met
 TEST_CASE("a tank that is filled from the border of a root is as full in the end by dirk5 and radau") {
   // Their iterations took the slope a rounding beside the border for that of the whole step.
   for (const double level : {0.0, 3.7})
-    for (const Method method : {Method::dirk5, Method::radau}) {
+    for (const Method method : {Method::dirk5, Method::radau, Method::rodas5p}) {
       CAPTURE(level, method_name(method));
       const RunResult run = run_text(tank("0.7*sign(e - h0)*sqrt(abs(e - h0))", "2", level, 0.0), with_method(method));
       REQUIRE(run.stop == StopReason::completed);

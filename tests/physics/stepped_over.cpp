@@ -54,7 +54,8 @@ double integral(const std::function<double(double, double)>& flow) {
 void check(const std::vector<Member>& members, double relative, double allowed) {
   for (const Member& member : members) {
     const double exact = integral(member.same);
-    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::radau}) {
+    for (const Method method :
+         {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::radau, Method::rodas5p}) {
       INFO(member.flow << ", " << facts_of(method).name);
       const RunResult result = run_text(fed(member.flow), with_method(method, relative));
       REQUIRE(result.stop == StopReason::completed);
@@ -106,7 +107,7 @@ TEST_CASE("windows of a state are found where their condition is a small differe
         fed_states({{"x", "0", "-2.7"}, {"y", "0", "2.7/" + number_text(member.width, 17) + "*" + member.flow}},
                    "\"stop\": 3.7, \"samples\": 11");
     for (const Method method : {Method::automatic, Method::bdf, Method::adams, Method::ida, Method::erk4, Method::erk5,
-                                Method::dirk4, Method::radau}) {
+                                Method::dirk4, Method::radau, Method::rodas5p}) {
       INFO(member.flow << " by " << method_name(method));
       const RunResult run = run_text(text, with_method(method, 1e-6));
       // Its ends are known to some roundings of x, and the widest is held to the tolerance.
@@ -160,7 +161,8 @@ TEST_CASE("a denominator of little weight that passes zero ends the run by every
        {"1 + 1e-6/(c.q - 0.5)", "1e-7/(s.q - 0.3)", "1 + 1e-9/(c.q - 2)^2", "1e-6/sin(c.q + 1)", "1e-6/log(c.q + 0.5)",
         "1 + 1e-6/tanh(c.q - 3)", "1e-7/(c.q*s.q - 0.2)", "2 + 1e-8/(c.q + 0.5 - 0.2*t^2)", "1e-6/(c.q^3 - 2)",
         "1e-6/(0.5 - r.f)", "1e-6*c.q/(3 - c.q - s.q)"})
-    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::radau}) {
+    for (const Method method :
+         {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::radau, Method::rodas5p}) {
       INFO(flow << ", " << facts_of(method).name);
       const RunResult result = run_text(fed(flow), with_method(method));
       REQUIRE(result.failure);
@@ -170,7 +172,8 @@ TEST_CASE("a denominator of little weight that passes zero ends the run by every
 
 TEST_CASE("a quotient of two zeros that stays finite ends no run") {
   for (const std::string flow : {"sin(c.q - 3)/(c.q - 3)", "(exp(s.q) - 1)/s.q", "(c.q^2 - 4)/(c.q - 2)"})
-    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::radau}) {
+    for (const Method method :
+         {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::radau, Method::rodas5p}) {
       INFO(flow << ", " << facts_of(method).name);
       CHECK(run_text(fed(flow), with_method(method)).stop == StopReason::completed);
     }

@@ -81,7 +81,8 @@ RunResult run(const std::string& text, Method method, double relative) {
 TEST_CASE("errors of outputs go on over events, samples, latches, switches and diodes") {
   for (const Case& at : cases()) {
     const RunResult exact = run(at.text, Method::radau, 1e-12);
-    for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau}) {
+    for (const Method method :
+         {Method::bdf, Method::adams, Method::ida, Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
       const RunResult result = run(at.text, method, 1e-6);
       REQUIRE(result.report.errors.done);
       for (std::size_t k = 0; k < result.trace.columns.size(); ++k) {

@@ -241,7 +241,7 @@ TEST_CASE("a switched run goes on from where the caller or a limit ended it") {
 
 TEST_CASE("a run with delayed signals continues from any snapshot bit for bit", "[long]") {
   // A snapshot has the whole of the delays' memory: one every hundred steps, not every few.
-  for (const Method method : {Method::automatic, Method::bdf, Method::erk5, Method::radau}) {
+  for (const Method method : {Method::automatic, Method::bdf, Method::erk5, Method::radau, Method::rodas5p}) {
     INFO(facts_of(method).name);
     check_all(Study::from_text(kLate, "late.json").scene("main", with_method(method)), 100, 4);
     check_all(Study::from_text(kLateLoop, "late_loop.json").scene("main", with_method(method)), 20, 4);

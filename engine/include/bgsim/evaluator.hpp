@@ -76,6 +76,11 @@ class Evaluator {
   /// exact (running error analysis); none where the loops have too many tears for it. Some three evaluations more, and
   /// the square of the tears times the largest loop.
   bool jacobian(double t, const double* x, Branch& branch, double* values, std::vector<double>& rounding);
+  /// By state what its rate changes by with time alone, the states being held and the loops solved. Its code is made
+  /// when it is first asked for, and allocates then; nothing is evaluated where no rate names the time.
+  bool time_slopes(double t, const double* x, Branch& branch, double* values);
+  /// Whether any of them can be other than 0.
+  [[nodiscard]] bool names_time();
   bool outputs(double t, const double* x, Branch& branch, double* values);
 
   /// Several points at once, on one branch: stages of a step, rows of a trace.

@@ -24,6 +24,7 @@ enum class Method : std::uint8_t {
   dirk3,
   dirk4,
   dirk5,
+  rodas5p,
   radau,
   radau9,
   radau13,
@@ -37,6 +38,7 @@ enum class MethodFamily : std::uint8_t {
   multistep,              ///< variable order: CVODE, IDA
   explicit_runge_kutta,   ///< ARKODE, error-controlled steps
   diagonally_implicit,    ///< ARKODE, error-controlled steps
+  rosenbrock,             ///< Rodas5P, error-controlled steps: linear systems with the Jacobian, no iteration
   collocation,            ///< Radau IIA, error-controlled steps
   fixed_step,             ///< ARKODE with steps of one length
   symplectic_fixed_step,  ///< Störmer-Verlet

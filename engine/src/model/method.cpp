@@ -9,7 +9,7 @@ namespace {
 
 using Family = MethodFamily;
 
-constexpr std::array<MethodFacts, 21> kMethods{{
+constexpr std::array<MethodFacts, 22> kMethods{{
     {Method::automatic, "auto", "chosen by the engine", Family::multistep, 0, 5},
     {Method::bdf, "bdf", "CVODE BDF", Family::multistep, 0, 5},
     {Method::adams, "adams", "CVODE Adams", Family::multistep, 0, 12},
@@ -24,6 +24,7 @@ constexpr std::array<MethodFacts, 21> kMethods{{
     {Method::dirk3, "dirk3", "ARKODE ESDIRK325L2SA 3(2)", Family::diagonally_implicit, 3, 0},
     {Method::dirk4, "dirk4", "ARKODE ESDIRK436L2SA 4(3)", Family::diagonally_implicit, 4, 0},
     {Method::dirk5, "dirk5", "ARKODE ESDIRK547L2SA2 5(4)", Family::diagonally_implicit, 5, 0},
+    {Method::rodas5p, "rodas5p", "Rodas5P of order 5", Family::rosenbrock, 5, 0},
     {Method::radau, "radau", "Radau IIA of order 5", Family::collocation, 5, 0},
     {Method::radau9, "radau9", "Radau IIA of order 9", Family::collocation, 9, 0},
     {Method::radau13, "radau13", "Radau IIA of order 13", Family::collocation, 13, 0},

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,7 @@
 #include "program/known_times.hpp"
 #include "program/lanes.hpp"
 #include "program/loop_matrix.hpp"
+#include "program/time_code.hpp"
 
 namespace bgsim {
 
@@ -160,6 +162,9 @@ struct Evaluator::Impl {
   [[nodiscard]] double mode_for(const Relation& relation, double guard) const;
   Evaluator::Rows taken = Evaluator::Rows::outputs;  ///< of which partials were taken last
   std::vector<double> back_to_tears;                 ///< of pull_back
+  std::unique_ptr<const TimeCode> time_code;         ///< once time_slopes was asked for
+  std::vector<double> tears_by_time;                 ///< of time_slopes
+  void begin_time_code();
 
   void prepare_positions();
   bool eliminate(double* values);

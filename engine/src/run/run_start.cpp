@@ -71,6 +71,8 @@ bool Run::choose_integrator() {
       integrator_ = make_ida_explicit_integrator(program_, evaluator_, tolerances_, inputs_);
     } else if (facts.family == MethodFamily::collocation) {
       integrator_ = make_radau_integrator(program_, evaluator_, tolerances_, inputs_, facts.order);
+    } else if (facts.family == MethodFamily::rosenbrock) {
+      integrator_ = make_rodas_integrator(program_, evaluator_, tolerances_, inputs_);
     } else if (facts.family == MethodFamily::multistep) {
       integrator_ = make_cvode_integrator(program_, evaluator_, tolerances_, inputs_);
     } else if (inputs_.method == Method::automatic) {

@@ -128,6 +128,9 @@ std::unique_ptr<Integrator> make_verlet_integrator(const Program& program, Evalu
 /// Radau IIA, error-controlled steps. @param order  5, 9 or 13
 std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
                                                   const RunInputs& inputs, int order);
+/// Rodas5P, error-controlled steps.
+std::unique_ptr<Integrator> make_rodas_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
+                                                  const RunInputs& inputs);
 /// Dormand and Prince's explicit method of order 5, for many states.
 std::unique_ptr<Integrator> make_dormand_prince_integrator(const Program& program, Evaluator& evaluator,
                                                            Tolerances& tolerances, const RunInputs& inputs);

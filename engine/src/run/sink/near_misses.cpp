@@ -44,7 +44,8 @@ void NearMisses::look(const StepPolynomial& polynomial, double from, double to, 
     const double bend = 2.0 * (a - m - m + b), slope = 4.0 * m - 3.0 * a - b;
     if (!(a > 0.0 && b > 0.0) || !(bend > 0.0) || !(slope < 0.0) || !(-slope < 2.0 * bend)) continue;
     const double part = -slope / (2.0 * bend), t = from + part * length;
-    if (!guards_at(polynomial, t, low_)) continue;
+    // What sets off from its border turns back in the parabola alone.
+    if (!guards_at(polynomial, t, low_) || !(side * low_[i] < a)) continue;
     moved_ = y_;
     for (std::size_t k = 0; k < rates_.size(); ++k) moved_[k] -= begin[k] + part * (end[k] - begin[k]);
     if (!evaluator_.guards(t, moved_.data(), branch_, off_.data())) continue;

@@ -1,0 +1,111 @@
+#include "run/integrate/real_system.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "base/lu.hpp"
+#include "run/integrate/column_lu.hpp"
+#include "run/integrate/small_lu.hpp"
+#include "run/integrate/sparse_places.hpp"
+
+namespace bgsim {
+
+namespace {
+
+template <std::size_t N>
+class SmallReal final : public RealSystem {
+ public:
+  [[nodiscard]] bool dense() const override { return true; }
+
+  bool factor(double shift, double h, const double* jacobian) override {
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = 0; j < N; ++j) lu_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? shift : 0.0);
+    return lu_.factor();
+  }
+
+  void solve(double* u) override {
+    std::array<double, N> b{};
+    for (std::size_t i = 0; i < N; ++i) b[i] = u[i];
+    lu_.solve(b);
+    for (std::size_t i = 0; i < N; ++i) u[i] = b[i];
+  }
+
+ private:
+  small::SmallLu<double, N> lu_;
+};
+
+class DenseReal final : public RealSystem {
+ public:
+  explicit DenseReal(std::size_t size) : n_(size), lu_(size) {}
+
+  [[nodiscard]] bool dense() const override { return true; }
+
+  bool factor(double shift, double h, const double* jacobian) override {
+    double* const a = lu_.real();
+    for (std::size_t i = 0; i < n_ * n_; ++i) {
+      a[i] = -h * jacobian[i];
+      if (!std::isfinite(a[i])) return false;
+    }
+    for (std::size_t i = 0; i < n_ * n_; i += n_ + 1) a[i] += shift;
+    return lu_.factor();
+  }
+
+  void solve(double* u) override { lu_.solve(u); }
+
+ private:
+  std::size_t n_;
+  ColumnLu<false> lu_;
+};
+
+class SparseReal final : public RealSystem {
+ public:
+  explicit SparseReal(const Sparsity& pattern) : places_(pattern) { lu_.analyze(places_.matrix); }
+
+  [[nodiscard]] bool dense() const override { return false; }
+
+  bool factor(double shift, double h, const double* jacobian) override {
+    if (!places_.fill(h, jacobian)) return false;
+    places_.shift(shift);
+    return lu_.factorize(places_.matrix);
+  }
+
+  void solve(double* u) override {
+    Eigen::Map<Eigen::VectorXd> right(u, places_.matrix.rows());
+    solution_ = lu_.solve(right);
+    right = solution_;
+  }
+
+ private:
+  SparsePlaces places_;
+  SparseLu<double> lu_;
+  Eigen::VectorXd solution_;
+};
+
+}  // namespace
+
+std::unique_ptr<RealSystem> make_real_system(const Sparsity& pattern) {
+  constexpr std::size_t kFullStates = 100;  // make_radau_systems() says why
+  switch (pattern.size) {
+    case 1:
+      return std::make_unique<SmallReal<1>>();
+    case 2:
+      return std::make_unique<SmallReal<2>>();
+    case 3:
+      return std::make_unique<SmallReal<3>>();
+    case 4:
+      return std::make_unique<SmallReal<4>>();
+    case 5:
+      return std::make_unique<SmallReal<5>>();
+    case 6:
+      return std::make_unique<SmallReal<6>>();
+    case 7:
+      return std::make_unique<SmallReal<7>>();
+    case 8:
+      return std::make_unique<SmallReal<8>>();
+    default:
+      if (pattern.size <= kFullStates) return std::make_unique<DenseReal>(pattern.size);
+      return std::make_unique<SparseReal>(pattern);
+  }
+}
+
+}  // namespace bgsim

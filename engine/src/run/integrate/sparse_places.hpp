@@ -1,0 +1,63 @@
+/// Where the entries of a pattern are in a compressed matrix that has the whole diagonal, too.
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "bgsim/program.hpp"
+
+namespace bgsim {
+
+struct SparsePlaces {
+  explicit SparsePlaces(const Sparsity& pattern) {
+    const auto n = static_cast<Eigen::Index>(pattern.size);
+    std::vector<Eigen::Triplet<double>> places;
+    places.reserve(pattern.row.size() + pattern.size);
+    each(pattern,
+         [&](Eigen::Index row, Eigen::Index column) { places.emplace_back(to_int(row), to_int(column), 1.0); });
+    for (Eigen::Index i = 0; i < n; ++i) places.emplace_back(to_int(i), to_int(i), 1.0);
+    matrix.resize(n, n);
+    matrix.setFromTriplets(places.begin(), places.end());
+    entries.reserve(pattern.row.size());
+    each(pattern, [&](Eigen::Index row, Eigen::Index column) { entries.push_back(find(row, column)); });
+    for (Eigen::Index i = 0; i < n; ++i) diagonal.push_back(find(i, i));
+  }
+
+  /// -h J into `matrix`. False if it is not finite.
+  bool fill(double h, const double* jacobian) {
+    double* const values = matrix.valuePtr();
+    std::fill(values, values + matrix.nonZeros(), 0.0);
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+      values[entries[k]] = -h * jacobian[k];
+      if (!std::isfinite(values[entries[k]])) return false;
+    }
+    return true;
+  }
+  /// Adds to the diagonal.
+  void shift(double by) {
+    double* const values = matrix.valuePtr();
+    for (const Eigen::Index at : diagonal) values[at] += by;
+  }
+
+  Eigen::SparseMatrix<double> matrix;
+  std::vector<Eigen::Index> entries, diagonal;  ///< among its values: of the pattern's entries, of the diagonal
+
+ private:
+  static int to_int(Eigen::Index i) { return static_cast<int>(i); }
+  template <class Visit>
+  static void each(const Sparsity& pattern, Visit&& visit) {
+    for (std::size_t column = 0; column < pattern.size; ++column)
+      for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
+           k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
+        visit(static_cast<Eigen::Index>(pattern.row[k]), static_cast<Eigen::Index>(column));
+  }
+  [[nodiscard]] Eigen::Index find(Eigen::Index row, Eigen::Index column) const {
+    const auto* begin = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column];
+    const auto* end = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column + 1];
+    return std::lower_bound(begin, end, to_int(row)) - matrix.innerIndexPtr();
+  }
+};
+
+}  // namespace bgsim
