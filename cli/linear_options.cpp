@@ -77,17 +77,18 @@ Study linear_study(const LinearArguments& arguments) {
 
 namespace {
 
-RunInputs point_at(const Study& study, const LinearArguments& arguments, double t, std::string& where) {
+/// @param study  comes to be in the mode that the run ends in.
+RunInputs point_at(Study& study, const LinearArguments& arguments, double t, std::string& where) {
   const Model& model = study.model();
   RunInputs inputs = prepare(model, arguments.scene, arguments.overrides);
   if (!(t >= inputs.start))
     throw UsageError("--at " + arguments.at + " is before the scene's start, " + number_text(inputs.start));
   where = "at t = " + number_text(t) + " of the scene " + short_name(inputs.scene);
   if (t == inputs.start) return inputs;
-  if (!switches_of(model).empty())
-    throw UsageError(
-        "--at T is not for models with switches, whose mode at T is not known\ntake the values that the stores have "
-        "there with --set, and the mode with --mode");
+  if (!arguments.mode.empty())
+    throw UsageError("--mode and --at " + arguments.at +
+                     " contradict each other: the run has a mode of its own there\nleave out --mode, or give the "
+                     "values that the stores have there with --set");
   RunInputs run = inputs;
   run.stop = t;
   run.output_times = {inputs.start, t};
@@ -104,10 +105,11 @@ RunInputs point_at(const Study& study, const LinearArguments& arguments, double 
   point.start = t;
   point.initial = result.stored.values;
   for (RunInputs::Initial& value : point.initial) value.rounding = run.relative * std::abs(value.value);
+  if (!result.mode.empty()) study = study.in_mode(result.mode);
   return point;
 }
 
-RunInputs point_asked_for(const Study& study, const LinearArguments& arguments, std::string& where) {
+RunInputs point_asked_for(Study& study, const LinearArguments& arguments, std::string& where) {
   const Model& model = study.model();
   if (arguments.at == "start") {
     RunInputs inputs = prepare(model, arguments.scene, arguments.overrides);
@@ -136,14 +138,17 @@ RunInputs point_asked_for(const Study& study, const LinearArguments& arguments, 
   return point_at(study, arguments, t, where);
 }
 
-}  // namespace
-
-RunInputs point_of(const Study& study, const LinearArguments& arguments, std::string& where) {
+/// Where --at says: the scene's start, a time of its run, or a steady state.
+/// @param study  in the mode of the start; afterwards in that of the point.
+/// @throws UsageError, ModelError
+RunInputs point_of(Study& study, const LinearArguments& arguments, std::string& where) {
   RunInputs point = point_asked_for(study, arguments, where);
   const Mode mode = mode_of(study.model());
   if (!mode.empty()) where += ", in the mode " + mode_text(study.model(), mode);
   return point;
 }
+
+}  // namespace
 
 LinearStudy linearized(const LinearArguments& arguments, const std::vector<std::string>& inputs, bool outputs) {
   Study study = linear_study(arguments);

@@ -39,10 +39,8 @@ void take_outputs(LinearArguments& arguments);
 
 /// The model, read, with its warnings printed.
 Study linear_study(const LinearArguments& arguments);
-/// Where --at says: the scene's start, a time of its run, or a steady state.
-/// @throws UsageError, ModelError; std::runtime_error is none.
-RunInputs point_of(const Study& study, const LinearArguments& arguments, std::string& where);
-/// Both, and the model linearized there. Notes go to standard error.
+/// That, linearized where --at says. In a model with switches a time of its run is in the mode that they are in then.
+/// Notes go to standard error.
 /// @param outputs  whether any are wanted.
 LinearStudy linearized(const LinearArguments& arguments, const std::vector<std::string>& inputs, bool outputs = true);
 /// All sources of a model, by the names of what they give.

@@ -180,6 +180,36 @@ TEST_CASE("a steady state is printed with its residual and stability, and taken 
   CHECK_THAT(here.bgsim("poles mass.json --scene pulled").err, Contains("the point is no equilibrium"));
 }
 
+TEST_CASE("poles at a time of a run are those of the mode that its switches are in then") {
+  const Workplace here;
+  // 1/s; with the relay, which closes once u = 1 - exp(-t) is 0.9 and holds, 1 + 4 = 5/s; from t = 5 on 1 + 3 + 4 =
+  // 8/s, at u = 1/8.
+  here.write("rc.json", R"({ "bgsim": 1, "name": "rc",
+    "elements": { "v": { "kind": "Se", "effort": 1 }, "in": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 },
+      "node": { "kind": "0" }, "c": { "kind": "C", "capacitance": 1 },
+      "late": { "kind": "1" }, "s": { "kind": "Sw", "closed": "t > 5" }, "r2": { "kind": "R", "resistance": "1/3" },
+      "full": { "kind": "1" }, "relay": { "kind": "Sw", "close": "c.e > 0.9", "open": "c.e < 0.1" },
+      "r3": { "kind": "R", "resistance": 0.25 } },
+    "bonds": [ { "from": "v", "to": "in" }, { "from": "in", "to": "r" }, { "from": "in", "to": "node" },
+      { "from": "node", "to": "c" }, { "from": "node", "to": "late" }, { "from": "late", "to": "s" },
+      { "from": "late", "to": "r2" }, { "from": "node", "to": "full" }, { "from": "full", "to": "relay" },
+      { "from": "full", "to": "r3" } ],
+    "outputs": { "u": "c.e" }, "scenes": { "run": { "stop": 10, "samples": 11 } } })");
+  const auto pole = [&](const std::string& at) {
+    const Outcome done = here.bgsim("poles rc.json --at " + at);
+    CAPTURE(at, done.err);
+    CHECK(done.code == 0);
+    return done.out;
+  };
+  CHECK_THAT(pole("start"), Contains("-1 "));
+  CHECK_THAT(pole("2"), Contains("-1 ") && Contains("s open, relay open"));
+  CHECK_THAT(pole("4"), Contains("-5 ") && Contains("s open, relay closed"));
+  CHECK_THAT(pole("9"), Contains("-8 ") && Contains("s closed, relay closed"));
+  const Outcome both = here.bgsim("poles rc.json --at 2 --mode s=closed");
+  CHECK(both.code == 2);
+  CHECK_THAT(both.err, Contains("--mode and --at 2 contradict each other"));
+}
+
 TEST_CASE("what linear analysis cannot do is refused with a fix") {
   const WithMass here;
   const auto refused = [&](const std::string& arguments, int code, const std::string& message) {

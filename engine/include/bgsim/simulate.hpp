@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "bgsim/modes.hpp"
 
 namespace bgsim {
 
@@ -130,6 +131,7 @@ struct RunResult {
   StopReason stop = StopReason::completed;
   std::optional<Diagnostic> failure;  ///< BG6xx, set if stop is not completed
   Stored stored;                      ///< where the run ended: after its last accepted step
+  Mode mode;                          ///< in which it ended; empty without switches
 };
 
 /// Something that happened at one instant of a run.

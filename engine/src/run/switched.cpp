@@ -23,6 +23,7 @@ RunResult SwitchedRun::execute() {
     }
   offer_end();
   finish();
+  result_.mode = mode_;
   return std::move(result_);
 }
 
