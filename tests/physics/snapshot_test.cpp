@@ -1,5 +1,6 @@
 // Runs that are continued from snapshots.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "support/run.hpp"
@@ -193,21 +194,41 @@ TEST_CASE("what is no snapshot of this run is refused") {
   shorter.inputs.stop = taken.back().t / 2;
   refused(shorter, taken.back().text, "after the end of the scene");
 
-  // Every member is needed, and none may be of another type or length.
+  // Whatever is changed in what the run is to go on from, however little.
   const auto whole = nlohmann::ordered_json::parse(taken.back().text);
+  constexpr const char* kChanged = "not as it was written";
   for (const auto& [key, value] : whole["state"].items()) {
     INFO(key);
     auto without = whole;
     without["state"].erase(key);
-    refused(model, without.dump(), key.c_str());
+    refused(model, without.dump(), kChanged);
     auto other = whole;
     other["state"][key] = "nonsense";
-    refused(model, other.dump(), key.c_str());
+    refused(model, other.dump(), kChanged);
   }
-  auto longer = whole;
-  longer["state"]["x"].push_back(1.0);
-  refused(model, longer.dump(), "\"x\"");
+  auto moved = whole;
+  moved["state"]["x"][0] = std::nextafter(moved["state"]["x"][0].get<double>(), 1.0);
+  refused(model, moved.dump(), kChanged);
   auto far = whole;
   far["state"]["events"]["stiction"]["held"] = {1000000};
-  refused(model, far.dump(), "out of range");
+  refused(model, far.dump(), kChanged);
+  auto unsigned_one = whole;
+  unsigned_one.erase("digest");
+  refused(model, unsigned_one.dump(), kChanged);
+  // As a text it may be written otherwise.
+  SimulateOptions options;
+  options.resume = whole.dump();
+  CHECK(model.run(options).stop == StopReason::completed);
+  // A run that keeps something else beside its solution.
+  for (const bool audit : {true, false}) {
+    SimulateOptions less;
+    (audit ? less.energy_audit : less.error_estimate) = false;
+    less.resume = taken.back().text;
+    try {
+      (void)model.run(less);
+      FAIL("it was taken");
+    } catch (const ModelError& error) {
+      CHECK_THAT(error.diagnostics.front().situation, Contains(audit ? "an energy audit" : "an estimate of errors"));
+    }
+  }
 }

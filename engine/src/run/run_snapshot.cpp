@@ -48,7 +48,8 @@ void Run::carry(Archive& archive) {
 /// @throws ModelError BG171.
 bool Run::resume() {
   const auto& sources = program_.model->sources;
-  const nlohmann::ordered_json state = state_of_snapshot(options_.resume, fingerprint(program_, inputs_), sources);
+  const nlohmann::ordered_json state =
+      state_of_snapshot(options_.resume, fingerprint(program_, inputs_), kept_by(options_), sources);
   x_.assign(program_.state_names.size(), 0.0);
   branch_ = first_branch(program_);
   audit_.record_course(inputs_.output_times, options_.energy_course);
@@ -81,8 +82,8 @@ void Run::offer_snapshot() {
   SnapshotWriter writer;
   carry(writer);
   loop_iterations_before_ = before;
-  options_.snapshot(
-      t_, snapshot_text(program_.model->name, inputs_.scene, t_, fingerprint(program_, inputs_), writer.json()));
+  options_.snapshot(t_, snapshot_text(program_.model->name, inputs_.scene, t_, fingerprint(program_, inputs_),
+                                      kept_by(options_), writer.json()));
 }
 
 }  // namespace bgsim

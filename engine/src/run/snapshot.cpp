@@ -44,6 +44,12 @@ class Digest {
   std::uint64_t hash_ = 0xcbf29ce484222325U;
 };
 
+std::string digest_of(const nlohmann::ordered_json& state) {
+  Digest digest;
+  digest.add(state.dump());
+  return digest.text();
+}
+
 }  // namespace
 
 void refuse_snapshot(const std::string& why, const std::shared_ptr<const Sources>& sources) {
@@ -53,7 +59,9 @@ void refuse_snapshot(const std::string& why, const std::shared_ptr<const Sources
   throw ModelError({std::move(diagnostic)}, sources);
 }
 
-nlohmann::ordered_json state_of_snapshot(const std::string& text, const std::string& fingerprint,
+SnapshotKept kept_by(const SimulateOptions& options) { return {options.energy_audit, options.error_estimate}; }
+
+nlohmann::ordered_json state_of_snapshot(const std::string& text, const std::string& fingerprint, SnapshotKept kept,
                                          const std::shared_ptr<const Sources>& sources) {
   auto json = nlohmann::ordered_json::parse(text, nullptr, false);
   if (!json.is_object() || json.value("bgsim_snapshot", nlohmann::ordered_json()) != kSnapshotFormat ||
@@ -61,14 +69,32 @@ nlohmann::ordered_json state_of_snapshot(const std::string& text, const std::str
     refuse_snapshot("the text is no snapshot that this version of bgsim has written", sources);
   if (json.value("program", nlohmann::ordered_json()) != fingerprint)
     refuse_snapshot("the snapshot is one of another model, scene, method or set of outputs", sources);
+  // What is read from here on is what was written: counts and places in it are not looked at one by one.
+  if (json.value("digest", nlohmann::ordered_json()) != digest_of(json["state"]))
+    refuse_snapshot("the snapshot is not as it was written", sources);
+  const auto same = [&](const char* key, bool here, const std::string& what) {
+    if (json.value(key, nlohmann::ordered_json()) == here) return;
+    refuse_snapshot("the snapshot is of a run " + std::string(here ? "without" : "with") + " " + what +
+                        ", and this one is " + (here ? "with" : "without") + " it",
+                    sources);
+  };
+  same("energy_audit", kept.audit, "an energy audit");
+  same("error_estimate", kept.errors, "an estimate of errors");
   return std::move(json["state"]);
 }
 
 std::string snapshot_text(const std::string& model, const std::string& scene, double t, const std::string& fingerprint,
-                          nlohmann::ordered_json state) {
-  const nlohmann::ordered_json json = {
-      {"bgsim_snapshot", kSnapshotFormat}, {"model", model}, {"scene", scene}, {"t", t}, {"program", fingerprint},
-      {"state", std::move(state)}};
+                          SnapshotKept kept, nlohmann::ordered_json state) {
+  const std::string digest = digest_of(state);
+  const nlohmann::ordered_json json = {{"bgsim_snapshot", kSnapshotFormat},
+                                       {"model", model},
+                                       {"scene", scene},
+                                       {"t", t},
+                                       {"program", fingerprint},
+                                       {"energy_audit", kept.audit},
+                                       {"error_estimate", kept.errors},
+                                       {"digest", digest},
+                                       {"state", std::move(state)}};
   return json.dump(1, '\t') + "\n";
 }
 

@@ -168,21 +168,27 @@ class SnapshotReader {
   const nlohmann::ordered_json& json_;
 };
 
-inline constexpr int kSnapshotFormat = 6;
+inline constexpr int kSnapshotFormat = 7;
 
 /// What a snapshot is valid for: program, scene, method and tolerances, but for output times and the end of the scene.
 /// Equal programs give equal texts on all machines.
 std::string fingerprint(const Program& program, const RunInputs& inputs);
 
-/// The state in a snapshot of the run with that fingerprint.
-/// @throws ModelError  BG171, with these sources, if the text is no such snapshot.
-nlohmann::ordered_json state_of_snapshot(const std::string& text, const std::string& fingerprint,
+/// What a run keeps beside its solution, and a snapshot of it then holds.
+struct SnapshotKept {
+  bool audit = false, errors = false;
+};
+SnapshotKept kept_by(const SimulateOptions& options);
+
+/// The state in a snapshot of the run with that fingerprint, which keeps the same.
+/// @throws ModelError  BG171, with these sources, if the text is no such snapshot, or is not as it was written.
+nlohmann::ordered_json state_of_snapshot(const std::string& text, const std::string& fingerprint, SnapshotKept kept,
                                          const std::shared_ptr<const Sources>& sources);
 /// @throws ModelError  BG171.
 [[noreturn]] void refuse_snapshot(const std::string& why, const std::shared_ptr<const Sources>& sources);
 
 /// A snapshot as a text.
 std::string snapshot_text(const std::string& model, const std::string& scene, double t, const std::string& fingerprint,
-                          nlohmann::ordered_json state);
+                          SnapshotKept kept, nlohmann::ordered_json state);
 
 }  // namespace bgsim

@@ -229,8 +229,8 @@ nlohmann::ordered_json SwitchedRun::state() {
 }
 
 void SwitchedRun::offer(double t, nlohmann::ordered_json state) {
-  options_.snapshot(
-      t, snapshot_text(program_of_(start_mode_).model->name, inputs_.scene, t, own_fingerprint(), std::move(state)));
+  options_.snapshot(t, snapshot_text(program_of_(start_mode_).model->name, inputs_.scene, t, own_fingerprint(),
+                                     kept_by(options_), std::move(state)));
   snapshot_given_ = true;
 }
 
@@ -252,7 +252,8 @@ void SwitchedRun::offer_end() {
 
 bool SwitchedRun::resume() {
   const auto& sources = program_of_(start_mode_).model->sources;
-  const nlohmann::ordered_json state = state_of_snapshot(options_.resume, own_fingerprint(), sources);
+  const nlohmann::ordered_json state =
+      state_of_snapshot(options_.resume, own_fingerprint(), kept_by(options_), sources);
   stored_.values.clear();
   std::uint64_t given = 0;
   double t = 0.0;
