@@ -20,8 +20,10 @@ std::string quoted(const std::vector<std::string>& names) {
 }
 
 std::string series_words(const ContactHistory& history, const Accumulation& series) {
-  return std::to_string(history.impacts) + " impacts so far, each interval " + number_text(series.ratio, 4) +
-         " of the one before";
+  const std::string impacts =
+      std::to_string(history.impacts) + (history.impacts == 1 ? " impact" : " impacts") + " so far, ";
+  if (series.ratio == 0.0) return impacts + "and the last flight was lost in the rounding of its way";
+  return impacts + "each interval " + number_text(series.ratio, 4) + " of the one before";
 }
 
 }  // namespace

@@ -19,7 +19,9 @@ struct ContactHistory {
 
 /// Impacts whose intervals shrink in a steady ratio: infinitely many before one instant.
 struct Accumulation {
-  double ratio = 0.0, limit = 0.0;  ///< of an interval to the one before; the time to which they add up
+  double ratio =
+      0.0;  ///< of an interval to the one before; 0: the last flight was below what rounding leaves of its way
+  double limit = 0.0;  ///< the time to which they add up
 };
 
 /// Notes that a contact has come to its gap at @p t. Where the intervals shrink in a steady ratio, the limit is before

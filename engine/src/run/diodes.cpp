@@ -46,6 +46,7 @@ class Sides {
     away_.assign(n_, false);
     restitution_.assign(n_, 0.0);
     closing_.assign(n_, 0.0);
+    way_rounding_.assign(n_, 0.0);
     result_.room.assign(n_, 0.0);
     for (std::size_t i = 0; i < n_; ++i) {
       const SignalId displacement = network.displacements[i];
@@ -165,6 +166,7 @@ class Sides {
       // The time of an event is known to its rounding.
       const double moves = std::abs(rates_[flow(i, 0)]) * std::abs(t_);
       const double off = resolution_[contacts_[i].state] + 8.0 * kEpsilon * (size + moves + longest);
+      way_rounding_[i] = 8.0 * kEpsilon * (size + longest);
       if (room < (touches ? -std::max(kTouching * off, kFar * size) : -std::max(off, kBeyond * size)))
         return fail_for_good(diagnostic_of(
             "BG625",
@@ -378,12 +380,17 @@ class Sides {
 
   void take_flights(const ComplementarySides& sides) {
     result_.flight.assign(n_, 0.0);
+    result_.returns.assign(n_, 0.0);
+    result_.least_flight = way_rounding_;
     for (std::size_t i = 0; i < n_; ++i) {
       const PowerSeries& speed = sides.value[i];
       if (!network_.displacements[i].valid() || away_[i] || !sides.takes_z[i] || speed.zero || speed.order != 0)
         continue;
       const double v = speed.coefficient[0], a = speed.coefficient[1];
-      if (a < 0.0) result_.flight[i] = v * v / (-2.0 * a);
+      if (!(a < 0.0)) continue;
+      result_.flight[i] = v * v / (-2.0 * a);
+      result_.returns[i] = 2.0 * v / -a;
+      result_.least_flight[i] += 8.0 * kEpsilon * v * std::abs(t_);
     }
   }
 
@@ -461,6 +468,7 @@ class Sides {
   std::vector<Contact> contacts_;              ///< by diode
   std::vector<bool> away_;                     ///< by diode: a contact that does not touch
   std::vector<double> restitution_, closing_;  ///< by diode: of a contact that touches; else 0
+  std::vector<double> way_rounding_;           ///< by diode: what rounding leaves of a contact's way
   std::vector<bool> next_conducts_, last_sides_;
   int sides_again_ = 0;  ///< how often in a row the same ones were found
   DiodeSides result_;

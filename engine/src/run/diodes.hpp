@@ -55,6 +55,8 @@ struct DiodeSides {
   std::vector<double> room;                      ///< by diode: of a contact that touches what it has left; else 0
   /// By diode: how far a contact that leaves its wall goes before what pushes it brings it back; else 0.
   std::vector<double> flight;
+  std::vector<double> returns;       ///< by diode: after what time; else 0
+  std::vector<double> least_flight;  ///< by diode: of a contact, a shorter one is lost in rounding
   /// By diode: a contact that takes an impulse leaves its wall at this speed, 0 or more. Empty where none takes one.
   std::vector<std::optional<double>> kick;
   std::vector<double> closing;  ///< by diode: speed at which such a contact closes

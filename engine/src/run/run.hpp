@@ -106,6 +106,8 @@ class Run {
     next_snapshot_ = next_snapshot;
     late_watch_ = snapshots;
   }
+  /// No step goes beyond this time; once.
+  void stop_at(double t) { step_ends_ = t; }
   [[nodiscard]] std::uint64_t steps() const { return steps_; }
   /// Of all stretches: when the next snapshot is due.
   [[nodiscard]] std::uint64_t next_snapshot() const { return next_snapshot_; }
@@ -214,9 +216,10 @@ class Run {
   std::uint64_t steps_before_ = 0;  ///< of the stretches before this run
   bool late_watch_ = false;         ///< see know_steps()
   std::uint64_t steps_ = 0, next_look_ = 0, time_events_ = 0, next_estimate_ = 20, rescued_at_ = 0, next_snapshot_ = 0;
-  double jumped_at_ = 0.0;   ///< where something last changed at once
-  double strayed_at_ = 0.0;  ///< where a step last had to be made again for a loop's sake
-  int strayed_ = 0;          ///< how often there
+  std::optional<double> step_ends_;  ///< see stop_at()
+  double jumped_at_ = 0.0;           ///< where something last changed at once
+  double strayed_at_ = 0.0;          ///< where a step last had to be made again for a loop's sake
+  int strayed_ = 0;                  ///< how often there
   std::optional<double> next_known_;
   std::vector<double> y_;  ///< scratch
   std::vector<double> leaves_, diodes_, known_scales_;

@@ -19,6 +19,7 @@ void Run::carry(Archive& archive) {
   archive("next look", next_look_);
   archive("failures seen", failures_seen_);
   archive("due", due_);
+  archive("step ends", step_ends_);
   archive("steps", steps_);
   archive("time events", time_events_);
   archive("next estimate", next_estimate_);

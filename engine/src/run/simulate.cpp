@@ -185,6 +185,7 @@ bool Run::start_here(double limit) {
   else
     integrator_->use_rates({});
   tolerances_.accept(t_, x_);
+  if (step_ends_ && t_ < *step_ends_) limit = std::min(limit, *step_ends_);
   if (!integrator_->restart(t_, x_.data(), branch_, events_.limit(t_, defects_.limit(t_, limit))))
     return eliminate_loops() ? start_here(limit) : fail(fault_failure(integrator_->last_fault()));
   tolerances_.accept(t_, {integrator_->end(), tolerances_.size()});
@@ -238,7 +239,7 @@ bool Run::take_step() {
     next_estimate_ *= 8;
     tolerances_.estimate(evaluator_, t_, x_.data(), branch_, {});
   }
-  fresh_ = defects_.is_limit(t_) || events_.is_limit(t_);
+  fresh_ = defects_.is_limit(t_) || events_.is_limit(t_) || t_ == step_ends_;
   if (iteration_stalls() && !take_multistep()) give_loops();
   follow_stiffness();
   if (!one_step_ && mode_order_.look(t_, x_.data(), branch_, steps_)) {

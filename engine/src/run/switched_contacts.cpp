@@ -114,7 +114,9 @@ bool SwitchedRun::look_at_contacts(const Program& program) {
     contact.touches = !contact.conducts || tripped_[i];
     contact.sticks = false;
     if (!contact.conducts || !tripped_[i]) continue;
-    const auto series = came_to_gap(contacts_[i], stored_.t, inputs_.start, inputs_.stop);
+    std::optional<Accumulation> series = came_to_gap(contacts_[i], stored_.t, inputs_.start, inputs_.stop);
+    const bool lost = !flight_.empty() && flight_[i] > 0.0 && flight_[i] < least_flight_[i];
+    if (lost && !series) series = Accumulation{0.0, stored_.t};
     if (!series) continue;
     if (!inputs_.close_zeno) return fail(accumulation_failure(element, contacts_[i], *series));
     result_.report.notes.push_back(accumulation_note(element, contacts_[i], *series));

@@ -44,6 +44,8 @@ bool SwitchedRun::settle_diodes() {
     kick_ = std::move(sides.kick);
     closing_ = std::move(sides.closing);
     flight_ = std::move(sides.flight);
+    returns_ = std::move(sides.returns);
+    least_flight_ = std::move(sides.least_flight);
     close_rooms(network, sides.room);
     flow_off_ = std::move(sides.flow_off);
     effort_off_ = std::move(sides.effort_off);
@@ -163,6 +165,14 @@ std::vector<double> SwitchedRun::diode_rounding(Evaluator& evaluator, Branch& br
   return bounds;
 }
 
+double SwitchedRun::lift_off_band(std::size_t i, const Element& contact) const {
+  // Well below what a contact may be beyond its gap where it closes, however far the tolerance falls until then.
+  constexpr double kOfResolution = 1e-6;
+  if (!diodes_[i].touches || flight_.empty() || flight_[i] != 0.0) return 0.0;
+  const StateInfo displacement{{}, {}, 0, contact.contact->displacement};
+  return std::max(kOfResolution * resolution_of(displacement), std::numeric_limits<double>::min());
+}
+
 bool SwitchedRun::hold_bands(const Program& program) {
   constexpr double kTwice = 2.0, kMore = 4.0;
   // The mode that was left because of a diode turns out to be the right one.
@@ -187,7 +197,7 @@ bool SwitchedRun::hold_bands(const Program& program) {
     if (!matters) {
       band = 0.0;
     } else if (!again || room) {
-      band = std::max(0.0, kTwice * beyond);
+      band = std::max({0.0, kTwice * beyond, room ? lift_off_band(i, element) : 0.0});
     } else if (tripped_[i]) {
       band = std::max({kMore * band, kTwice * beyond, conducts ? flow_error_[i] : effort_error_[i]});
     }

@@ -66,6 +66,9 @@ class SwitchedRun {
   /// The stretch of the present mode, from the present instant on or, where @p resume is not empty, from that snapshot.
   bool stretch_in(const Program& program, const std::string& resume);
 
+  /// After what time the first of the contacts that have just left their wall is back; 0: none is known to be.
+  [[nodiscard]] double soonest_return() const;
+
   /// The program of the present instant's mode, with the stores as they are after the jump into it.
   const Program* enter_mode();
 
@@ -162,6 +165,9 @@ class SwitchedRun {
   /// No estimate from here on. @param possible  false: of models like this one there is none.
   void lose_errors(const std::string& why, bool possible);
 
+  /// By how much the border of a contact is moved that opens without a speed: what has just begun to push it is
+  /// rounding at first, and turns as it likes. A small part of the tolerance of the displacement.
+  [[nodiscard]] double lift_off_band(std::size_t i, const Element& contact) const;
   /// A flow or effort that is 0, or comes from 0, may be beyond its border by rounding: by so much the border is moved.
   /// False if a value is farther beyond: with a failure, or, if `try_others_`, without.
   bool hold_bands(const Program& program);
@@ -275,6 +281,8 @@ class SwitchedRun {
   std::vector<std::optional<double>> kick_;  ///< by diode: see DiodeSides::kick
   std::vector<double> closing_;              ///< by diode: see DiodeSides::closing
   std::vector<double> flight_;               ///< by diode: see DiodeSides::flight
+  std::vector<double> returns_;              ///< by diode: see DiodeSides::returns; of the last settle_diodes()
+  std::vector<double> least_flight_;         ///< by diode: see DiodeSides::least_flight
   bool noted_flights_ = false;
   bool lifts_off_ = false;     ///< a contact opens without a speed in this stretch
   bool short_flight_ = false;  ///< in this stretch; see flies_short()

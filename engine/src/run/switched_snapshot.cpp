@@ -172,6 +172,7 @@ void SwitchedRun::carry(Archive& archive) {
   by_diode("kick", kick_);
   by_diode("closing", closing_);
   by_diode("flight", flight_);
+  by_diode("least flight", least_flight_);
   archive("noted flights", noted_flights_);
   archive("sequence", sequence_);
   archive("sequential", sequential_);
