@@ -55,21 +55,39 @@ std::vector<std::string> split_names(const std::vector<std::string>& lists) {
   return names;
 }
 
-void take_outputs(LinearArguments& arguments) {
-  for (const std::string& given : arguments.outputs) {
-    const auto equals = given.find('=');
-    if (equals != std::string::npos) {
-      arguments.reading.outputs.emplace_back(given.substr(0, equals), given.substr(equals + 1));
-      arguments.reading.record.push_back(given.substr(0, equals));
-    } else {
-      for (std::string& name : split_names({given})) arguments.reading.record.push_back(std::move(name));
-    }
+namespace {
+
+/// At the commas that are in no brackets.
+std::vector<std::string> parts_of(const std::string& list) {
+  std::vector<std::string> parts{""};
+  int depth = 0;
+  for (const char c : list) {
+    depth += c == '(' || c == '[' ? 1 : c == ')' || c == ']' ? -1 : 0;
+    if (c == ',' && depth <= 0)
+      parts.emplace_back();
+    else
+      parts.back() += c;
   }
+  return parts;
+}
+
+}  // namespace
+
+void take_outputs(LinearArguments& arguments) {
+  for (const std::string& given : arguments.outputs)
+    for (const std::string& part : parts_of(given)) {
+      if (part.find_first_not_of(" \t") == std::string::npos)
+        throw UsageError("there is an empty name in the list \"" + given + "\"");
+      const auto equals = part.find('=');
+      std::string name = split_names({part.substr(0, equals)}).front();
+      if (equals != std::string::npos) arguments.reading.outputs.emplace_back(name, part.substr(equals + 1));
+      arguments.reading.record.push_back(std::move(name));
+    }
 }
 
 Study linear_study(const LinearArguments& arguments) {
   Study study = read_study(arguments.file, arguments.reading, arguments.mode);
-  if (arguments.mode.empty() && !arguments.scene.empty()) study = study.at_start(arguments.scene, arguments.overrides);
+  if (arguments.mode.empty()) study = study.at_start(arguments.scene, arguments.overrides);
   assign_causality(study);
   derive_equations(study);
   return study;

@@ -2,9 +2,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <filesystem>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <sstream>
 
@@ -59,34 +61,58 @@ double phase_of(const std::complex<double>& value) {
 /// From -180 to 180.
 double turned(double from, double to) { return std::remainder(to - from, 360.0); }
 
-/// Phases in degrees, without jumps by whole turns.
-/// @param beside  beside(): the response beside the imaginary axis. Between two frequencies a pole or zero on the axis
-/// turns the phase by half a turn, and one way is as near as the other. It goes the way that it goes with a little
-/// damping: down at a pole, up at a zero.
-template <class Beside>
-std::vector<double> phases(const std::vector<std::complex<double>>& values, Beside beside) {
-  constexpr double kHalf = 180.0 - 1e-6;
-  std::vector<std::complex<double>> damped;
-  std::vector<double> result;
-  double last = 0.0;
-  std::size_t last_at = values.size();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    double phase = phase_of(values[i]);
-    if (!std::isnan(phase)) {
-      if (last_at < values.size()) {
-        double turn = turned(last, phase);
-        if (std::abs(turn) >= kHalf) {
-          if (damped.empty()) damped = beside();
-          double way = 0.0;
-          for (std::size_t k = last_at; k < i; ++k) way += turned(phase_of(damped[k]), phase_of(damped[k + 1]));
-          if (way * turn < 0.0) turn -= std::copysign(360.0, turn);
-        }
-        phase = last + turn;
-      }
-      last = phase;
-      last_at = i;
+/// Phases in degrees, without jumps by whole turns. Where the phase turns far between two frequencies, frequencies
+/// between them show the way. A pole or zero on the imaginary axis, or within 1e-9 of a frequency beside it, is gone
+/// round on the right, as if there were a little damping: down at a pole, up at a zero.
+/// @param seeds    frequencies that are looked at as well: of poles, at which a resonance may be narrower than a step
+/// @param respond  respond(frequencies, right): the response there, so far beside the axis
+template <class Respond>
+std::vector<double> phases(const std::vector<double>& omega, const std::vector<std::complex<double>>& values,
+                           const std::vector<double>& seeds, const Respond& respond) {
+  constexpr double kSmall = 60.0, kNarrow = 1e-9, kPart = 0.382;
+  constexpr int kRounds = 60;
+  const std::size_t most = 20 * omega.size();  // where rounding is all that is left, phases turn at random
+  std::map<double, double> at;                 // phase by frequency
+  const auto take = [&](const std::vector<double>& frequencies, const std::vector<std::complex<double>>& response) {
+    for (std::size_t i = 0; i < frequencies.size(); ++i)
+      if (const double phase = phase_of(response[i]); !std::isnan(phase)) at[frequencies[i]] = phase;
+  };
+  const auto look = [&](const std::vector<double>& frequencies) {
+    if (!frequencies.empty()) take(frequencies, respond(frequencies, 0.0));
+  };
+  look(seeds);
+  take(omega, values);
+  for (int round = 0; round < kRounds && at.size() < most; ++round) {
+    std::vector<double> more;
+    for (auto one = at.begin(), next = one; one != at.end() && ++next != at.end(); one = next)
+      if (std::abs(turned(one->second, next->second)) > kSmall && next->first - one->first > kNarrow * next->first)
+        more.push_back(one->first + kPart * (next->first - one->first));
+    if (more.empty()) break;
+    look(more);
+  }
+  const auto turn_between = [&](double w1, double phase1, double w2, double phase2) {
+    const double turn = turned(phase1, phase2);
+    if (std::abs(turn) <= kSmall) return turn;
+    double way = 0.0, last = phase1;
+    for (const std::complex<double>& value : respond({w1, 0.5 * (w1 + w2), w2}, w2 - w1)) {
+      way += turned(last, phase_of(value));
+      last = phase_of(value);
     }
-    result.push_back(phase);
+    way += turned(last, phase2);
+    return std::isnan(way) ? turn : way;
+  };
+  std::map<double, double> continuous;
+  double sum = 0.0;
+  for (auto one = at.begin(); one != at.end(); ++one) {
+    sum = one == at.begin()
+              ? one->second
+              : sum + turn_between(std::prev(one)->first, std::prev(one)->second, one->first, one->second);
+    continuous[one->first] = sum;
+  }
+  std::vector<double> result;
+  for (const double w : omega) {
+    const auto found = continuous.find(w);
+    result.push_back(found == continuous.end() ? std::numeric_limits<double>::quiet_NaN() : found->second);
   }
   return result;
 }
@@ -159,6 +185,22 @@ std::vector<double> frequencies(const BodeArguments& options, const LinearSystem
     omega.push_back(i == 0 ? low : i + 1 == options.points ? high : low * std::pow(high / low, share));
   }
   return omega;
+}
+
+/// The frequencies of weakly damped poles within a range, which a step between two frequencies may pass over; none of
+/// systems whose poles are too many.
+std::vector<double> resonances(const LinearSystem& system, const std::vector<double>& omega) {
+  constexpr double kWeak = 0.1;
+  std::vector<double> result;
+  try {
+    for (const Pole& pole : poles(system)) {
+      const double w = std::abs(pole.s.imag());
+      if (w > omega.front() && w < omega.back() && std::abs(pole.s.real()) < kWeak * w) result.push_back(w);
+    }
+  } catch (const ModelError& error) {
+    if (error.diagnostics.front().code != "BG409") throw;
+  }
+  return result;
 }
 
 /// The source by which an impedance is measured.
@@ -242,25 +284,24 @@ Exit bode_command(const Arguments& arguments) {
   const LinearSystem& system = linear.system;
   const std::vector<double> omega = frequencies(options, system);
   // The impedance is the response of the effort by that of the flow.
-  const auto respond = [&](double right) {
-    FrequencyResponse result = frequency_response(system, 0, 0, omega, right);
+  const auto respond = [&](const std::vector<double>& at, double right) {
+    FrequencyResponse result = frequency_response(system, 0, 0, at, right);
     if (!impedance) return result;
-    const FrequencyResponse flow = frequency_response(system, 0, 1, omega, right);
-    for (std::size_t i = 0; i < omega.size(); ++i) result.value[i] /= flow.value[i];
+    const FrequencyResponse flow = frequency_response(system, 0, 1, at, right);
+    for (std::size_t i = 0; i < at.size(); ++i) result.value[i] /= flow.value[i];
     result.error += flow.error;
     return result;
   };
-  const FrequencyResponse response = respond(0.0);
+  const FrequencyResponse response = respond(omega, 0.0);
   std::string name = system.outputs[0].name + " / " + system.inputs[0].name;
   const std::string unit = quotient(system.outputs[0].unit, (impedance ? system.outputs[1] : system.inputs[0]).unit);
   if (impedance) name = "e/f of " + options.impedance;
   if (response.error > 1e-6)
     std::cerr << "note: the response is known to a part of " << number_text(response.error, 2)
               << " at some frequencies: terms cancel there, or a pole is near\n";
-  // As far beside the axis as two frequencies are apart: there the phase turns by a sixth of a turn at a pole.
-  const std::vector<double> phase = phases(response.value, [&] {
-    return respond(std::log(omega.back() / omega.front()) / static_cast<double>(omega.size())).value;
-  });
+  const std::vector<double> phase =
+      phases(omega, response.value, resonances(system, omega),
+             [&](const std::vector<double>& at, double right) { return respond(at, right).value; });
   std::vector<double> x = omega, size;
   if (options.hertz)
     for (double& w : x) w /= 2.0 * kPi;

@@ -29,7 +29,8 @@ std::string stability_text(const Equilibrium& found) {
       return std::any_of(found.poles.begin(), found.poles.end(),
                          [](const Pole& p) { return p.pair && p.s.real() == 0.0; })
                  ? "neither damped nor unstable in some states (poles on the imaginary axis)"
-                 : "stable but for what is free";
+             : found.drifts ? "unstable: what is free, once pushed, moves on without end"
+                            : "stable but for what is free";
     case Equilibrium::Stability::unknown:
       break;
   }

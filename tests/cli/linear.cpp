@@ -210,6 +210,74 @@ TEST_CASE("poles at a time of a run are those of the mode that its switches are 
   CHECK_THAT(both.err, Contains("--mode and --at 2 contradict each other"));
 }
 
+TEST_CASE("a value that --set gives decides the mode in which a model is linearized") {
+  const Workplace here;
+  here.write("rc.json", R"({ "bgsim": 1, "name": "rc", "parameters": { "from": 1 },
+    "elements": { "v": { "kind": "Se", "effort": 1 }, "in": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 },
+      "node": { "kind": "0" }, "c": { "kind": "C", "capacitance": 1 }, "late": { "kind": "1" },
+      "s": { "kind": "Sw", "closed": "t > from" }, "r2": { "kind": "R", "resistance": 0.25 } },
+    "bonds": [ { "from": "v", "to": "in" }, { "from": "in", "to": "r" }, { "from": "in", "to": "node" },
+      { "from": "node", "to": "c" }, { "from": "node", "to": "late" }, { "from": "late", "to": "s" },
+      { "from": "late", "to": "r2" } ],
+    "outputs": { "u": "c.e" }, "scenes": { "run": { "stop": 10, "samples": 11 } } })");
+  CHECK_THAT(here.bgsim("poles rc.json").out, Contains("s open") && Contains("\n-1 "));
+  CHECK_THAT(here.bgsim("poles rc.json --set from=-1").out, Contains("s closed") && Contains("\n-5 "));
+  const Outcome twice = here.bgsim("poles rc.json --mode s=closed,s=open");
+  CHECK(twice.code != 0);
+  CHECK_THAT(twice.err, Contains("the side of \"s\" is given twice"));
+}
+
+TEST_CASE("a list of outputs takes expressions beside names") {
+  const WithMass here;
+  const Outcome several = here.bgsim("linearize mass.json --in push --out 'x,F=min(1e9, spring.e),v=body.f' -o a.json");
+  CAPTURE(several.err);
+  CHECK(several.code == 0);
+  const auto json = nlohmann::json::parse(here.read("a.json"));
+  REQUIRE(json["outputs"].size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(json["outputs"][i]["name"] == std::vector<std::string>{"x", "F", "v"}[i]);
+  CHECK_THAT(here.bgsim("linearize mass.json --out 'x,,v=body.f'").err, Contains("empty name"));
+}
+
+TEST_CASE("the phase falls at a resonance that is narrow beside the step of the frequencies") {
+  const WithMass here;
+  // Damping ratios of 0.05 to 1e-9: half a turn at 2 rad/s, whatever the number of points.
+  for (const char* d : {"0.4", "1e-3", "1e-6", "8e-9"})
+    for (const char* points : {"7", "20", "400"}) {
+      const Outcome done = here.bgsim("bode mass.json --in push --out x --from 0.1 --to 50 --points " +
+                                      std::string(points) + " --set d=" + d + " -o b.csv");
+      CAPTURE(d, points, done.err);
+      REQUIRE(done.code == 0);
+      const bgsim::CsvTable table = bgsim::parse_csv(here.read("b.csv"));
+      const auto& phase = table.columns[4];
+      CHECK(phase.front() == Approx(0.0).margin(1.0));
+      CHECK(phase.back() == Approx(-180.0).margin(1.0));
+    }
+}
+
+TEST_CASE("a pole at 0 is free where equilibria are beside the point, and nowhere else") {
+  const Workplace here;
+  const auto write = [&](const std::string& law) {
+    here.write("c.json", R"({ "bgsim": 1, "name": "c", "elements": { "j": { "kind": "1" },
+      "r": { "kind": "R", "resistance": 2 }, "c": { "kind": "C", "law": ")" +
+                             law + R"(" } },
+      "bonds": [ { "from": "j", "to": "r" }, { "from": "j", "to": "c" } ],
+      "outputs": { "u": "c.q" }, "scenes": { "run": { "stop": 1 } } })");
+  };
+  write("e = -q^3");
+  const Outcome cubic = here.bgsim("steady c.json");
+  CHECK_THAT(cubic.out, Contains("of unknown stability: a pole is 0 and there is no equilibrium beside this one"));
+  CHECK_THAT(cubic.out, !Contains("free:"));
+  write("e = if(abs(q) < 1, 0, q)");
+  CHECK_THAT(here.bgsim("steady c.json").out, Contains("stable but for what is free") && Contains("free:"));
+  here.write("body.json", R"({ "bgsim": 1, "name": "body", "elements": { "f": { "kind": "Se", "effort": 0 },
+    "v": { "kind": "1" }, "m": { "kind": "I", "inertance": 2 } },
+    "bonds": [ { "from": "f", "to": "v" }, { "from": "v", "to": "m" } ], "signals": { "x": { "integral": "m.f" } },
+    "outputs": { "x": "x" }, "scenes": { "run": { "stop": 1 } } })");
+  const Outcome body = here.bgsim("steady body.json");
+  CHECK_THAT(body.out,
+             Contains("unstable: what is free, once pushed, moves on without end") && Contains("by moving x\n"));
+}
+
 TEST_CASE("what linear analysis cannot do is refused with a fix") {
   const WithMass here;
   const auto refused = [&](const std::string& arguments, int code, const std::string& message) {

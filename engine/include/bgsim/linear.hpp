@@ -157,8 +157,9 @@ struct Equilibrium {
   std::vector<LinearVariable> states;
   double residual = 0.0;          ///< largest rate, relative to the terms that it is the sum of
   std::vector<Pole> poles;        ///< empty if it has no linearization
-  std::string not_linear;         ///< why it has none
-  std::vector<std::string> free;  ///< states that may have any value there (poles at 0)
+  std::string not_linear;         ///< why it has none, or why it does not tell the stability
+  std::vector<std::string> free;  ///< states that take part in what may be moved: others of the same kind are beside it
+  bool drifts = false;            ///< what is free, once pushed, goes on without end: a free body
   std::string found;              ///< by what: "Newton's iteration from the start of the scene", ...
   enum class Stability : std::uint8_t { stable, unstable, marginal, unknown } stability = Stability::unknown;
 };

@@ -257,13 +257,15 @@ std::vector<std::string> leaving_switches(Evaluator& evaluator, double t, const 
   for (std::size_t i = 0; i < leaves.size(); ++i)
     if (leaves[i] != 0.0) {
       const Element& element = program.model->elements[program.switch_elements[i].index()];
-      notes.push_back(short_name(element.name) + " is " + side_text(element, is_closed(element)) +
+      notes.push_back(short_name(element.name) + (element.diode ? " " : " is ") +
+                      side_text(element, is_closed(element)) +
                       " in this mode, and its condition says otherwise at this point");
     }
   for (const Element& element : program.model->elements)
     if (element.idle)
-      notes.push_back(short_name(element.name) + " is " + side_text(element, is_closed(element)) +
-                      " and idle: what depends on its " + (is_closed(element) ? "flow" : "effort") +
+      notes.push_back(short_name(element.name) + (element.diode ? " " : " is ") +
+                      side_text(element, is_closed(element)) + (element.diode ? " and is idle" : " and idle") +
+                      ": what depends on its " + (is_closed(element) ? "flow" : "effort") +
                       " is indefinite, and taken as if that were 0");
   return notes;
 }

@@ -1,4 +1,5 @@
 // Equilibria: Newton's iteration, then implicit Euler steps that become Newton's as they grow.
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -329,7 +330,7 @@ class Search {
         !attempt(x0, {duration_ * 1e-9, 0.02, 4000}, "short implicit steps from the start of the scene"))
       fail();
     // With free states, or without a linearization that would tell, there may be others beside it without end.
-    if (options.all && result_.front().free.empty() && result_.front().not_linear.empty()) others(x0);
+    if (options.all && result_.front().free.empty() && !result_.front().poles.empty()) others(x0);
     return std::move(result_);
   }
 
@@ -374,6 +375,7 @@ class Search {
       using Stability = Equilibrium::Stability;
       made.stability = slowest > 0.0 ? Stability::unstable : slowest == 0.0 ? Stability::marginal : Stability::stable;
       last_ = linear;
+      if (made.stability == Stability::marginal && !made.free.empty()) look_at_free(found.x, made);
     } catch (const ModelError& error) {
       made.not_linear = error.diagnostics.front().situation;
       last_ = {};
@@ -388,6 +390,54 @@ class Search {
       }
     }
     return made;
+  }
+
+  /// Whether what is free by its poles is: along each direction in which no rate has a slope there are equilibria
+  /// beside this one. A law without a slope, such as e = q^3 at 0, has a pole at 0, too, and its higher terms decide.
+  /// Where poles at 0 are more than such directions, what is moved along one sets another moving: a free body.
+  void look_at_free(const Vector& x, Equilibrium& made) {
+    constexpr double kRank = 1e-9, kMove = 1e-3;
+    constexpr int kIterations = 6;
+    constexpr Eigen::Index kMostStates = 200;
+    if (x.size() > kMostStates) return;
+    Vector size = unit(), f, terms;
+    Rates jacobian;
+    const auto factored = [&](const Vector& at) -> std::optional<Eigen::JacobiSVD<Eigen::MatrixXd>> {
+      if (!field_.rates(at, f) || !field_.slopes(at, f, jacobian, terms)) return {};
+      const Eigen::MatrixXd scaled = size.cwiseInverse().asDiagonal() * Eigen::MatrixXd(jacobian) * size.asDiagonal();
+      return Eigen::JacobiSVD<Eigen::MatrixXd>(scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    };
+    const auto here = factored(x);
+    if (!here) return;
+    const double largest = here->singularValues()(0);
+    const Eigen::Index rank = (here->singularValues().array() > kRank * largest).count();
+    if (rank == x.size()) return;
+    for (Eigen::Index k = rank; k < x.size(); ++k)
+      for (const double sign : {1.0, -1.0}) {
+        Vector beside = x + size.cwiseProduct(sign * kMove * here->matrixV().col(k));
+        bool rests = false;
+        for (int i = 0; i < kIterations && !rests; ++i) {
+          auto at = factored(beside);
+          if (!at) break;
+          rests = relative(f, terms) <= kResidual;
+          // In the other directions alone: the point is to stay beside.
+          Vector step = at->matrixU().transpose() * f.cwiseQuotient(size);
+          for (Eigen::Index j = 0; j < step.size(); ++j) step(j) = j < rank ? step(j) / at->singularValues()(j) : 0.0;
+          if (!rests) beside -= size.cwiseProduct(at->matrixV() * step);
+        }
+        if (rests) continue;
+        made.stability = Equilibrium::Stability::unknown;
+        made.not_linear = "a pole is 0 and there is no equilibrium beside this one: terms of higher order decide";
+        made.free.clear();
+        return;
+      }
+    constexpr double kPart = 1e-6;
+    made.free.clear();
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+      if (here->matrixV().row(i).tail(x.size() - rank).cwiseAbs().maxCoeff() > kPart)
+        made.free.push_back(field_.program().state_names[static_cast<std::size_t>(i)]);
+    const auto at_zero = std::count_if(made.poles.begin(), made.poles.end(), [](const Pole& p) { return p.s == 0.0; });
+    made.drifts = at_zero > x.size() - rank;
   }
 
   /// Other starts: mirrored, at random within twice the values met so far, and off what is unstable.

@@ -1,5 +1,7 @@
 #include "bgsim/modes.hpp"
 
+#include <set>
+
 #include "base/codes.hpp"
 #include "bgsim/text.hpp"
 
@@ -71,12 +73,14 @@ Mode parse_mode(const Model& model, std::string_view text, Mode mode) {
     throw ModelError({diagnostic_of("BG173", situation, {}, "a mode says of switches which side they are on", help)},
                      model.sources);
   };
+  std::set<std::string> given;
   while (!text.empty()) {
     const std::size_t comma = text.find(',');
     const std::string_view part = text.substr(0, comma);
     text = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
     const std::size_t equals = part.find('=');
     const std::string name(part.substr(0, equals));
+    if (!given.insert(name).second) fail("the side of \"" + name + "\" is given twice", "leave out one of the two");
     std::vector<std::string> names;
     bool known = false;
     for (std::size_t i = 0; i < switches.size(); ++i) {
