@@ -218,6 +218,17 @@ Exit reduce_command(const Arguments& arguments) {
     return reduce(Study(changed), how);
   }();
 
+  // Data are named from the folder of the file, and are to lie in it. What the command line adds is in the text.
+  ReadOptions again;
+  again.roots = options.reading.roots;
+  again.path = options.reading.path;
+  again.allow_outside = options.reading.allow_outside;
+  try {
+    static_cast<void>(read_model_text(output, reduction.text, again));
+  } catch (const ModelError& error) {
+    throw UsageError("the reduced model could not be read as " + short_path(output) + ": " +
+                     error.diagnostics.front().situation + "\nwrite it into the folder of " + short_path(options.file));
+  }
   write_trace_csv(trace_file.stream(), reduction.reference);
   model_file.stream() << reduction.text;
   if (csv) write_csv(csv->stream(), model, reduction.activity);

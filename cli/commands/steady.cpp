@@ -51,10 +51,11 @@ Exit steady_command(const Arguments& arguments) {
       ->type_name("T");
   app.add_flag("--first", one, "the one nearest to the scene's start alone; others are not looked for");
   parse_arguments(app, arguments);
-  const Study study = linear_study(options);
+  Study study = linear_study(options);
   RunInputs scene = prepare(study.model(), options.scene, options.overrides);
   print_warnings(scene.warnings, study.model());
   if (time) scene.start = *time;
+  if (time && options.mode.empty()) study = study.at_start(scene);
   const std::vector<Equilibrium> found = equilibria(study.shared_model(), scene, {!one});
   std::cout << visible_line(study.model().name) << ", scene " << short_name(scene.scene)
             << ", sources as at t = " << number_text(scene.start) << ": " << found.size()

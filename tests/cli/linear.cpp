@@ -222,6 +222,9 @@ TEST_CASE("a value that --set gives decides the mode in which a model is lineari
     "outputs": { "u": "c.e" }, "scenes": { "run": { "stop": 10, "samples": 11 } } })");
   CHECK_THAT(here.bgsim("poles rc.json").out, Contains("s open") && Contains("\n-1 "));
   CHECK_THAT(here.bgsim("poles rc.json --set from=-1").out, Contains("s closed") && Contains("\n-5 "));
+  // At rest 1 V without the switch; with it, from t = 1 on, 1/(1 + 4) of that.
+  CHECK_THAT(here.bgsim("steady rc.json").out, Contains("c.q    1\n"));
+  CHECK_THAT(here.bgsim("steady rc.json --time 2").out, Contains("c.q    0.2\n"));
   const Outcome twice = here.bgsim("poles rc.json --mode s=closed,s=open");
   CHECK(twice.code != 0);
   CHECK_THAT(twice.err, Contains("the side of \"s\" is given twice"));

@@ -67,3 +67,19 @@ TEST_CASE("reduce refuses an error that is none, and a model on standard output"
 }
 
 }  // namespace
+TEST_CASE("a reduced model is not written where its data could not be read") {
+  const Workplace here;
+  here.write("tab.csv", "t,y\r\n0,1\r\n1,2\r\n2,3\r\n");
+  here.write("tab.json", R"x({ "bgsim": 1, "name": "tab",
+    "elements": { "v": { "kind": "Se", "effort": "table('tab.csv', 'y', t)" }, "in": { "kind": "1" },
+      "r": { "kind": "R", "resistance": 1 }, "c": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "v", "to": "in" }, { "from": "in", "to": "r" }, { "from": "in", "to": "c" } ],
+    "outputs": { "q": "c.q" }, "scenes": { "run": { "stop": 1, "samples": 11 } } })x");
+  REQUIRE(here.shell("mkdir below").code == 0);
+  const Outcome below = here.bgsim("reduce tab.json --error 0.01 -o below/small.json");
+  CHECK(below.code == 2);
+  CHECK_THAT(below.err, Contains("the reduced model could not be read as below/small.json"));
+  CHECK_FALSE(here.has("below/small.json"));
+  CHECK(here.bgsim("reduce tab.json --error 0.01 -o small.json").code == 0);
+  CHECK(here.bgsim("verify small.json").code == 0);
+}

@@ -59,6 +59,13 @@ TEST_CASE("settings of the scene are varied like parameters") {
   CHECK_THAT(here.read("stop/results.csv"), Contains("\n0,1,1.8963") && Contains("\n1,4,2.9450"));
 }
 
+TEST_CASE("a sweep whose results take no output says that it needs no runs") {
+  Workplace here;
+  const Outcome done = with_model(here).bgsim("sweep rc.json --vary R=1,2 --result 'p=2*R' -o it");
+  CHECK(done.code == 2);
+  CHECK_THAT(done.err, Contains("no --result takes an output"));
+}
+
 TEST_CASE("a sweep that is killed goes on where it was, and comes to the same table", "[long]") {
   Workplace here;
   with_model(here);

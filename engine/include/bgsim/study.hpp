@@ -69,6 +69,8 @@ class Study {
   /// @param name  empty for the first scene.
   /// @throws ModelError as prepare_scene, and BG405.
   [[nodiscard]] Study at_start(const std::string& name = "", const SceneOverrides& overrides = {}) const;
+  /// The same of a scene that is worked out already.
+  [[nodiscard]] Study at_start(const RunInputs& inputs) const;
 
   /// Of the stages that have run so far.
   [[nodiscard]] StageSeconds seconds() const;

@@ -140,6 +140,7 @@ ExprId Freezer::freeze_mod(ExprId expression) {
   const ExprNode& node = order_.pool[expression];
   ExprPool& pool = program_.pool;
   const ExprId a = frozen_[node.a], b = frozen_[node.b];
+  if (pool.is_constant(b, 0.0)) return rebuild(pool, node, frozen_, tables_);  // which has no value, and says so
   Relation relation = relation_of(Relation::Kind::floor, pool.div(a, b));
   relation.origin = pool.make(Op::floor, pool.div(plain_[node.a], plain_[node.b]));
   program_.origins.resize(pool.size(), order_.origins[expression.index()]);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "base/in_threads.hpp"
@@ -51,6 +52,7 @@ RunNumbers numbers_of(const Simulation& simulation, SensitivityNorm norm, Simula
 /// A derivative, and by how much what it was extrapolated from disagrees.
 struct Extrapolated {
   double derivative = 0.0, error = std::numeric_limits<double>::infinity();
+  double h = 0.0;  ///< the largest step taken
   /// Where the second differences do not fall with the square of the step: the slopes to both sides.
   std::optional<std::array<double, 2>> sides;
 };
@@ -65,7 +67,7 @@ Extrapolated extrapolate(double middle, const std::array<double, 6>& around, dou
     bend[k] = std::abs((above - middle) - (middle - below));
   }
   const double coarse = (4.0 * slope[1] - slope[0]) / 3.0, fine = (4.0 * slope[2] - slope[1]) / 3.0;
-  Extrapolated made{fine, std::abs(fine - coarse), {}};
+  Extrapolated made{fine, std::abs(fine - coarse), h, {}};
   // Of a smooth output each is a quarter of the one before, at a corner a half, at a jump as large.
   constexpr double kCorner = 0.375, kClearly = 0.01;
   const double step = 0.25 * h;
@@ -81,8 +83,27 @@ struct Difference {
   std::vector<Extrapolated> of;  ///< by output
 };
 
-Difference difference_by(const Simulation& simulation, const Seed& seed, double value, const RunNumbers& middle,
-                         SensitivityNorm norm, const SimulateOptions& how) {
+/// What runs are wrong by moves with the parameter, too, and as smoothly: no extrapolation shows it. What the
+/// derivatives of looser runs differ by is some times as much.
+void add_errors_of_runs(const Simulation& looser, const Seed& seed, SensitivityNorm norm, const SimulateOptions& how,
+                        Difference& made) {
+  std::map<double, std::array<std::vector<double>, 4>> runs;  // by h: the numbers at -h/2, h/2, -h/4, h/4
+  for (Extrapolated& of : made.of) {
+    auto& around = runs[of.h];
+    for (std::size_t k = 0; k < 4 && around[3].empty(); ++k) {
+      const double step = std::ldexp(of.h, -1 - static_cast<int>(k / 2));
+      around[k] =
+          numbers_of(looser.with(seed.name, k % 2 == 0 ? made.value - step : made.value + step), norm, how).values;
+    }
+    const auto i = static_cast<std::size_t>(&of - made.of.data());
+    const double coarse = (around[1][i] - around[0][i]) / of.h, fine = 2.0 * (around[3][i] - around[2][i]) / of.h;
+    of.error += std::abs((4.0 * fine - coarse) / 3.0 - of.derivative);
+  }
+}
+
+/// @param looser  the same scene at a looser tolerance
+Difference difference_by(const Simulation& simulation, const Simulation& looser, const Seed& seed, double value,
+                         const RunNumbers& middle, SensitivityNorm norm, const SimulateOptions& how) {
   constexpr std::array<double, 3> kSteps = {1e-3, 1e-4, 1e-5};  // of the parameter
   constexpr double kEnough = 1e-6;                              // of a derivative
   constexpr double kWrong = 100.0;                              // tolerances that a run is wrong by
@@ -122,6 +143,7 @@ Difference difference_by(const Simulation& simulation, const Seed& seed, double 
                              " to smaller values and by " + number_text((*sides)[1], 6) + " to larger ones",
                          "a derivative exists where both sides have the same one",
                          "ask for it at a slightly different value");
+  add_errors_of_runs(looser, seed, norm, alone, made);
   return made;
 }
 
@@ -137,12 +159,14 @@ SensitivityTable difference_sensitivities(const Study& study, const std::string&
   if (!tight.relative) tight.relative = std::min(prepare_scene(model, scene, overrides).relative, kRelative);
   const Simulation simulation = study.scene(scene, tight, {false, false});
   const RunInputs& inputs = simulation.inputs();
+  const Simulation other = study.scene(scene, looser(tight, inputs), {false, false});
   RunNumbers middle = numbers_of(simulation, norm, how);
 
   std::vector<Difference> derived(to.size());
   in_threads(to.size(), threads, [&](std::size_t i) {
     GivenValues given = given_of(model, inputs.scene, tight);
-    derived[i] = difference_by(simulation, seeds[i], value_of(model, given, seeds[i], inputs), middle, norm, how);
+    derived[i] =
+        difference_by(simulation, other, seeds[i], value_of(model, given, seeds[i], inputs), middle, norm, how);
   });
 
   SensitivityTable table;

@@ -219,7 +219,11 @@ Study Study::in_mode(const Mode& closed) const {
 
 Study Study::at_start(const std::string& name, const SceneOverrides& overrides) const {
   if (switches_of(model()).empty() || model().scenes.empty()) return *this;
-  const RunInputs inputs = prepare_scene(model(), name, overrides);
+  return at_start(prepare_scene(model(), name, overrides));
+}
+
+Study Study::at_start(const RunInputs& inputs) const {
+  if (switches_of(model()).empty()) return *this;
   return in_mode(ModePrograms(shared_model(), {{}, false}).start(inputs).mode);
 }
 

@@ -200,6 +200,9 @@ SweepResults::SweepResults(const Model& model, const std::string& scene,
                                                  [&](const Inside::Measure& m) { return m.name == function; })});
       }
   }
+  if (inside->outputs.empty() && !inside->values.empty())
+    throw SweepError("no --result takes an output: what is made of parameters alone needs no runs",
+                     "take a function of an output, such as final(x)");
   if (inside->outputs.empty())
     throw SweepError("nothing of the runs is kept: the model has no outputs", "add --result NAME=EXPR");
   inside_ = std::move(inside);
