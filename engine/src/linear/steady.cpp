@@ -400,30 +400,33 @@ class Search {
     constexpr int kIterations = 6;
     constexpr Eigen::Index kMostStates = 200;
     if (x.size() > kMostStates) return;
-    Vector size = unit(), f, terms;
+    Vector size = unit(), f, terms, row;
     Rates jacobian;
-    const auto factored = [&](const Vector& at) -> std::optional<Eigen::JacobiSVD<Eigen::MatrixXd>> {
-      if (!field_.rates(at, f) || !field_.slopes(at, f, jacobian, terms)) return {};
-      const Eigen::MatrixXd scaled = size.cwiseInverse().asDiagonal() * Eigen::MatrixXd(jacobian) * size.asDiagonal();
-      return Eigen::JacobiSVD<Eigen::MatrixXd>(scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const auto look = [&](const Vector& at) { return field_.rates(at, f) && field_.slopes(at, f, jacobian, terms); };
+    // Rows of like size: what is slow is not free.
+    const auto factored = [&] {
+      Eigen::MatrixXd scaled = Eigen::MatrixXd(jacobian) * size.asDiagonal();
+      row = scaled.rowwise().lpNorm<Eigen::Infinity>().unaryExpr([](double r) { return r > 0.0 ? r : 1.0; });
+      scaled = row.cwiseInverse().asDiagonal() * scaled;
+      return Eigen::BDCSVD<Eigen::MatrixXd>(scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
     };
-    const auto here = factored(x);
-    if (!here) return;
-    const double largest = here->singularValues()(0);
-    const Eigen::Index rank = (here->singularValues().array() > kRank * largest).count();
+    if (!look(x)) return;
+    const auto here = factored();
+    const double largest = here.singularValues()(0);
+    const Eigen::Index rank = (here.singularValues().array() > kRank * largest).count();
     if (rank == x.size()) return;
     for (Eigen::Index k = rank; k < x.size(); ++k)
       for (const double sign : {1.0, -1.0}) {
-        Vector beside = x + size.cwiseProduct(sign * kMove * here->matrixV().col(k));
+        Vector beside = x + size.cwiseProduct(sign * kMove * here.matrixV().col(k));
         bool rests = false;
-        for (int i = 0; i < kIterations && !rests; ++i) {
-          auto at = factored(beside);
-          if (!at) break;
+        for (int i = 0; i < kIterations && look(beside); ++i) {
           rests = relative(f, terms) <= kResidual;
+          if (rests) break;
           // In the other directions alone: the point is to stay beside.
-          Vector step = at->matrixU().transpose() * f.cwiseQuotient(size);
-          for (Eigen::Index j = 0; j < step.size(); ++j) step(j) = j < rank ? step(j) / at->singularValues()(j) : 0.0;
-          if (!rests) beside -= size.cwiseProduct(at->matrixV() * step);
+          const auto at = factored();
+          Vector step = at.matrixU().transpose() * f.cwiseQuotient(row);
+          for (Eigen::Index j = 0; j < step.size(); ++j) step(j) = j < rank ? step(j) / at.singularValues()(j) : 0.0;
+          beside -= size.cwiseProduct(at.matrixV() * step);
         }
         if (rests) continue;
         made.stability = Equilibrium::Stability::unknown;
@@ -434,7 +437,7 @@ class Search {
     constexpr double kPart = 1e-6;
     made.free.clear();
     for (Eigen::Index i = 0; i < x.size(); ++i)
-      if (here->matrixV().row(i).tail(x.size() - rank).cwiseAbs().maxCoeff() > kPart)
+      if (here.matrixV().row(i).tail(x.size() - rank).cwiseAbs().maxCoeff() > kPart)
         made.free.push_back(field_.program().state_names[static_cast<std::size_t>(i)]);
     const auto at_zero = std::count_if(made.poles.begin(), made.poles.end(), [](const Pole& p) { return p.s == 0.0; });
     made.drifts = at_zero > x.size() - rank;
