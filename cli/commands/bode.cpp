@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <sstream>
 
 #include "bgsim/csv.hpp"
@@ -61,33 +62,46 @@ double phase_of(const std::complex<double>& value) {
 /// From -180 to 180.
 double turned(double from, double to) { return std::remainder(to - from, 360.0); }
 
-/// Phases in degrees, without jumps by whole turns. Where the phase turns far between two frequencies, frequencies
-/// between them show the way. A pole or zero on the imaginary axis, or within 1e-9 of a frequency beside it, is gone
-/// round on the right, as if there were a little damping: down at a pole, up at a zero.
+/// Phases in degrees, without jumps by whole turns. Where the phase turns far between two frequencies, or by its slope
+/// at one of them would, frequencies between them show the way. A pole or zero on the imaginary axis, or within 1e-9 of
+/// a frequency beside it, is gone round on the right, as if there were a little damping: down at a pole, up at a zero.
 /// @param seeds    frequencies that are looked at as well: of poles, at which a resonance may be narrower than a step
 /// @param respond  respond(frequencies, right): the response there, so far beside the axis
+/// @param whole    false if that took too many frequencies
 template <class Respond>
-std::vector<double> phases(const std::vector<double>& omega, const std::vector<std::complex<double>>& values,
-                           const std::vector<double>& seeds, const Respond& respond) {
-  constexpr double kSmall = 60.0, kNarrow = 1e-9, kPart = 0.382;
+std::vector<double> phases(const std::vector<double>& omega, const std::vector<double>& seeds, const Respond& respond,
+                           bool& whole) {
+  constexpr double kSmall = 60.0, kNarrow = 1e-9, kPart = 0.382, kBeside = 1e-7;
   constexpr int kRounds = 60;
-  const std::size_t most = 20 * omega.size();  // where rounding is all that is left, phases turn at random
-  std::map<double, double> at;                 // phase by frequency
-  const auto take = [&](const std::vector<double>& frequencies, const std::vector<std::complex<double>>& response) {
-    for (std::size_t i = 0; i < frequencies.size(); ++i)
-      if (const double phase = phase_of(response[i]); !std::isnan(phase)) at[frequencies[i]] = phase;
+  const std::size_t most =
+      20 * (omega.size() + seeds.size());  // where rounding is all that is left, phases turn at random
+  struct Point {
+    double phase, slope;  ///< in degrees; by the frequency
   };
+  std::map<double, Point> at;  // by frequency
   const auto look = [&](const std::vector<double>& frequencies) {
-    if (!frequencies.empty()) take(frequencies, respond(frequencies, 0.0));
+    std::vector<double> pairs;
+    for (const double w : frequencies) pairs.insert(pairs.end(), {w, w * (1.0 + kBeside)});
+    if (pairs.empty()) return;
+    const std::vector<std::complex<double>> response = respond(pairs, 0.0);
+    for (std::size_t i = 0; i < frequencies.size(); ++i) {
+      const double phase = phase_of(response[2 * i]), next = phase_of(response[2 * i + 1]);
+      if (std::isnan(phase)) continue;
+      at[frequencies[i]] = {phase, std::isnan(next) ? 0.0 : turned(phase, next) / (kBeside * frequencies[i])};
+    }
   };
   look(seeds);
-  take(omega, values);
-  for (int round = 0; round < kRounds && at.size() < most; ++round) {
+  look(omega);
+  whole = false;
+  for (int round = 0; round < kRounds && at.size() < most && !whole; ++round) {
     std::vector<double> more;
-    for (auto one = at.begin(), next = one; one != at.end() && ++next != at.end(); one = next)
-      if (std::abs(turned(one->second, next->second)) > kSmall && next->first - one->first > kNarrow * next->first)
-        more.push_back(one->first + kPart * (next->first - one->first));
-    if (more.empty()) break;
+    for (auto one = at.begin(), next = one; one != at.end() && ++next != at.end(); one = next) {
+      const double wide = next->first - one->first;
+      const double steep = wide * std::max(std::abs(one->second.slope), std::abs(next->second.slope));
+      const bool far = std::abs(turned(one->second.phase, next->second.phase)) > kSmall || steep > kSmall;
+      if (far && wide > kNarrow * next->first) more.push_back(one->first + kPart * wide);
+    }
+    whole = more.empty();
     look(more);
   }
   const auto turn_between = [&](double w1, double phase1, double w2, double phase2) {
@@ -105,8 +119,8 @@ std::vector<double> phases(const std::vector<double>& omega, const std::vector<s
   double sum = 0.0;
   for (auto one = at.begin(); one != at.end(); ++one) {
     sum = one == at.begin()
-              ? one->second
-              : sum + turn_between(std::prev(one)->first, std::prev(one)->second, one->first, one->second);
+              ? one->second.phase
+              : sum + turn_between(std::prev(one)->first, std::prev(one)->second.phase, one->first, one->second.phase);
     continuous[one->first] = sum;
   }
   std::vector<double> result;
@@ -188,17 +202,15 @@ std::vector<double> frequencies(const BodeArguments& options, const LinearSystem
 }
 
 /// The frequencies of weakly damped poles within a range, which a step between two frequencies may pass over; none of
-/// systems whose poles are too many.
-std::vector<double> resonances(const LinearSystem& system, const std::vector<double>& omega) {
+/// systems whose poles take seconds.
+std::optional<std::vector<double>> resonances(const LinearSystem& system, const std::vector<double>& omega) {
+  constexpr std::size_t kMostStates = 200;
   constexpr double kWeak = 0.1;
+  if (system.states.size() > kMostStates) return std::nullopt;
   std::vector<double> result;
-  try {
-    for (const Pole& pole : poles(system)) {
-      const double w = std::abs(pole.s.imag());
-      if (w > omega.front() && w < omega.back() && std::abs(pole.s.real()) < kWeak * w) result.push_back(w);
-    }
-  } catch (const ModelError& error) {
-    if (error.diagnostics.front().code != "BG409") throw;
+  for (const Pole& pole : poles(system)) {
+    const double w = std::abs(pole.s.imag());
+    if (w > omega.front() && w < omega.back() && std::abs(pole.s.real()) < kWeak * w) result.push_back(w);
   }
   return result;
 }
@@ -299,9 +311,17 @@ Exit bode_command(const Arguments& arguments) {
   if (response.error > 1e-6)
     std::cerr << "note: the response is known to a part of " << number_text(response.error, 2)
               << " at some frequencies: terms cancel there, or a pole is near\n";
-  const std::vector<double> phase =
-      phases(omega, response.value, resonances(system, omega),
-             [&](const std::vector<double>& at, double right) { return respond(at, right).value; });
+  const std::optional<std::vector<double>> seeds = resonances(system, omega);
+  bool whole = true;
+  const std::vector<double> phase = phases(
+      omega, seeds.value_or(std::vector<double>{}),
+      [&](const std::vector<double>& at, double right) { return respond(at, right).value; }, whole);
+  if (!whole)
+    std::cerr << "note: the phase turns faster than could be followed: it may be off by whole turns behind that\n";
+  else if (!seeds)
+    std::cerr
+        << "note: behind resonances that are narrow beside the step of the frequencies the phase may be off by whole "
+           "turns; more --points show it\n";
   std::vector<double> x = omega, size;
   if (options.hertz)
     for (double& w : x) w /= 2.0 * kPi;

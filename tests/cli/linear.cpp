@@ -257,6 +257,32 @@ TEST_CASE("the phase falls at a resonance that is narrow beside the step of the 
     }
 }
 
+TEST_CASE("the phase behind a hundred resonances has fallen by half a turn at each") {
+  const Workplace here;
+  std::string elements = R"("v": { "kind": "Se", "effort": 0 })", bonds, before = "v";
+  constexpr int kSections = 100;
+  for (int i = 0; i < kSections; ++i) {
+    const std::string n = std::to_string(i);
+    elements += R"(, "j)" + n + R"(": { "kind": "1" }, "r)" + n + R"(": { "kind": "R", "resistance": 0.01 }, "l)" + n +
+                R"(": { "kind": "I", "inertance": 1 }, "n)" + n + R"(": { "kind": "0" }, "c)" + n +
+                R"(": { "kind": "C", "capacitance": 1 })";
+    for (const auto& [from, to] : {std::pair{before, "j" + n}, std::pair{"j" + n, "r" + n}, std::pair{"j" + n, "l" + n},
+                                   std::pair{"j" + n, "n" + n}, std::pair{"n" + n, "c" + n}})
+      bonds += (bonds.empty() ? "" : ", ") + (R"({ "from": ")" + from) + R"(", "to": ")" + to + "\" }";
+    before = "n" + n;
+  }
+  here.write("line.json", R"({ "bgsim": 1, "name": "line", "elements": { )" + elements + R"( }, "bonds": [ )" + bonds +
+                              R"( ], "outputs": { "u": "c99.e" }, "scenes": { "run": { "stop": 1 } } })");
+  for (const char* points : {"30", "400"}) {
+    const Outcome done = here.bgsim("bode line.json --in v --out u --from 0.01 --to 3 --points " + std::string(points));
+    CAPTURE(points, done.err);
+    REQUIRE(done.code == 0);
+    const bgsim::CsvTable table = bgsim::parse_csv(done.out);
+    // Of each section beyond its cut-off 2 rad/s: -180 deg, less what its resistance makes of that, 0.26 deg.
+    CHECK(table.columns[4].back() == Approx(-180.0 * kSections).margin(0.5 * kSections));
+  }
+}
+
 TEST_CASE("a pole at 0 is free where equilibria are beside the point, and nowhere else") {
   const Workplace here;
   const auto write = [&](const std::string& law) {
