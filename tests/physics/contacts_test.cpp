@@ -213,6 +213,21 @@ TEST_CASE("rebounds after a lift-off shrink by the restitution down to their lim
   CHECK(last(result, "v") == 0.0);
 }
 
+TEST_CASE("a contact that closes again and again is noted four times, and how often in all") {
+  // A mass that a force of period 1 throws up once a period; it lands with a restitution of 0.3.
+  const RunResult result = run_contacts(
+      R"x("f": {"kind": "Se", "effort": "if(mod(t, 1) < 0.1, 25, -9.81)"}, "v": {"kind": "1"},
+          "m": {"kind": "I", "inertance": 1}, "lo": {"kind": "contact", "gap": 0, "restitution": 0.3})x",
+      "f>v v>m lo>v", R"("h": "-lo.q")", R"("stop": 10, "samples": 101)");
+  std::size_t each = 0, all = 0;
+  for (const std::string& note : result.report.notes) {
+    each += note.find("the contact \"lo\" closes at") != std::string::npos ? 1U : 0U;
+    all += note == "contacts closed where infinitely many impacts add up 10 times in all" ? 1U : 0U;
+  }
+  CHECK(each == 4);
+  CHECK(all == 1);
+}
+
 TEST_CASE("a mass that a growing force carries to its stop stays there") {
   // It comes to the stop with next to no force on it, and rounding makes rebounds that shrink in no ratio. The force
   // from then on: 1.63 (3 t - 1) less that of the spring.

@@ -119,7 +119,8 @@ bool SwitchedRun::look_at_contacts(const Program& program) {
     if (lost && !series) series = Accumulation{0.0, stored_.t};
     if (!series) continue;
     if (!inputs_.close_zeno) return fail(accumulation_failure(element, contacts_[i], *series));
-    result_.report.notes.push_back(accumulation_note(element, contacts_[i], *series));
+    if (++accumulations_ <= kNotedAccumulations)
+      result_.report.notes.push_back(accumulation_note(element, contacts_[i], *series));
     contact.sticks = true;
     contacts_[i].times.clear();
     contacts_[i].longest = 0.0;

@@ -317,6 +317,8 @@ class SwitchedRun {
   bool switched_ = true;        ///< the last change was not one of diodes alone, which cut no flow that is not 0
   bool audited_ = true, remarked_ = false;
   std::size_t lone_jumps_ = 0;
+  static constexpr std::size_t kNotedAccumulations = 4;
+  std::size_t accumulations_ = 0;     ///< of impacts, at which a contact closed
   std::set<std::string> indefinite_;  ///< outputs that have been noted
   std::set<std::string> noted_;       ///< stores that have jumped alone
 };

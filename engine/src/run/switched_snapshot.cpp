@@ -212,6 +212,7 @@ void SwitchedRun::carry(Archive& archive) {
   archive("switched", switched_);
   archive("audited", audited_);
   archive("lone jumps", lone_jumps_);
+  archive("accumulations", accumulations_);
   carry_set(archive, "noted", noted_);
   carry_set(archive, "indefinite", indefinite_);
   archive("report", result_.report);

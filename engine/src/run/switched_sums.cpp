@@ -140,6 +140,9 @@ void SwitchedRun::finish() {
   energy.done = audited_ && options_.energy_audit && !result_.report.model.empty();
   if (!energy.done && energy.why_not.empty()) energy.why_not = "the run did not start";
   if (energy.turnover > 0.0) energy.relative = std::abs(energy.residual) / energy.turnover;
+  if (accumulations_ > kNotedAccumulations)
+    report.notes.push_back("contacts closed where infinitely many impacts add up " + std::to_string(accumulations_) +
+                           " times in all");
   if (lone_jumps_ > noted_.size())
     report.notes.push_back("stores emptied by a switch at once: " + std::to_string(lone_jumps_) + " times in all");
   result_.stored = stored_;
