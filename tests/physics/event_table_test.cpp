@@ -52,13 +52,13 @@ const std::string kBall =
     "bonds": [{"from": "weight", "to": "fall"}, {"from": "fall", "to": "ball"}, {"from": "fall", "to": "ground"}])x";
 
 std::string scene_of(const std::string& head, const std::string& outputs, const std::string& scene) {
-  return R"x({"bgsim": 1, "name": "told", )x" + head + R"x(, "outputs": {)x" + outputs + R"x(}, "scenes": {"run": {)x" +
-         scene + "}}}";
+  return R"x({"bgsim": 1, "name": "listed", )x" + head + R"x(, "outputs": {)x" + outputs +
+         R"x(}, "scenes": {"run": {)x" + scene + "}}}";
 }
 
 }  // namespace
 
-TEST_CASE("impacts are told with their speeds, impulses and losses, which add up to the balance") {
+TEST_CASE("impacts are listed with their speeds, impulses and losses, which add up to the balance") {
   const Logged run = completed(scene_of(kBall, R"x("h": "-ground.q")x", R"x("stop": 1, "samples": 3)x"));
   const std::vector<RunEvent> impacts = run.of(Kind::impact);
   const double v = std::sqrt(2 * 9.81), t1 = v / 9.81;
@@ -78,7 +78,7 @@ TEST_CASE("impacts are told with their speeds, impulses and losses, which add up
   CHECK(run.result.report.impacts == impacts.size());
 }
 
-TEST_CASE("a ball that comes to rest closes its contact, and every impact before is told") {
+TEST_CASE("a ball that comes to rest closes its contact, and every impact before is listed") {
   const Logged run = completed(scene_of(kBall, R"x("h": "-ground.q")x", R"x("stop": 2, "samples": 3)x"));
   CHECK(run.of(Kind::impact).size() == run.result.report.impacts);
   const std::vector<RunEvent> contacts = run.of(Kind::contact);
@@ -89,10 +89,10 @@ TEST_CASE("a ball that comes to rest closes its contact, and every impact before
   CHECK(contacts.front().t == Approx(3 * std::sqrt(2 / 9.81)).margin(2e-6));
 }
 
-TEST_CASE("switches are told with the stores that they make jump") {
+TEST_CASE("switches are listed with the stores that they make jump") {
   // Capacitors of 1 and 2 at 3 and 0: 1 V afterwards, 3 J lost.
   const Logged run = completed(
-      R"x({"bgsim": 1, "name": "told",
+      R"x({"bgsim": 1, "name": "listed",
     "elements": {"a": {"kind": "C", "capacitance": 1, "initial": {"q": 3}}, "b": {"kind": "C", "capacitance": 2},
                  "left": {"kind": "0"}, "right": {"kind": "0"}, "tie": {"kind": "1"}, "s": {"kind": "Sw", "closed": "t >= 0.5"}},
     "bonds": [{"from": "left", "to": "a"}, {"from": "right", "to": "b"}, {"from": "left", "to": "tie"},
@@ -118,9 +118,9 @@ TEST_CASE("switches are told with the stores that they make jump") {
   CHECK_FALSE(jumps[1].energy);
 }
 
-TEST_CASE("events, samples and latches are told with what they set") {
+TEST_CASE("events, samples and latches are listed with what they set") {
   const Logged run = completed(
-      R"x({"bgsim": 1, "name": "told",
+      R"x({"bgsim": 1, "name": "listed",
     "signals": {"u": {"value": "c.q", "every": 1, "offset": 0.5}, "before": "previous(u)",
                 "high": {"set": "c.q > 2.25", "reset": "c.q < 1"}},
     "elements": {"c": {"kind": "C", "capacitance": 1, "initial": {"q": 1.5}}, "n": {"kind": "0"}, "s": {"kind": "Sf", "flow": 1}},
@@ -154,10 +154,10 @@ TEST_CASE("events, samples and latches are told with what they set") {
   CHECK(run.energy_of(Kind::event) == Approx(run.result.report.energy.events).epsilon(1e-12));
 }
 
-TEST_CASE("diodes are told with their sides") {
+TEST_CASE("diodes are listed with their sides") {
   // sin(t) through a diode into a resistor.
   const Logged run = completed(
-      R"x({"bgsim": 1, "name": "told",
+      R"x({"bgsim": 1, "name": "listed",
     "elements": {"s": {"kind": "Se", "effort": "sin(t)"}, "n": {"kind": "1"}, "d": {"kind": "D"}, "r": {"kind": "R", "resistance": 1}},
     "bonds": [{"from": "s", "to": "n"}, {"from": "n", "to": "d"}, {"from": "n", "to": "r"}],
     "outputs": {"i": "r.f"}, "scenes": {"run": {"stop": 10, "samples": 5}}})x");

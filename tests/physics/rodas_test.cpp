@@ -1,10 +1,11 @@
-// Rodas5P: its formula, its order, published solutions of stiff problems, inputs of time, events, loops, dense output.
+// Rodas5P: its formula, inputs of time, events, loops. What it reaches is in stiff_methods_test.cpp.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <functional>
-#include <limits>
 #include <numbers>
 #include <set>
 
@@ -185,131 +186,6 @@ TEST_CASE("the correction that Rodas5P's dense output is checked with has the sl
   CHECK(rodas::bubble(0.5) == rodas::kLargestBubble);
 }
 
-TEST_CASE("Rodas5P is of order 5 with inputs of time, and of order 4 at least where one is stiff") {
-  struct Problem {
-    std::string name;
-    std::vector<FedState> states;
-    std::vector<std::function<double(double)>> exact;
-    double order;  ///< held, of what is recorded within the steps
-    double tight;  ///< reached at 1e-11
-  };
-  const auto growth = [](double t) { return 0.2 / (0.2 + 0.8 * std::exp(-t)); };
-  const auto wave = [](double t) { return std::sin(t); };
-  const std::vector<Problem> problems = {
-      {"rotation",
-       {{"x", "1", "y.q"}, {"y", "0", "-x.q"}},
-       {[](double t) { return std::cos(t); }, [](double t) { return -std::sin(t); }},
-       5.0,
-       1e-10},
-      {"logistic growth", {{"x", "0.2", "x.q*(1 - x.q)"}}, {growth}, 5.0, 1e-10},
-      {"source of time", {{"x", "0", "cos(3*t)"}}, {[](double t) { return std::sin(3.0 * t) / 3.0; }}, 5.0, 1e-10},
-      {"time times state",
-       {{"x", "1", "-t*x.q*x.q"}},
-       {[](double t) { return 1.0 / (1.0 + t * t / 2.0); }},
-       5.0,
-       1e-10},
-      // Prothero and Robinson, from a moderate stiffness to one far beyond the steps. A method of a low stage order
-      // comes down to that; this one is made not to.
-      {"Prothero-Robinson, 1e2", {{"x", "0", "-1e2*(x.q - sin(t)) + cos(t)"}}, {wave}, 4.0, 1e-10},
-      {"Prothero-Robinson, 1e3", {{"x", "0", "-1e3*(x.q - sin(t)) + cos(t)"}}, {wave}, 4.0, 1e-10},
-      {"Prothero-Robinson, 1e6", {{"x", "0", "-1e6*(x.q - sin(t)) + cos(t)"}}, {wave}, 4.0, 1e-10}};
-  for (const Problem& problem : problems) {
-    std::vector<double> errors, steps;
-    for (const double relative : {1e-5, 1e-8, 1e-11}) {
-      const RunResult result = rodas_run(problem.states, R"("stop": 5, "samples": 201)", relative);
-      double worst = 0.0;
-      for (std::size_t k = 0; k < problem.exact.size(); ++k)
-        for (std::size_t i = 0; i < result.trace.times.size(); ++i)
-          worst = std::max(worst, std::abs(result.trace.columns[k][i] - problem.exact[k](result.trace.times[i])));
-      errors.push_back(worst);
-      steps.push_back(static_cast<double>(result.report.steps));
-    }
-    INFO(problem.name << ": errors " << errors[0] << ", " << errors[1] << ", " << errors[2] << "; steps " << steps[0]
-                      << ", " << steps[1] << ", " << steps[2]);
-    const double order = std::log(errors[0] / errors[2]) / std::log(steps[2] / steps[0]);
-    // The steps are not of one length: some tenths of an order.
-    CHECK(order > problem.order - 0.5);
-    CHECK(errors[2] < problem.tight);
-  }
-  // Where the mode is beyond all steps, the solution is followed to the tolerance with steps of its own time scale.
-  const RunResult stiff = rodas_run({{"x", "0", "-1e9*(x.q - sin(t)) + cos(t)"}}, R"("stop": 5, "samples": 51)", 1e-8);
-  CHECK(stiff.report.steps < 150);
-  for (std::size_t i = 0; i < stiff.trace.times.size(); ++i)
-    CHECK(stiff.trace.columns[0][i] == Approx(std::sin(stiff.trace.times[i])).margin(1e-7));
-}
-
-// The same published solutions as in radau_test.cpp, which says where they are from.
-TEST_CASE("Rodas5P reaches the published solutions of four stiff problems") {
-  struct Published {
-    std::string name;
-    std::vector<FedState> states;
-    std::string stop;
-    std::vector<double> solution;
-    std::uint64_t most_steps;  ///< at 1e-8
-  };
-  const std::vector<Published> problems = {
-      {"van der Pol, 1e-6",
-       {{"x", "2", "y.q"}, {"y", "0", "((1 - x.q^2)*y.q - x.q)/1e-6"}},
-       "2",
-       {0.1706167732170483e1, -0.8928097010247975e0},
-       3000},
-      {"Robertson",
-       {{"x", "1", "-0.04*x.q + 1e4*y.q*z.q"},
-        {"y", "0", "0.04*x.q - 1e4*y.q*z.q - 3e7*y.q^2"},
-        {"z", "0", "3e7*y.q^2"}},
-       "1e11",
-       {0.2083340149701255e-7, 0.8333360770334713e-13, 0.9999999791665050},
-       3000},
-      {"HIRES",
-       {{"y1", "1", "-1.71*y1.q + 0.43*y2.q + 8.32*y3.q + 0.0007"},
-        {"y2", "0", "1.71*y1.q - 8.75*y2.q"},
-        {"y3", "0", "-10.03*y3.q + 0.43*y4.q + 0.035*y5.q"},
-        {"y4", "0", "8.32*y2.q + 1.71*y3.q - 1.12*y4.q"},
-        {"y5", "0", "-1.745*y5.q + 0.43*y6.q + 0.43*y7.q"},
-        {"y6", "0", "-280*y6.q*y8.q + 0.69*y4.q + 1.71*y5.q - 0.43*y6.q + 0.69*y7.q"},
-        {"y7", "0", "280*y6.q*y8.q - 1.81*y7.q"},
-        {"y8", "0.0057", "-280*y6.q*y8.q + 1.81*y7.q"}},
-       "321.8122",
-       {0.7371312573325668e-3, 0.1442485726316185e-3, 0.5888729740967575e-4, 0.1175651343283149e-2,
-        0.2386356198831331e-2, 0.6238968252742796e-2, 0.2849998395185769e-2, 0.2850001604814231e-2},
-       800},
-      {"Oregonator",
-       {{"x", "1", "77.27*(y.q + x.q*(1 - 8.375e-6*x.q - y.q))"},
-        {"y", "2", "(z.q - (1 + x.q)*y.q)/77.27"},
-        {"z", "3", "0.161*(x.q - z.q)"}},
-       "360",
-       {0.1000814870318523e1, 0.1228178521549917e4, 0.1320554942846706e3},
-       3000}};
-  for (const Published& problem : problems) {
-    const RunResult result = rodas_run(problem.states, "\"stop\": " + problem.stop + ", \"samples\": 2", 1e-8);
-    CAPTURE(problem.name, result.report.steps);
-    CHECK(result.report.steps < problem.most_steps);
-    // What errors of steps add up to: a thousand tolerances (Robertson over eleven decades of time; the others a
-    // hundred).
-    for (std::size_t k = 0; k < problem.solution.size(); ++k)
-      CHECK(result.trace.columns[k].back() == Approx(problem.solution[k]).epsilon(1e-5));
-  }
-}
-
-TEST_CASE("Rodas5P's dense output is as good within the steps as the tolerance, whoever looks") {
-  // stiff beside smooth: x follows sin(t), y is known in closed form
-  const std::vector<FedState> states = {{"x", "0", "-1e6*(x.q - sin(t)) + cos(t)"}, {"y", "0", "cos(3*t)"}};
-  for (const double relative : {1e-4, 1e-6, 1e-8}) {
-    const RunResult few = rodas_run(states, R"("stop": 10, "samples": 2)", relative);
-    const RunResult many = rodas_run(states, R"("stop": 10, "samples": 5001)", relative);
-    CHECK(few.report.steps == many.report.steps);
-    CHECK(few.trace.columns[0].back() == many.trace.columns[0].back());
-    double worst = 0.0;
-    for (std::size_t i = 0; i < many.trace.times.size(); ++i) {
-      const double t = many.trace.times[i];
-      worst = std::max({worst, std::abs(many.trace.columns[0][i] - std::sin(t)),
-                        std::abs(many.trace.columns[1][i] - std::sin(3.0 * t) / 3.0)});
-    }
-    INFO(relative << ": " << worst);
-    CHECK(worst < 10.0 * relative);  // what a step's estimated error may be
-  }
-}
-
 TEST_CASE("Rodas5P sees pulses and fast drives that come and go within its steps") {
   // y is at rest, or slow, until the input acts. Stiffly accurate Rosenbrock methods step over what happens between
   // their stages where nothing but the embedded formula is asked.
@@ -341,8 +217,31 @@ TEST_CASE("Rodas5P sees pulses and fast drives that come and go within its steps
     }
 }
 
-TEST_CASE("Rodas5P takes the slopes by time from the expressions, through loops and tables, and allocates none anew") {
-  const CompiledModel compiled = compile_text(R"json({ "bgsim": 1, "name": "timed",
+namespace {
+
+/// Slopes by time against central differences of the rates: these are wrong by the square of their move times a third
+/// slope of some tens.
+void hold_time_slopes(const CompiledModel& compiled, const std::vector<double>& x, const std::vector<double>& times) {
+  constexpr double kMove = 1e-5;
+  Evaluator evaluator(compiled.program, compiled.inputs.parameters);
+  CHECK(evaluator.names_time());
+  Branch branch = first_branch(compiled.program);
+  std::vector<double> slopes(x.size()), before(x.size()), after(x.size());
+  for (const double t : times) {
+    INFO("t = " << t);
+    REQUIRE(evaluator.initialize_modes(t, x.data(), branch));
+    REQUIRE(evaluator.time_slopes(t, x.data(), branch, slopes.data()));
+    REQUIRE(evaluator.rates(t - kMove, x.data(), branch, before.data()));
+    REQUIRE(evaluator.rates(t + kMove, x.data(), branch, after.data()));
+    for (std::size_t i = 0; i < x.size(); ++i)
+      CHECK(slopes[i] == Approx((after[i] - before[i]) / (2.0 * kMove)).margin(1e-8));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("slopes of rates by time alone are those of differences, through loops and tables") {
+  const CompiledModel loops = compile_text(R"json({ "bgsim": 1, "name": "timed",
     "elements": {
       "source": { "kind": "Se", "effort": "sin(3*t) + t^2" }, "loop": { "kind": "1" },
       "diode": { "kind": "R", "law": "f = 1e-1*(exp(e) - 1)" }, "r": { "kind": "R", "resistance": 2 },
@@ -353,21 +252,18 @@ TEST_CASE("Rodas5P takes the slopes by time from the expressions, through loops 
       { "from": "loop", "to": "node" }, { "from": "node", "to": "c" }, { "from": "node", "to": "branch" },
       { "from": "branch", "to": "l" } ],
     "outputs": { "q": "c.q" }, "scenes": { "main": { "stop": 1, "samples": 3 } } })json");
-  REQUIRE(!compiled.program.blocks.empty());
-  Evaluator evaluator(compiled.program, compiled.inputs.parameters);
-  CHECK(evaluator.names_time());
-  Branch branch = first_branch(compiled.program);
-  const std::vector<double> x{0.3, 0.2};
-  std::vector<double> slopes(2), before(2), after(2);
-  for (const double t : {0.0, 0.4, 1.3}) {
-    REQUIRE(evaluator.initialize_modes(t, x.data(), branch));
-    REQUIRE(evaluator.time_slopes(t, x.data(), branch, slopes.data()));
-    constexpr double kMove = 1e-5;
-    REQUIRE(evaluator.rates(t - kMove, x.data(), branch, before.data()));
-    REQUIRE(evaluator.rates(t + kMove, x.data(), branch, after.data()));
-    // A central difference is wrong by its move's square times a third slope of some tens.
-    for (std::size_t i = 0; i < 2; ++i) CHECK(slopes[i] == Approx((after[i] - before[i]) / (2.0 * kMove)).margin(1e-8));
-  }
+  REQUIRE(!loops.program.blocks.empty());
+  hold_time_slopes(loops, {0.3, 0.2}, {0.0, 0.4, 1.3});
+
+  const std::filesystem::path file = std::filesystem::temp_directory_path() / "bgsim_time_slopes.csv";
+  std::ofstream(file) << "t,u\n0,1\n1,3\n2,2\n3,5\n";
+  const std::string table = "table('" + file.string() + "', 'u', ";
+  const CompiledModel tables = compile_text(
+      fed_states({{"x", "0", table + "t)*(1 + t) - x.q"}, {"y", "0", table + "t - 0.1*x.q, spline)*sin(t)"}},
+                 R"("stop": 2, "samples": 3)"));
+  std::filesystem::remove(file);
+  hold_time_slopes(tables, {0.3, 0.2}, {0.4, 1.3, 2.6});
+
   const CompiledModel still = compile_text(fed_states({{"x", "1", "-x.q"}}, R"("stop": 1, "samples": 2)"));
   Evaluator of_still(still.program, still.inputs.parameters);
   CHECK(!of_still.names_time());
@@ -408,35 +304,5 @@ TEST_CASE("Rodas5P takes large systems with sparse matrices to the same solution
     for (int i = 0; i < 3; ++i)
       CHECK(largest_difference(bdf.trace.columns[static_cast<std::size_t>(i)],
                                result.trace.columns[static_cast<std::size_t>(i)]) < 1e-5);
-  }
-}
-
-TEST_CASE("Rodas5P steps over stretches of some tens of roundings of the time") {
-  CompiledModel compiled = compile_file("models/rlc.json", with_method(Method::rodas5p));
-  for (const int roundings : {1, 2, 3, 4, 5, 6, 8, 12, 16, 27, 40, 60, 100, 200, 1000}) {
-    INFO(roundings);
-    compiled.inputs.start = 4.0;
-    compiled.inputs.stop = 4.0 + roundings * std::numeric_limits<double>::epsilon() * 4.0;
-    compiled.inputs.output_times = {compiled.inputs.start, compiled.inputs.stop};
-    const RunResult result = compiled.run();
-    REQUIRE(result.stop == StopReason::completed);
-    CHECK(result.report.reached == compiled.inputs.stop);
-    CHECK(result.report.steps < 20);
-  }
-}
-
-TEST_CASE("Rodas5P sees when friction that is smoothed to the width of its tolerance breaks loose") {
-  const std::string text = R"x({"bgsim": 1, "name": "friction", "elements": {"j": {"kind": "1"},
-      "m": {"kind": "I", "inertance": 1}, "k": {"kind": "C", "capacitance": "1/2.33747"},
-      "f": {"kind": "R", "law": "e = 0.706714*tanh(f/1e-6)"}, "s": {"kind": "Se", "effort": "2.06695*sin(0.588204*t)"}},
-    "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "m"}, {"from": "j", "to": "k"}, {"from": "j", "to": "f"}],
-    "outputs": {"v": "m.f", "x": "k.q"}, "scenes": {"s": {"stop": 9.94569, "samples": 81}}})x";
-  const RunResult exact = run_text(text, with_method(Method::radau, 1e-9));
-  const RunResult run = run_text(text, with_method(Method::rodas5p, 1e-6));
-  for (const char* output : {"v", "x"}) {
-    INFO(output);
-    const std::vector<double> right = column(exact, output);
-    // as radau_test.cpp asks of Radau IIA: two hundred tolerances, since x is known to one where it sticks
-    CHECK(largest_difference(right, column(run, output)) < 2e-4 * 1.6);
   }
 }

@@ -55,7 +55,7 @@ class EventLog {
 
   /// From here on the sink is not given the first @p count events: it has had them.
   void skip(std::uint64_t count) { skip_ = count; }
-  /// Counts anew what the sink is given.
+  /// Counts from the beginning what the sink is given.
   void count_given() { given_ = 0; }
   [[nodiscard]] std::uint64_t given() const { return given_; }
 

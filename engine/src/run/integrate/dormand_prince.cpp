@@ -36,30 +36,18 @@ struct Sum {
 class DormandPrinceIntegrator final : public OwnSteps {
  public:
   DormandPrinceIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
-      : OwnSteps(inputs.stop - inputs.start),
+      : OwnSteps(program, evaluator, tolerances, inputs),
         program_(program),
-        evaluator_(evaluator),
-        tolerances_(tolerances),
         table_(butcher_table(Method::erk5)),
-        loops_(!program.blocks.empty()),
         entries_(program.jacobian_pattern.row.size()) {
-    size_ = program.state_names.size();
     order_ = dormand_prince::kDenseOrder;
-    for (std::vector<double>* vector : {&y_, &begin_, &weight_, &at_}) vector->assign(size_, 0.0);
     for (std::vector<double>& stage : stage_) stage.assign(size_, 0.0);
   }
 
   bool restart(double t, const double* x, const Branch& branch, double limit) override {
-    std::copy(x, x + size_, y_.begin());
-    begin_ = y_;
-    branch_ = branch;
-    time_ = previous_ = t;
-    limit_ = limit;
-    failure_ = {};
-    faulted_ = by_hand_ = rejected_ = bent_known_ = false;
-    first_ = true;
+    begin_at(t, x, branch, limit);
+    bent_known_ = false;
     error_before_ = kLeastError;
-    next_ = std::exchange(first_step_, 0.0);
     if (!rates(t, y_.data(), stage_[kLast])) return fault(t);
     look(t);
     return true;
@@ -144,18 +132,9 @@ class DormandPrinceIntegrator final : public OwnSteps {
                           kMostCut = 5.0, kMostGrowth = 10.0, kLeastError = 1e-4;
 
   bool rates(double t, const double* x, std::vector<double>& out) {
-    ++counts_.rates;
-    const bool known =
-        special_rates_ ? special_rates_(t, x, branch_, out.data()) : evaluator_.rates(t, x, branch_, out.data());
-    if (known) return true;
-    faulted_ = true;
-    last_fault_ = evaluator_.fault();
-    last_fault_.time = t;
+    if (OwnSteps::rates(t, x, branch_, out.data())) return true;
+    note_fault(t);
     return false;
-  }
-  bool fault(double t) {
-    last_fault_.time = t;
-    return fail(kStateEquationsText);
   }
   [[nodiscard]] double norm(const std::vector<double>& x) const {
     return root_of_mean([&](std::size_t i) { return x[i] * weight_[i]; });
@@ -287,21 +266,14 @@ class DormandPrinceIntegrator final : public OwnSteps {
   }
 
   const Program& program_;
-  Evaluator& evaluator_;
-  Tolerances& tolerances_;
   ButcherTableHandle table_;
-  bool loops_;  ///< rates solve loops
-  std::vector<double> weight_;
   std::array<std::vector<double>, kStages> stage_;  ///< rates; between two steps the last one is the next one's first
-  Branch branch_at_begin_;
-  double next_ = 0.0;  ///< the next step; 0: not known
-  double step_ = 0.0;  ///< the last one
+  double step_ = 0.0;                               ///< the last one
   double error_before_ = kLeastError;
-  bool rejected_ = false;
-  bool bent_known_ = false;  ///< at_ is what bend() says
+  bool bent_known_ = false;  ///< at_ (scratch) is what bend() says
   int steps_since_look_ = 0;
   // Scratch
-  std::vector<double> at_, entries_, rounding_;
+  std::vector<double> entries_, rounding_;
 };
 
 }  // namespace

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "run/integrate/integrator.hpp"
+#include "run/integrate/packages.hpp"
+#include "run/tolerances.hpp"
 
 namespace bgsim {
 
@@ -19,8 +22,42 @@ class OwnSteps : public Integrator {
 
  protected:
   static constexpr double kEps = std::numeric_limits<double>::epsilon();
-  using Integrator::Integrator;
+  OwnSteps(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
+      : Integrator(inputs.stop - inputs.start),
+        evaluator_(evaluator),
+        tolerances_(tolerances),
+        loops_(!program.blocks.empty()) {
+    size_ = program.state_names.size();
+    for (std::vector<double>* const vector : {&y_, &begin_, &weight_, &at_}) vector->assign(size_, 0.0);
+  }
 
+  /// What each restart begins with.
+  void begin_at(double t, const double* x, const Branch& branch, double limit) {
+    std::copy(x, x + size_, y_.begin());
+    begin_ = y_;
+    branch_ = branch;
+    time_ = previous_ = t;
+    limit_ = limit;
+    failure_ = {};
+    faulted_ = by_hand_ = rejected_ = false;
+    first_ = true;
+    next_ = std::exchange(first_step_, 0.0);
+  }
+
+  bool rates(double t, const double* x, Branch& branch, double* out) {
+    ++counts_.rates;
+    return special_rates_ ? special_rates_(t, x, branch, out) : evaluator_.rates(t, x, branch, out);
+  }
+  /// The step fails where the equations have no value.
+  void note_fault(double t) {
+    faulted_ = true;
+    last_fault_ = evaluator_.fault();
+    last_fault_.time = t;
+  }
+  bool fault(double t) {
+    note_fault(t);
+    return fail(kStateEquationsText);
+  }
   bool fail(const char* words) {
     failure_.words = words;
     failure_.fault = faulted_;
@@ -61,11 +98,19 @@ class OwnSteps : public Integrator {
     return left <= 2.0 * least ? left : least;
   }
 
+  Evaluator& evaluator_;
+  Tolerances& tolerances_;
+  bool loops_;  ///< rates solve loops
   double limit_ = 0.0;
+  double next_ = 0.0;              ///< the next step, 0: not known
   std::vector<double> y_, begin_;  ///< at the end of the last step, and at its beginning
-  bool first_ = true;              ///< no step since the restart
-  bool faulted_ = false;           ///< the latest evaluation failed: last_fault_
-  bool by_hand_ = false;           ///< the last step was one
+  std::vector<double> weight_;     ///< of errors, by state
+  std::vector<double> at_;         ///< scratch
+  Branch branch_at_begin_;
+  bool first_ = true;      ///< no step since the restart
+  bool faulted_ = false;   ///< the latest evaluation failed: last_fault_
+  bool by_hand_ = false;   ///< the last step was one
+  bool rejected_ = false;  ///< a longer step was
   Counts counts_;
 };
 

@@ -7,9 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "run/integrate/own_steps.hpp"
-#include "run/integrate/packages.hpp"
-#include "run/integrate/radau_control.hpp"
+#include "run/integrate/implicit_steps.hpp"
+#include "run/integrate/predictive_control.hpp"
 #include "run/integrate/radau_formula.hpp"
 #include "run/integrate/radau_jacobian.hpp"
 #include "run/integrate/radau_polynomial.hpp"
@@ -28,17 +27,17 @@ double whole_power(double x, int n) {
 
 /// With an odd number of stages.
 template <std::size_t Stages>
-class RadauIntegrator final : public OwnSteps {
+class RadauIntegrator final : public ImplicitSteps {
  public:
   RadauIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
-      : OwnSteps(inputs.stop - inputs.start),
-        evaluator_(evaluator),
-        tolerances_(tolerances),
+      : ImplicitSteps(program, evaluator, tolerances, inputs),
         systems_(make_radau_systems(program.jacobian_pattern, eigenvalues())),
         jacobian_(program, evaluator, tolerances, systems_->dense()),
-        polynomial_(program.state_names.size()),
-        loops_(!program.blocks.empty()) {
-    make_room(program.state_names.size());
+        polynomial_(program.state_names.size()) {
+    order_ = kDegree;
+    bend_.assign(size_, 0.0);
+    for (auto* const vectors : {&z_, &w_, &right_, &stage_})
+      for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
     if (systems_->dense())
       stages_ = std::make_unique<RadauStages>(
           size_, Stages, kTable.inverse[0].data(),
@@ -53,15 +52,7 @@ class RadauIntegrator final : public OwnSteps {
   }
 
   bool restart(double t, const double* x, const Branch& branch, double limit) override {
-    std::copy(x, x + size_, y_.begin());
-    begin_ = y_;
-    branch_ = branch;
-    time_ = previous_ = t;
-    limit_ = limit;
-    failure_ = {};
-    by_hand_ = false;
-    first_ = true;
-    rejected_ = false;
+    begin_at(t, x, branch, limit);
     extrapolates_ = false;
     from_rest_ = false;
     jacobian_.begin();
@@ -70,7 +61,6 @@ class RadauIntegrator final : public OwnSteps {
     speed_ = kNoSpeed;
     converged_ = 1.0;
     control_.begin();
-    next_ = std::exchange(first_step_, 0.0);
     if (!rates(t, y_.data(), branch_, rate_.data())) return fault(t);
     return true;
   }
@@ -85,21 +75,16 @@ class RadauIntegrator final : public OwnSteps {
     previous_ = time_;
     begin_ = y_;
     if (loops_) branch_at_begin_ = branch_;
-    if (!(next_ > 0.0)) next_ = first_step();
+    if (!(next_ > 0.0)) next_ = first_step(Control::kExponent, looser_);
     double h = fit(next_);
     tolerances_.weights(time_, h, y_.data(), weight_.data());
     for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
-      // Time that no longer advances by the step is the run's matter as long as there is a step. One to the limit needs
-      // no resolution.
-      if (h < limit_ - time_ && !(time_ + 0.1 * h > time_)) return fail(words_);
+      if (is_lost(h)) return fail(words_);
       if (stale_ == kNoJacobian) {
         if (!see_jacobian(h)) return fault(time_);
         tolerances_.weights(time_, h, y_.data(), weight_.data());
       }
-      if (attempt == 0 && kEps * norm(y_) > 1.0) {
-        failure_.too_accurate = true;
-        return fail(kTooAccurateText);
-      }
+      if (attempt == 0 && !is_resolved()) return false;
       if (factored_ != h) {
         factored_ = 0.0;
         ++counts_.factorizations;
@@ -126,7 +111,7 @@ class RadauIntegrator final : public OwnSteps {
         error = std::max(error, share * within);
       }
       if (error < 1.0) {
-        if (!accept(h)) {  // no rates at the end
+        if (!accept(h, z_[kLast], stage_branch_[kLast])) {  // no rates at the end
           h = shorten(h, 0.5, kStateEquationsText);
           continue;
         }
@@ -158,9 +143,6 @@ class RadauIntegrator final : public OwnSteps {
   [[nodiscard]] std::string method() const override {
     return "Radau IIA of order " + std::to_string(kOrder) + ", " + (systems_->dense() ? "dense" : "sparse");
   }
-  void weighted_errors(double* error) override {
-    for (std::size_t i = 0; i < size_; ++i) error[i] = std::abs(error_[i] * weight_[i]);
-  }
 
  private:
   using Control = RadauControl<Stages>;
@@ -180,15 +162,6 @@ class RadauIntegrator final : public OwnSteps {
   static constexpr double kNoSpeed = 1.0;
   enum Jacobian { kNoJacobian, kOld, kFresh };
 
-  void make_room(std::size_t states) {
-    size_ = states;
-    order_ = kDegree;
-    for (auto* const vector :
-         {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &at_, &error_, &raw_, &increment_, &bend_})
-      vector->assign(size_, 0.0);
-    for (auto* const vectors : {&z_, &w_, &right_, &stage_})
-      for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
-  }
   static RadauEigenvalues eigenvalues() {
     RadauEigenvalues all{kTable.gamma, {}};
     for (const auto& pair : kTable.pairs) all.pairs.emplace_back(pair.re, pair.im);
@@ -201,50 +174,9 @@ class RadauIntegrator final : public OwnSteps {
     return of;
   }
 
-  bool rates(double t, const double* x, Branch& branch, double* out) {
-    ++counts_.rates;
-    return special_rates_ ? special_rates_(t, x, branch, out) : evaluator_.rates(t, x, branch, out);
-  }
-  void note_fault(double t) {
-    faulted_ = true;
-    last_fault_ = evaluator_.fault();
-    last_fault_.time = t;
-  }
-  bool fault(double t) {
-    note_fault(t);
-    return fail(kStateEquationsText);
-  }
-  /// @return  the next length to try.
   double shorten(double h, double factor, const char* why) {
-    ++counts_.convergence_failures;
-    words_ = why;
-    rejected_ = true;
-    if (loops_) branch_ = branch_at_begin_;
     if (stale_ != kFresh) stale_ = kNoJacobian;
-    return factor * h;
-  }
-
-  [[nodiscard]] double norm(const std::vector<double>& x) const {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < size_; ++i) sum += (x[i] * weight_[i]) * (x[i] * weight_[i]);
-    return std::sqrt(sum / static_cast<double>(size_));
-  }
-
-  /// From the rates and how fast they change.
-  double first_step() {
-    const double left = limit_ - time_;
-    tolerances_.weights(time_, left, y_.data(), weight_.data());
-    const double size = norm(y_) / looser_, speed = norm(rate_) / looser_;
-    double probe = speed > 0.0 && size > 0.0 ? 0.01 * size / speed : 1e-6 * left;
-    probe = std::min(probe, 1e-3 * left);
-    Branch branch = branch_;
-    for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + probe * rate_[i];
-    if (!rates(time_ + probe, at_.data(), branch, error_.data())) return 1e-3 * probe;
-    for (std::size_t i = 0; i < size_; ++i) error_[i] = (error_[i] - rate_[i]) / probe;
-    const double bend = norm(error_) / looser_;
-    std::fill(error_.begin(), error_.end(), 0.0);
-    const double h = radau::first_length(Control::kExponent, speed, bend, left);
-    return longest_ > 0.0 ? std::min(h, longest_) : h;
+    return ImplicitSteps::shorten(h, factor, why);
   }
 
   bool see_jacobian(double h) {
@@ -452,46 +384,10 @@ class RadauIntegrator final : public OwnSteps {
     return std::max(error, 1e-10);
   }
 
-  /// The step's end. False if there are no rates.
-  bool accept(double h) {
-    rate_at_begin_ = rate_;
-    for (std::size_t i = 0; i < size_; ++i) y_[i] = begin_[i] + z_[kLast][i];
-    const double end = h >= limit_ - time_ ? limit_ : time_ + h;
-    if (loops_) branch_ = stage_branch_[kLast];
-    if (!rates(end, y_.data(), branch_, rate_.data())) {
-      note_fault(end);
-      y_ = begin_;
-      rate_ = rate_at_begin_;
-      return false;
-    }
-    time_ = end;
-    return true;
-  }
-
-  void take_back() {
-    y_ = begin_;
-    rate_ = rate_at_begin_;
-    time_ = previous_;
-    if (loops_) branch_ = branch_at_begin_;
-  }
-
-  /// The error of an accepted step by the slopes at its end, where these no longer damp what those at its beginning
-  /// did: a filter as stiff as the beginning hides by how much the step missed the instant at which a fast state is let
-  /// go (friction that breaks loose). The slopes along the error tell for one evaluation of the rates whether this may
-  /// be. 0 if not. Slopes that were seen serve for the next step.
+  /// The error of an accepted step by the slopes at its end, where these let go what those at its beginning held. 0
+  /// where they do not. Slopes that were seen serve for the next step.
   double released_error(double h) {
-    constexpr double kDamped = 0.5;
-    const double least = kTable.gamma * looser_;
-    if (!(norm(raw_) > least)) return 0.0;  // it would have passed without damping
-    for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + error_[i];
-    if (loops_) probe_ = branch_;
-    if (!rates(time_, at_.data(), loops_ ? probe_ : branch_, increment_.data())) return 0.0;
-    bool let_go = false;
-    for (std::size_t i = 0; i < size_ && !let_go; ++i) {
-      const double damped = kTable.gamma * error_[i] - h * (increment_[i] - rate_[i]);
-      let_go = std::abs(raw_[i] * weight_[i]) > least && std::abs(damped) < kDamped * std::abs(raw_[i]);
-    }
-    if (!let_go) return 0.0;
+    if (!lets_go(h, kTable.gamma, kTable.gamma * looser_)) return 0.0;
     factored_ = 0.0;
     if (!see_jacobian(h) || !systems_->factor(h, jacobian_.values())) {
       stale_ = kNoJacobian;
@@ -530,10 +426,9 @@ class RadauIntegrator final : public OwnSteps {
 
   /// What the collocation polynomial needs to satisfy the (linearized) equations at one more point. With d = h f - p'
   /// there, bubble (kGamma - h J) bend = d.
-  /// @return  how large it is: what the polynomial is wrong by within the step,
-  /// relative to what is allowed. The embedded
-  ///          formula alone does not see it where stiffness holds the stages on
-  ///          the solution. Negative: no rates there.
+  /// @return  how large it is: what the polynomial is wrong by within the step, relative to what is allowed. The
+  ///          embedded formula alone does not see it where stiffness holds the stages on the solution. Negative: no
+  ///          rates there.
   double correct(double h) {
     const double t = time_ + kTable.corrected_at * h;
     for (std::size_t i = 0; i < size_; ++i) {
@@ -554,34 +449,26 @@ class RadauIntegrator final : public OwnSteps {
     return std::isfinite(size) ? size : 1e10;
   }
 
-  Evaluator& evaluator_;
-  Tolerances& tolerances_;
   std::unique_ptr<RadauSystems> systems_;
   RadauJacobian jacobian_;
   Control control_;
   RadauPolynomial<Stages> polynomial_;   ///< of the last step
   std::unique_ptr<RadauStages> stages_;  ///< null for sparse systems
   double stages_step_ = 0.0;             ///< that stages_ solves for
-  bool loops_;                           ///< rates solve loops, each stage from its own last solution
   double looser_ = 1.0;                  ///< than the tolerances: what the error of order 3 may be
   double newton_part_ = kNewtonPart;
-  std::vector<double> rate_, rate_at_begin_, weight_;
   std::array<std::vector<double>, Stages> z_, w_;  ///< the stages' increments; the same in the basis of eigenvectors
-  Branch branch_at_begin_, probe_;
-  std::array<Branch, Stages> stage_branch_;
-  double next_ = 0.0, last_ = 1.0;  ///< the next step, 0: not known; the last one
-  double factored_ = 0.0;           ///< step that systems_ is for; 0: none
+  std::array<Branch, Stages> stage_branch_;        ///< where rates solve loops: each stage from its own last solution
+  double last_ = 1.0;                              ///< step
   Jacobian stale_ = kNoJacobian;
-  bool rejected_ = false, extrapolates_ = false, from_rest_ = false;
+  bool extrapolates_ = false, from_rest_ = false;
   bool seen_at_end_ = false;  ///< the Jacobian is that of the last step's end
-  double speed_ = kNoSpeed,
-         converged_ = 1.0;  ///< of Newton's iteration: rate, and the sum of what
-                            ///< is left by what was last
-  bool bent_ = false;       ///< the stages were found with a Jacobian each
+  double speed_ = kNoSpeed;   ///< of Newton's iteration: the rate
+  double converged_ = 1.0;    ///< the same: the sum of what is left by what was last
+  bool bent_ = false;         ///< the stages were found with a Jacobian each
   int iterations_ = 0;
-  const char* words_ = kErrorTestText;
+  std::vector<double> bend_;  ///< see correct()
   // Scratch
-  std::vector<double> at_, error_, raw_, increment_, bend_;
   std::array<std::vector<double>, Stages> right_, stage_;
 };
 

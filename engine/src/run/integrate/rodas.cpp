@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "run/integrate/dense_jacobian.hpp"
-#include "run/integrate/own_steps.hpp"
-#include "run/integrate/packages.hpp"
-#include "run/integrate/radau_formula.hpp"
+#include "run/integrate/implicit_steps.hpp"
+#include "run/integrate/predictive_control.hpp"
 #include "run/integrate/radau_jacobian.hpp"
 #include "run/integrate/real_system.hpp"
 #include "run/integrate/rodas_formula.hpp"
@@ -20,71 +19,28 @@ namespace bgsim {
 
 namespace {
 
-/// Gustafsson's predictive control: as errors went from the step before to this one, they go to the next.
-class RodasControl {
- public:
-  /// A new stretch.
-  void begin() { accepted_ = 0; }
+/// The error that is held is of order 4.
+using RodasControl = PredictiveControl<5, 6>;
 
-  /// By what a step of that error is divided.
-  [[nodiscard]] static double quotient_of(double error) {
-    return std::clamp(std::pow(error, kPower) / kSafety, kMostGrowth, kMostCut);
-  }
-
-  /// After a step of length @p h that was accepted.
-  /// @param rejected  whether a longer one was not
-  double next_length(double h, double error, bool rejected) {
-    double quotient = quotient_of(error);
-    if (++accepted_ > 1) {
-      const double predicted = (step_ / h) * std::pow(error * error / error_, kPower) / kSafety;
-      quotient = std::max(quotient, std::clamp(predicted, kMostGrowth, kMostCut));
-    }
-    step_ = h;
-    error_ = std::max(1e-2, error);
-    return rejected ? std::min(h / quotient, h) : h / quotient;
-  }
-
- private:
-  /// The error that is held is of order 4.
-  static constexpr double kPower = 1.0 / 5.0;
-  static constexpr double kSafety = 0.9, kMostCut = 5.0, kMostGrowth = 1.0 / 6.0;
-  std::uint64_t accepted_ = 0;
-  double step_ = 0.0, error_ = 0.0;  ///< of the last one
-};
-
-class RodasIntegrator final : public OwnSteps {
+class RodasIntegrator final : public ImplicitSteps {
  public:
   RodasIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
-      : OwnSteps(inputs.stop - inputs.start),
-        evaluator_(evaluator),
-        tolerances_(tolerances),
+      : ImplicitSteps(program, evaluator, tolerances, inputs),
         system_(make_real_system(program.jacobian_pattern)),
-        jacobian_(program, evaluator, tolerances, system_->dense()),
-        loops_(!program.blocks.empty()) {
-    size_ = program.state_names.size();
+        jacobian_(program, evaluator, tolerances, system_->dense()) {
     order_ = kDegree;
-    for (auto* const vector :
-         {&y_, &begin_, &rate_, &rate_at_begin_, &weight_, &slope_, &at_, &right_, &error_, &raw_, &increment_})
-      vector->assign(size_, 0.0);
+    slope_.assign(size_, 0.0);
+    right_.assign(size_, 0.0);
     for (std::vector<double>& vector : dense_) vector.assign(size_, 0.0);
     stage_.assign(rodas::kStages * size_, 0.0);
   }
 
   bool restart(double t, const double* x, const Branch& branch, double limit) override {
-    std::copy(x, x + size_, y_.begin());
-    begin_ = y_;
-    branch_ = branch;
-    time_ = previous_ = t;
-    limit_ = limit;
-    failure_ = {};
-    by_hand_ = false;
-    first_ = true;
-    rejected_ = false;
+    begin_at(t, x, branch, limit);
     jacobian_.begin();
     seen_ = false;
     factored_ = 0.0;
     control_.begin();
-    next_ = std::exchange(first_step_, 0.0);
     if (!rates(t, y_.data(), branch_, rate_.data())) return fault(t);
     return true;
   }
@@ -97,13 +53,11 @@ class RodasIntegrator final : public OwnSteps {
       return true;
     }
     if (loops_) branch_at_begin_ = branch_;
-    if (!(next_ > 0.0)) next_ = first_step();
+    if (!(next_ > 0.0)) next_ = first_step(kFirst, 1.0);
     double h = fit(next_);
     tolerances_.weights(time_, h, y_.data(), weight_.data());
     for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
-      // Time that no longer advances by the step is the run's matter as long as there is a step. One to the limit needs
-      // no resolution.
-      if (h < limit_ - time_ && !(time_ + 0.1 * h > time_)) return fail(words_);
+      if (is_lost(h)) return fail(words_);
       if (!seen_) {
         if (!see_slopes(h)) return fault(time_);
         tolerances_.weights(time_, h, y_.data(), weight_.data());
@@ -112,10 +66,7 @@ class RodasIntegrator final : public OwnSteps {
         // Only now: what the Jacobian is like a little further on is asked by how far the step before went.
         previous_ = time_;
         begin_ = y_;
-        if (kEps * norm(y_) > 1.0) {
-          failure_.too_accurate = true;
-          return fail(kTooAccurateText);
-        }
+        if (!is_resolved()) return false;
       }
       if (factored_ != h) {
         factored_ = 0.0;
@@ -140,7 +91,7 @@ class RodasIntegrator final : public OwnSteps {
         error = std::max(error, judged(h, within));
       }
       if (error < 1.0) {
-        if (!accept(h)) {  // no rates at the end
+        if (!accept(h, increment_, stage_branch_)) {  // no rates at the end
           h = shorten(h, 0.5, kStateEquationsText);
           continue;
         }
@@ -170,66 +121,19 @@ class RodasIntegrator final : public OwnSteps {
   [[nodiscard]] std::string method() const override {
     return std::string("Rodas5P of order 5, ") + (system_->dense() ? "dense" : "sparse");
   }
-  void weighted_errors(double* error) override {
-    for (std::size_t i = 0; i < size_; ++i) error[i] = std::abs(error_[i] * weight_[i]);
-  }
 
  private:
   static constexpr int kDegree = 4, kMostAttempts = 100;
   /// Of a system that is not written out: a step so little longer is not worth a factorization.
   static constexpr double kSame = 1.2;
   static constexpr std::size_t kWrittenOut = 8;
-
-  bool rates(double t, const double* x, Branch& branch, double* out) {
-    ++counts_.rates;
-    return special_rates_ ? special_rates_(t, x, branch, out) : evaluator_.rates(t, x, branch, out);
-  }
-  void note_fault(double t) {
-    faulted_ = true;
-    last_fault_ = evaluator_.fault();
-    last_fault_.time = t;
-  }
-  bool fault(double t) {
-    note_fault(t);
-    return fail(kStateEquationsText);
-  }
-  /// @return  the next length to try.
-  double shorten(double h, double factor, const char* why) {
-    ++counts_.convergence_failures;
-    words_ = why;
-    rejected_ = true;
-    if (loops_) branch_ = branch_at_begin_;
-    return factor * h;
-  }
-
-  [[nodiscard]] double norm(const std::vector<double>& x) const {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < size_; ++i) sum += (x[i] * weight_[i]) * (x[i] * weight_[i]);
-    return std::sqrt(sum / static_cast<double>(size_));
-  }
+  static constexpr double kFirst = 1.0 / 4.0;  ///< of a first step: one over the order that is held
 
   /// A first step of some tens of roundings of the time is not made shorter: over it the tolerances of states that have
   /// just begun to move are below what rounding makes of the stages.
   [[nodiscard]] double judged(double h, double error) const {
     constexpr double kRoundings = 32.0, kPasses = 0.5, kNotFinite = 1e10;
     return first_ && h <= kRoundings * kEps * std::abs(time_) && error < kNotFinite ? std::min(error, kPasses) : error;
-  }
-
-  /// From the rates and how fast they change.
-  double first_step() {
-    const double left = limit_ - time_;
-    tolerances_.weights(time_, left, y_.data(), weight_.data());
-    const double size = norm(y_), speed = norm(rate_);
-    double probe = speed > 0.0 && size > 0.0 ? 0.01 * size / speed : 1e-6 * left;
-    probe = std::min(probe, 1e-3 * left);
-    if (loops_) probe_ = branch_;
-    for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + probe * rate_[i];
-    if (!rates(time_ + probe, at_.data(), loops_ ? probe_ : branch_, error_.data())) return 1e-3 * probe;
-    for (std::size_t i = 0; i < size_; ++i) error_[i] = (error_[i] - rate_[i]) / probe;
-    constexpr double kExponent = 1.0 / 4.0;  // the embedded formula's order
-    const double h = radau::first_length(kExponent, speed, norm(error_), left);
-    std::fill(error_.begin(), error_.end(), 0.0);
-    return longest_ > 0.0 ? std::min(h, longest_) : h;
   }
 
   /// By states and by time, where the step begins.
@@ -351,45 +255,11 @@ class RodasIntegrator final : public OwnSteps {
     return std::isfinite(size) ? size : 1e10;
   }
 
-  /// The step's end, which increment_ leads to. False if there are no rates.
-  bool accept(double h) {
-    rate_at_begin_ = rate_;
-    for (std::size_t i = 0; i < size_; ++i) y_[i] = begin_[i] + increment_[i];
-    const double end = h >= limit_ - time_ ? limit_ : time_ + h;
-    if (loops_) branch_ = stage_branch_;
-    if (!rates(end, y_.data(), branch_, rate_.data())) {
-      note_fault(end);
-      y_ = begin_;
-      rate_ = rate_at_begin_;
-      return false;
-    }
-    time_ = end;
-    return true;
-  }
-
-  void take_back() {
-    y_ = begin_;
-    rate_ = rate_at_begin_;
-    time_ = previous_;
-    if (loops_) branch_ = branch_at_begin_;
-  }
-
-  /// The error of an accepted step by the slopes at its end, where these no longer damp what those at its beginning
-  /// did, as in a step by Radau IIA: a filter as stiff as the beginning hides by how much the step missed the instant
-  /// at which a fast state is let go. 0 where they do. Slopes that were seen serve for the next step.
+  /// The error of an accepted step by the slopes at its end, where these let go what those at its beginning held, as in
+  /// a step by Radau IIA. 0 where they do not. Slopes that were seen serve for the next step.
   double released_error(double h) {
-    constexpr double kDamped = 0.5, kLeast = rodas::kShift;
     seen_ = false;
-    if (!(norm(raw_) > kLeast)) return 0.0;  // it would have passed without damping
-    for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + error_[i];
-    if (loops_) probe_ = branch_;
-    if (!rates(time_, at_.data(), loops_ ? probe_ : branch_, increment_.data())) return 0.0;
-    bool let_go = false;
-    for (std::size_t i = 0; i < size_ && !let_go; ++i) {
-      const double damped = rodas::kShift * error_[i] - h * (increment_[i] - rate_[i]);
-      let_go = std::abs(raw_[i] * weight_[i]) > kLeast && std::abs(damped) < kDamped * std::abs(raw_[i]);
-    }
-    if (!let_go) return 0.0;
+    if (!lets_go(h, rodas::kShift, rodas::kShift)) return 0.0;
     factored_ = 0.0;
     if (!see_slopes(h)) return 0.0;
     ++counts_.factorizations;
@@ -407,32 +277,23 @@ class RodasIntegrator final : public OwnSteps {
     order_ = kDegree;
     by_hand_ = false;
     ++counts_.steps;
-    next_ = control_.next_length(h, error, rejected_);
+    next_ = control_.next_length(h, error, RodasControl::quotient_of(error), rejected_);
     first_ = rejected_ = false;
     if (size_ > kWrittenOut && next_ >= h && next_ <= kSame * h) next_ = h;
   }
 
-  Evaluator& evaluator_;
-  Tolerances& tolerances_;
   std::unique_ptr<RealSystem> system_;
   RadauJacobian jacobian_;
   RodasControl control_;
-  bool loops_;  ///< rates solve loops, each stage from the solution of the one before
-  std::vector<double> rate_, rate_at_begin_, weight_;
   std::vector<double> slope_;                 ///< of the rates by time
   std::vector<double> held_;                  ///< their Jacobian where they hold a friction
   const double* slopes_ = nullptr;            ///< the Jacobian of the step
   std::vector<double> stage_;                 ///< the stages' increments, by state
   std::array<std::vector<double>, 3> dense_;  ///< of the dense output
-  Branch branch_at_begin_, stage_branch_, probe_;
-  double next_ = 0.0;            ///< the next step, 0: not known
-  double factored_ = 0.0;        ///< step that system_ is for; 0: none
+  Branch stage_branch_;          ///< where rates solve loops: each stage from the solution of the one before
   bool seen_ = false;            ///< slopes are those of where the step begins
   bool slopes_by_time_ = false;  ///< they are not all 0
-  bool rejected_ = false;
-  const char* words_ = kErrorTestText;
-  // Scratch
-  std::vector<double> at_, right_, error_, raw_, increment_;
+  std::vector<double> right_;    ///< scratch
 };
 
 }  // namespace
