@@ -76,7 +76,7 @@ bool Run::start_here(double limit) {
   if (events_.holding()) eliminate_loops();
   if (events_.holding())
     integrator_->use_rates([this](double t, const double* x, Branch& branch, double* rates) {
-      return events_.prepare(t, x, branch) && evaluator_.rates(t, x, branch, rates);
+      return events_.rates(t, x, branch, rates);
     });
   else
     integrator_->use_rates({});

@@ -38,7 +38,7 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
       may_hold_(hold),
       fixed_steps_(facts_of(inputs.method).fixed_step()),
       tolerances_(tolerances),
-      stiction_(program, evaluator, tolerances, span_),
+      stiction_(program, inputs.parameters, evaluator, tolerances, span_),
       relation_(relations_of_guards(program)),
       denominators_(program, relation_),
       functions_(program, inputs.parameters,
@@ -76,14 +76,14 @@ bool EventWatch::start(double t, const double* x, Branch& branch) {
   if (!evaluator_.guards(t, x, branch, values_.data())) return fail_with_fault();
   for (std::size_t i = 0; i < side_.size(); ++i) side_[i] = border_[i] ? 1 : sign_of(values_[i]);
   for (std::size_t i = 0; i < side_.size(); ++i) just_crossed_[i] = side_[i] == 0;
-  hold_what_rests(t, x, branch);
+  hold_what_rests(t, x, branch, false);
   return settle(t, x, branch);
 }
 
 bool EventWatch::jumped(double t, const double* x, Branch& branch) {
   std::fill(returns_.begin(), returns_.end(), 0);
   jumped_at_ = t;
-  hold_what_rests(t, x, branch);
+  hold_what_rests(t, x, branch, false);
   return settle(t, x, branch);
 }
 
@@ -106,7 +106,7 @@ bool EventWatch::settle(double t, const double* x, Branch& branch) {
       std::fill(changed_.begin(), changed_.end(), false);
       return true;
     }
-    hold_what_rests(t, x, branch);
+    hold_what_rests(t, x, branch, false);
   }
   failure_ = contradiction_failure(program_, recent_relations(), t);
   return false;
@@ -207,15 +207,8 @@ bool EventWatch::change(const std::vector<double>& values, Branch& branch) {
     const double before = mode;
     relations_.push_back(relation);
     if (relations_.size() > 2 * kEventsInARow) relations_.pop_front();
-    if (stiction_.held(i)) {
-      stiction_.release(i);
-      side_[i] = stiction_.side_of(i, before);
-      hold_[i] = std::numeric_limits<double>::infinity();  // as far as it has drifted: settle() tells
-      std::fill(direction_.begin(), direction_.end(), 0);
-      direction_[i] = side_[i];
-      evaluator_.cross(direction_, branch);
-      direction_[i] = 0;
-      changed = true;
+    if (stiction_.held(i)) {  // beyond its limit: hold_what_rests() decides
+      just_crossed_[i] = changed = true;
       continue;
     }
     if (followed_[i]) stop_following(i);
@@ -255,17 +248,51 @@ bool EventWatch::guards(double t, const double* x, Branch& branch, std::vector<d
 }
 
 /// What has just reached its border in the law of a resistor and is pushed back to it from both sides stays there; a
-/// condition at a kink is at no border.
-void EventWatch::hold_what_rests(double t, const double* x, Branch& branch) {
+/// condition at a kink is at no border, and neither is one that a jump has taken across, by more than its states are
+/// known to.
+/// @param located  whether guards that have just crossed did so at this instant, and not by a jump
+void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, bool located) {
+  std::vector<std::size_t> candidates, leaving;
+  std::vector<double> error;
   for (std::size_t i = 0; may_hold_ && i < side_.size(); ++i) {
     if (!just_crossed_[i]) continue;
     just_crossed_[i] = false;
-    if (!stiction_.possible(i) || stiction_.held(i) || followed_[i]) continue;
+    if (stiction_.held(i)) {
+      leaving.push_back(i);
+      continue;
+    }
+    if (!stiction_.possible(i) || followed_[i]) continue;
+    if (!located && error.empty()) error = guard_errors(t, x, branch);
+    if (!located && values_[i] != 0.0 && (error.empty() || !(std::abs(values_[i]) <= error[i]))) continue;
     const bool is_sign = program_.relations[relation_[i]].kind == Relation::Kind::sign;
-    if (!is_sign && (!both_go_on(i, t, x, branch) || is_kink(i, t, x, branch))) continue;
-    if (!stiction_.try_hold(i, t, x, branch)) continue;
-    side_[i] = 1;  // the side of what it has left
-    hold_[i] = 0.0;
+    if (is_sign || (both_go_on(i, t, x, branch) && !is_kink(i, t, x, branch))) candidates.push_back(i);
+  }
+  if (candidates.empty() && leaving.empty()) return;
+  const auto leave = [&](std::size_t guard, int side) {
+    side_[guard] = side;
+    hold_[guard] = std::numeric_limits<double>::infinity();  // as far as it has drifted: settle() tells
+  };
+  const auto decided = stiction_.decide(candidates, leaving, t, x, branch);
+  if (decided) {
+    for (const Stiction::Left& left : *decided)
+      if (side_[left.guard] != left.side ||
+          std::find(candidates.begin(), candidates.end(), left.guard) == candidates.end())
+        leave(left.guard, left.side);
+  } else {
+    for (const std::size_t guard : leaving) {
+      const int side = stiction_.side_of(guard, branch.modes[relation_[guard]]);
+      stiction_.release(guard);
+      leave(guard, side);
+      std::fill(direction_.begin(), direction_.end(), 0);
+      direction_[guard] = side;
+      evaluator_.cross(direction_, branch);
+      direction_[guard] = 0;
+    }
+  }
+  for (const std::size_t guard : candidates) {
+    if (!stiction_.held(guard)) continue;
+    side_[guard] = 1;  // the side of what it has left
+    hold_[guard] = 0.0;
   }
 }
 
@@ -523,7 +550,7 @@ bool EventWatch::cross(const double* y, Branch& branch) {
   }
   changed_at_ = passed_;
   change(end_, branch);
-  hold_what_rests(event_time_, y, branch);
+  hold_what_rests(event_time_, y, branch, true);
   ++count_;
   if (!settle(event_time_, y, branch)) return false;
   if (returned) widen_bands_of_returns(event_time_, y, branch);

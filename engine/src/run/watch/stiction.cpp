@@ -2,64 +2,196 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "base/lu.hpp"
 #include "expression/apply.hpp"
 #include "model/element_kinds.hpp"
+#include "run/complementarity.hpp"
 
 namespace bgsim {
+namespace {
 
-Stiction::Stiction(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double span)
+bool two_sided(const Relation& relation) {
+  return relation.kind == Relation::Kind::sign || relation.kind == Relation::Kind::step ||
+         (relation.kind == Relation::Kind::condition && !relation.time_only);
+}
+
+/// Whether the relation is of the kind that can be held.
+bool can_rest(const Program& program, std::uint32_t relation) {
+  const Relation& at = program.relations[relation];
+  if (!two_sided(at) || !at.where.element.valid()) return false;
+  return is_resistor(program.model->elements[at.where.element.index()].kind);
+}
+
+std::vector<ExprId> guards_that_can_rest(const Program& program) {
+  std::vector<ExprId> roots;
+  for (const std::uint32_t relation : program.guarded)
+    if (can_rest(program, relation)) roots.push_back(program.relations[relation].guard);
+  return roots;
+}
+
+}  // namespace
+
+Stiction::Stiction(const Program& program, std::span<const double> parameters, Evaluator& evaluator,
+                   const Tolerances& tolerances, double span)
     : program_(program),
       evaluator_(evaluator),
       tolerances_(tolerances),
       span_(span),
+      enclosure_(program, parameters, guards_that_can_rest(program)),
       rates_(evaluator.states()),
       moved_(evaluator.states()),
       guards_(evaluator.guard_count()),
-      moved_guards_(evaluator.guard_count()) {}
-
-bool Stiction::possible(std::size_t guard) const {
-  const Relation& at = relation(guard);
-  const bool two_sided = at.kind == Relation::Kind::sign || at.kind == Relation::Kind::step ||
-                         (at.kind == Relation::Kind::condition && !at.time_only);
-  if (!two_sided || !at.where.element.valid()) return false;
-  return is_resistor(program_.model->elements[at.where.element.index()].kind);
+      moved_guards_(evaluator.guard_count()) {
+  std::size_t root = 0;
+  for (std::size_t guard = 0; guard < guards_.size(); ++guard) root_.push_back(possible(guard) ? root++ : 0);
 }
 
-bool Stiction::held(std::size_t guard) const { return std::find(held_.begin(), held_.end(), guard) != held_.end(); }
+bool Stiction::possible(std::size_t guard) const {
+  return can_rest(program_, static_cast<std::uint32_t>(evaluator_.guard_relation(guard)));
+}
 
-bool Stiction::try_hold(std::size_t guard, double t, const double* x, Branch& branch) {
-  Branch held = branch;
-  held_.push_back(guard);
+bool Stiction::held(std::size_t guard) const {
+  const auto among = [guard](const std::vector<std::size_t>& guards) {
+    return std::find(guards.begin(), guards.end(), guard) != guards.end();
+  };
+  return among(held_) || among(surplus_);
+}
+
+/// The mode where the guard is on this side of its border.
+double Stiction::mode_on(std::size_t guard, int side) const {
   const Relation& at = relation(guard);
-  // A comparison may be true below its border.
-  const bool falls = at.kind == Relation::Kind::condition && (at.comparison == Op::lt || at.comparison == Op::le);
-  if (balance(t, x, held) && (falls ? -1.0 : 1.0) * slopes_(slopes_.rows() - 1, slopes_.cols() - 1) < 0.0) {
-    const bool all_within =
-        std::all_of(held_.begin(), held_.end(), [&](std::size_t g) { return margin(g, held) >= 0.0; });
-    if (all_within && (at.kind == Relation::Kind::sign || stays(t, x, held))) {
-      branch = std::move(held);
-      return true;
+  if (at.kind == Relation::Kind::sign) return side;
+  return apply(at.kind == Relation::Kind::step ? Op::step : at.comparison, side, 0.0);
+}
+
+/// With s, by guard, the place of its mode between that of the side below (0) and that of the side above (1), and u the
+/// guards' rates, which are c - Q s: s = 0 where u < 0, s = 1 where u > 0, and between the two u = 0. As a
+/// complementarity problem: s >= 0 beside u- >= 0, u+ >= 0 beside 1 - s >= 0, u = u+ - u-. Q is R M^-1 R^T L for
+/// frictions of limits L between masses M, so the relation becomes monotone if its rows are scaled, and Lemke's method,
+/// which any positive scaling leaves as it is, ends at a solution.
+std::optional<std::vector<Stiction::Left>> Stiction::decide(std::vector<std::size_t> candidates,
+                                                            const std::vector<std::size_t>& leaving, double t,
+                                                            const double* x, Branch& branch) {
+  constexpr double kRoundings = 64.0 * std::numeric_limits<double>::epsilon(), kDependent = 1e-10, kAtSide = 1e-9;
+  Branch tried = branch;
+  std::vector<std::size_t> guards = held_;
+  guards.insert(guards.end(), surplus_.begin(), surplus_.end());
+  const std::size_t before = guards.size();
+  guards.insert(guards.end(), candidates.begin(), candidates.end());
+  if (guards.empty() || !measure(guards, t, x, tried)) return std::nullopt;
+  // No border holds from which a side pushes away.
+  for (std::size_t k = before; k < guards.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    const double way = mode_on(guards[k], 1) - mode_on(guards[k], -1);
+    if (way * slopes_(at, at) < 0.0) continue;
+    candidates.erase(std::find(candidates.begin(), candidates.end(), guards[k]));
+    if (candidates.empty() && before == 0) return std::nullopt;
+    return decide(std::move(candidates), leaving, t, x, branch);
+  }
+  const std::size_t n = guards.size();
+  const auto series = [](double value, double rounding) { return PowerSeries::of<1>({value}, {rounding}, true); };
+  Complementarity problem{2 * n, std::vector<std::vector<Complementarity::Entry>>(2 * n),
+                          std::vector<std::vector<Complementarity::Entry>>(2 * n), std::vector<PowerSeries>(2 * n)};
+  const PowerSeries one = PowerSeries::number(1.0);
+  std::vector<bool> first(2 * n, false);
+  Eigen::MatrixXd q(slopes_.rows(), slopes_.cols());
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    double c = base_[row], terms = std::abs(c);
+    for (std::size_t j = 0; j < n; ++j) {
+      const auto column = static_cast<Eigen::Index>(j);
+      const double below = mode_on(guards[j], -1), slope = slopes_(row, column);
+      q(row, column) = -slope * (mode_on(guards[j], 1) - below);
+      c += slope * below;
+      terms += std::abs(slope);
+      if (slope != 0.0)
+        problem.z[i].push_back({j, series(-q(row, column), kRoundings * (std::abs(slope) + std::abs(base_[row])))});
+    }
+    problem.z[i].push_back({n + i, -one});
+    problem.w[i].push_back({i, one});
+    problem.r[i] = series(-c, kRoundings * terms);
+    problem.z[n + i].push_back({i, one});
+    problem.w[n + i].push_back({n + i, one});
+    problem.r[n + i] = one;
+    first[i] = i < before;
+  }
+  const ComplementarySides sides = solve_complementarity(problem, first, std::vector<bool>(2 * n, false));
+  if (!sides.solved) return std::nullopt;
+  std::vector<Left> left;
+  std::vector<std::pair<double, std::size_t>> stay;  // farthest from its sides first
+  for (std::size_t k = 0; k < n; ++k) {
+    const double place = sides.takes_z[k] ? sides.value[k].finite_part() : 0.0;
+    int side = sides.takes_z[n + k] && sides.value[n + k].sign() > 0 ? 1
+               : !sides.takes_z[k] && sides.value[k].sign() > 0      ? -1
+                                                                     : 0;
+    if (side == 0 && !(std::min(place, 1.0 - place) > kAtSide) &&
+        std::find(leaving.begin(), leaving.end(), guards[k]) != leaving.end())
+      side = place > 0.5 ? 1 : -1;
+    const double below = mode_on(guards[k], -1), above = mode_on(guards[k], 1);
+    mode(guards[k], tried) = side != 0 ? mode_on(guards[k], side) : below + (above - below) * place;
+    if (side != 0)
+      left.push_back({guards[k], side});
+    else
+      stay.push_back({std::min(place, 1.0 - place), k});
+  }
+  std::stable_sort(stay.begin(), stay.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  // Those whose modes the others determine: rows of Q, reduced by the rows before.
+  std::vector<std::size_t> held, surplus;
+  Eigen::MatrixXd reduced = q;
+  for (const auto& [place, k] : stay) {
+    const auto at = static_cast<Eigen::Index>(k);
+    if (!(reduced(at, at) > kDependent * q(at, at))) {
+      surplus.push_back(guards[k]);
+      continue;
+    }
+    held.push_back(guards[k]);
+    const Eigen::RowVectorXd row = reduced.row(at) / reduced(at, at);
+    for (const auto& each : stay) {
+      const auto other = static_cast<Eigen::Index>(each.second);
+      if (other != at) reduced.row(other) -= reduced(other, at) * row;
     }
   }
-  held_.pop_back();
-  return false;
+  std::swap(held_, held);
+  std::swap(surplus_, surplus);
+  // Rates that are no straight line between the two sides are not balanced by modes that were found so.
+  const auto bent = std::find_if(held_.begin(), held_.end(), [&](std::size_t guard) {
+    return relation(guard).kind != Relation::Kind::sign &&
+           std::find(candidates.begin(), candidates.end(), guard) != candidates.end();
+  });
+  if (bent != held_.end()) {
+    Branch there = tried;
+    if (!balance(t, x, there) || !stays(t, x, there)) {
+      candidates.erase(std::find(candidates.begin(), candidates.end(), *bent));
+      std::swap(held_, held);
+      std::swap(surplus_, surplus);
+      if (candidates.empty() && before == 0) return std::nullopt;
+      return decide(std::move(candidates), leaving, t, x, branch);
+    }
+  }
+  branch = std::move(tried);
+  return left;
 }
 
 /// Whether the guards stay where they are with these modes: not if rates are no straight line between the two sides (a
 /// condition within others, a law on a nonlinear loop).
 bool Stiction::stays(double t, const double* x, Branch& branch) {
   constexpr double kOfSides = 1e-6;
-  if (!guard_rates(t, x, branch, 0.0, other_)) return false;
+  if (!guard_rates(held_, t, x, branch, other_)) return false;
   for (Eigen::Index k = 0; k < other_.size(); ++k)
     if (!(std::abs(other_[k]) <= kOfSides * (std::abs(base_[k]) + slopes_.row(k).cwiseAbs().sum()))) return false;
   return true;
 }
 
-void Stiction::release(std::size_t guard) { std::erase(held_, guard); }
+void Stiction::release(std::size_t guard) {
+  std::erase(held_, guard);
+  std::erase(surplus_, guard);
+}
 
 double Stiction::margin(std::size_t guard, const Branch& branch) const {
+  if (std::find(surplus_.begin(), surplus_.end(), guard) != surplus_.end()) return 1.0;
   const double mode = branch.modes[evaluator_.guard_relation(guard)];
   return relation(guard).kind == Relation::Kind::sign ? 1.0 - std::abs(mode) : std::min(mode, 1.0 - mode);
 }
@@ -71,49 +203,98 @@ int Stiction::side_of(std::size_t guard, double mode) const {
   return (mode > 0.5) == above ? 1 : -1;
 }
 
-/// How fast the held guards move with the modes as they are, by a small step along the flow. Guards are linear in the
-/// states as a rule, and the step is then of no consequence.
-bool Stiction::guard_rates(double t, const double* x, Branch& branch, double step, Eigen::VectorXd& out) {
-  if (!evaluator_.rates(t, x, branch, rates_.data()) || !evaluator_.guards(t, x, branch, guards_.data())) return false;
-  if (step <= 0.0) {
-    constexpr double kTolerances = 1e3;
-    step = 1e-3 * span_;
-    for (std::size_t i = 0; i < rates_.size(); ++i) {
-      const double tolerance = tolerances_.absolute(i);
-      if (rates_[i] != 0.0 && tolerance > 0.0) step = std::min(step, kTolerances * tolerance / std::abs(rates_[i]));
-    }
+/// How fast the held guards move with the modes as they are.
+bool Stiction::guard_rates(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch,
+                           Eigen::VectorXd& out) {
+  if (!evaluator_.rates(t, x, branch, rates_.data())) return false;
+  return along_flow(guards, t, x, branch, out) || differences(guards, t, x, branch, out);
+}
+
+/// By the slopes of the guards' expressions. False where they have none, or where they depend on loops.
+bool Stiction::along_flow(const std::vector<std::size_t>& guards, double t, const double* x, const Branch& branch,
+                          Eigen::VectorXd& out) {
+  constexpr double kMoment = 1e-12;  // of the scene, over which slopes are enclosed
+  if (!enclosure_.tears().empty()) return false;
+  enclosure_.set_modes(branch.modes);
+  const double end = std::max(t + kMoment * span_, std::nextafter(t, std::numeric_limits<double>::infinity()));
+  const double half = (end - t) / 2;
+  jets_.clear();
+  for (const std::uint32_t i : enclosure_.states()) {
+    const double moves = half * std::abs(rates_[i]);
+    jets_.push_back({x[i], Range(x[i] - moves, x[i] + moves), Range(rates_[i], rates_[i]), rates_[i], Range(0.0, 0.0)});
+  }
+  enclosure_.evaluate(t, end, jets_, {});
+  for (std::size_t k = 0; k < guards.size(); ++k) {
+    const Jet& guard = enclosure_[root_[guards[k]]];
+    if (!std::isfinite(guard.curve.lower()) || !std::isfinite(guard.curve.upper())) return false;
+    out[static_cast<Eigen::Index>(k)] = guard.middle_slope;
+  }
+  return true;
+}
+
+/// By a small step along the flow. Guards are linear in the states as a rule, and the step is then of no consequence.
+bool Stiction::differences(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch,
+                           Eigen::VectorXd& out) {
+  constexpr double kTolerances = 1e3;
+  if (!evaluator_.guards(t, x, branch, guards_.data())) return false;
+  double step = 1e-3 * span_;
+  for (std::size_t i = 0; i < rates_.size(); ++i) {
+    const double tolerance = tolerances_.absolute(i);
+    if (rates_[i] != 0.0 && tolerance > 0.0) step = std::min(step, kTolerances * tolerance / std::abs(rates_[i]));
   }
   for (std::size_t i = 0; i < rates_.size(); ++i) moved_[i] = x[i] + step * rates_[i];
   if (!evaluator_.guards(t + step, moved_.data(), branch, moved_guards_.data())) return false;
-  for (std::size_t k = 0; k < held_.size(); ++k)
-    out[static_cast<Eigen::Index>(k)] = (moved_guards_[held_[k]] - guards_[held_[k]]) / step;
+  for (std::size_t k = 0; k < guards.size(); ++k)
+    out[static_cast<Eigen::Index>(k)] = (moved_guards_[guards[k]] - guards_[guards[k]]) / step;
   return true;
 }
 
 /// The guards' rates are linear in the modes (a sign is a factor of a force or a flow): measured at 0 and at each
-/// mode's 1, solved for 0.
-bool Stiction::balance(double t, const double* x, Branch& branch) {
-  const auto count = static_cast<Eigen::Index>(held_.size());
+/// mode's 1.
+bool Stiction::measure(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch) {
+  const auto count = static_cast<Eigen::Index>(guards.size());
   slopes_.resize(count, count);
   base_.resize(count);
   other_.resize(count);
-  const auto mode = [&](Eigen::Index k) -> double& {
-    return branch.modes[evaluator_.guard_relation(held_[static_cast<std::size_t>(k)])];
-  };
-  for (Eigen::Index k = 0; k < count; ++k) mode(k) = 0.0;
-  if (!guard_rates(t, x, branch, 0.0, base_)) return false;
+  rate_slopes_.resize(static_cast<Eigen::Index>(rates_.size()), count);
+  for (const std::size_t guard : guards) mode(guard, branch) = 0.0;
+  if (!guard_rates(guards, t, x, branch, base_)) return false;
+  base_rates_ = rates_;
   for (Eigen::Index k = 0; k < count; ++k) {
-    mode(k) = 1.0;
-    if (!guard_rates(t, x, branch, 0.0, other_)) return false;
+    double& moved = mode(guards[static_cast<std::size_t>(k)], branch);
+    moved = 1.0;
+    if (!guard_rates(guards, t, x, branch, other_)) return false;
     slopes_.col(k) = other_ - base_;
-    mode(k) = 0.0;
-  }
-  modes_ = solve_with_full_pivots(slopes_, -base_);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    if (!std::isfinite(modes_[k])) return false;
-    mode(k) = modes_[k];
+    for (std::size_t i = 0; i < rates_.size(); ++i)
+      rate_slopes_(static_cast<Eigen::Index>(i), k) = rates_[i] - base_rates_[i];
+    moved = 0.0;
   }
   return true;
+}
+
+bool Stiction::balance(double t, const double* x, Branch& branch) {
+  constexpr double kRoundings = 16.0 * std::numeric_limits<double>::epsilon();
+  if (!measure(held_, t, x, branch)) return false;
+  const DenseLu factors(slopes_);
+  Eigen::VectorXd modes = factors.solve(-base_);
+  const bool regular = modes.allFinite();  // not where a limit that varies is 0
+  if (!regular) modes = solve_with_full_pivots(slopes_, -base_);
+  if (!modes.allFinite()) return false;
+  for (std::size_t k = 0; k < held_.size(); ++k) mode(held_[k], branch) = modes[static_cast<Eigen::Index>(k)];
+  Eigen::VectorXd off = Eigen::VectorXd::Zero(modes.size());
+  if (regular)
+    off = factors.solve(Eigen::MatrixXd::Identity(slopes_.rows(), slopes_.cols())).cwiseAbs() *
+          (slopes_.cwiseAbs() * modes.cwiseAbs() + base_.cwiseAbs());
+  const Eigen::VectorXd rounding = rate_slopes_.cwiseAbs() * (modes.cwiseAbs() + off);
+  rounding_.resize(rates_.size());
+  for (std::size_t i = 0; i < rounding_.size(); ++i)
+    rounding_[i] = kRoundings * (std::abs(base_rates_[i]) + rounding[static_cast<Eigen::Index>(i)]);
+  return true;
+}
+
+void Stiction::still(double* rates) const {
+  for (std::size_t i = 0; i < rounding_.size(); ++i)
+    if (std::abs(rates[i]) <= rounding_[i]) rates[i] = 0.0;
 }
 
 }  // namespace bgsim

@@ -3,9 +3,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "program/enclosure.hpp"
 #include "run/tolerances.hpp"
 
 namespace bgsim {
@@ -14,20 +17,41 @@ namespace bgsim {
 /// takes the value between those of the sides that keeps the guard where it is (Filippov's sliding mode; for dry
 /// friction, sticking). Resistors only: there the law between the two sides is physics. A relay in a source that does
 /// this is a question that the model leaves open.
+///
+/// Which of several borders hold, and to which side the others are left, is decided for all of them at once: the modes
+/// and the guards' rates are complementary, as forces and accelerations of dry friction are (Moreau; Stewart and
+/// Trinkle).
+/// Where more borders hold than the states have ways to move, the modes are not unique, and the rates are: modes of the
+/// surplus rest where that decision has them.
 class Stiction {
  public:
-  Stiction(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double span);
+  Stiction(const Program& program, std::span<const double> parameters, Evaluator& evaluator,
+           const Tolerances& tolerances, double span);
 
   /// Whether the relation behind a guard is of the kind that can be held.
   [[nodiscard]] bool possible(std::size_t guard) const;
   [[nodiscard]] bool any() const { return !held_.empty(); }
   [[nodiscard]] bool held(std::size_t guard) const;
-  /// Holds the guard's relation if both of its sides push back here; otherwise leaves everything as it was.
-  bool try_hold(std::size_t guard, double t, const double* x, Branch& branch);
+
+  struct Left {
+    std::size_t guard;
+    int side;
+  };
+  /// Decides anew which guards are held: of those that are now, and of @p candidates, which are at their borders. The
+  /// modes of all of them follow, those of candidates that no border attracts aside.
+  /// @param leaving  those of the held ones whose modes have just gone beyond a side, by rounding: where that is still
+  ///                 their side they leave, though nothing moves them yet
+  /// @return those that move away from their border; none if nothing was decided, and all is as before
+  std::optional<std::vector<Left>> decide(std::vector<std::size_t> candidates, const std::vector<std::size_t>& leaving,
+                                          double t, const double* x, Branch& branch);
+  /// Of a guard that is held: it is not any more.
   void release(std::size_t guard);
   /// Gives the held modes the values that keep their guards in place. False at a fault.
   bool balance(double t, const double* x, Branch& branch);
-  /// How far the mode is from the nearer one of its sides: negative when it is beyond.
+  /// Of rates with these values, those that are no more than what rounding leaves of a balance are 0: what is held at
+  /// rest does not move, whatever its tolerance.
+  void still(double* rates) const;
+  /// How far the mode is from the nearer one of its sides: negative when it is beyond. Of one of the surplus: 1.
   [[nodiscard]] double margin(std::size_t guard, const Branch& branch) const;
   /// The side of the guard that a mode beyond its limit belongs to.
   [[nodiscard]] int side_of(std::size_t guard, double mode) const;
@@ -35,24 +59,42 @@ class Stiction {
   template <class Archive>
   void carry(Archive& archive) {
     archive("held", held_);
+    archive("surplus", surplus_);
     for (const std::size_t guard : held_) archive.check(guard < guards_.size());
+    for (const std::size_t guard : surplus_) archive.check(guard < guards_.size());
   }
 
  private:
   [[nodiscard]] const Relation& relation(std::size_t guard) const {
     return program_.relations[evaluator_.guard_relation(guard)];
   }
+  [[nodiscard]] double& mode(std::size_t guard, Branch& branch) const {
+    return branch.modes[evaluator_.guard_relation(guard)];
+  }
+  [[nodiscard]] double mode_on(std::size_t guard, int side) const;
+  bool measure(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch);
   bool stays(double t, const double* x, Branch& branch);
-  bool guard_rates(double t, const double* x, Branch& branch, double step, Eigen::VectorXd& out);
+  bool guard_rates(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch,
+                   Eigen::VectorXd& out);
+  bool along_flow(const std::vector<std::size_t>& guards, double t, const double* x, const Branch& branch,
+                  Eigen::VectorXd& out);
+  bool differences(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch,
+                   Eigen::VectorXd& out);
 
   const Program& program_;
   Evaluator& evaluator_;
   const Tolerances& tolerances_;
   double span_;
-  std::vector<std::size_t> held_;  ///< guards
+  Enclosure enclosure_;            ///< of all guards: the slopes of those that can be held
+  std::vector<std::size_t> root_;  ///< by guard, in the enclosure
+  std::vector<Jet> jets_;
+  std::vector<std::size_t> held_;     ///< guards whose modes balance() finds
+  std::vector<std::size_t> surplus_;  ///< guards that stay where they are if those do; their modes rest
   std::vector<double> rates_, moved_, guards_, moved_guards_;
-  Eigen::MatrixXd slopes_;
-  Eigen::VectorXd base_, other_, modes_;
+  std::vector<double> base_rates_, rounding_;  ///< with modes of 0; how far the balanced rates can be off
+  Eigen::MatrixXd rate_slopes_;                ///< by state, then mode
+  Eigen::MatrixXd slopes_;                     ///< of the guards' rates, by guard, then mode
+  Eigen::VectorXd base_, other_;
 };
 
 }  // namespace bgsim
