@@ -137,6 +137,12 @@ void parse_arguments(CLI::App& app, Arguments arguments) {
   } catch (const CLI::ParseError& error) {
     throw UsageError(unknown_argument(app, given, error.what()));
   }
+  // As a shell makes of a variable that is not set: to take it for an option that is not given would lose what it is
+  // for.
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& value : option->results())
+      if (value.empty() && option->get_envname().empty())
+        throw UsageError(option->get_name() + " is given an empty text: give it a value, or leave it out");
 }
 
 }  // namespace bgsim::cli

@@ -273,6 +273,21 @@ std::string quotient(const std::string& over, const std::string& under) {
   return same_unit(*a.unit, *b.unit) ? over + "/" + under : unit_text(*a.unit / *b.unit);
 }
 
+/// "an impulse of weight 2 and its derivative of weight 3"; empty if there is none.
+std::string singular_terms(const std::vector<double>& weights) {
+  std::string text;
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    if (weights[k] == 0.0) continue;
+    const std::string order = k == 1 ? "" : k == 2 ? "second " : k == 3 ? "third " : std::to_string(k) + "th ";
+    text += std::string(text.empty() ? "" : " and ") +
+            (k == 0         ? "an impulse"
+             : text.empty() ? "the " + order + "derivative of an impulse"
+                            : "its " + order + "derivative") +
+            " of weight " + number_text(weights[k], 6);
+  }
+  return text;
+}
+
 }  // namespace
 
 Exit bode_command(const Arguments& arguments) {
@@ -377,9 +392,8 @@ Exit step_command(const Arguments& arguments) {
   }
   const TimeResponse response =
       time_response(system, 0, 0, impulse ? Excitation::impulse : Excitation::step, stop, points);
-  if (response.infinite != 0.0)
-    std::cerr << "note: at 0 the response contains an impulse of weight " << number_text(response.infinite, 6)
-              << " besides\n";
+  if (const std::string terms = singular_terms(response.singular); !terms.empty())
+    std::cerr << "note: at 0 the response contains " << terms << " besides\n";
   const std::string& name = system.outputs[0].name;
   std::string table = "t," + csv_field(name) + "\r\n";
   for (std::size_t i = 0; i < response.times.size(); ++i)

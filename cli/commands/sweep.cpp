@@ -293,6 +293,12 @@ Exit run_sweep(SweepArguments options) {
   std::vector<std::pair<std::string, std::string>> wanted;
   for (const std::string& text : options.results) wanted.push_back(name_and_expression(text));
   const SweepResults results(first.model(), options.scene, wanted);
+  for (const std::string& name : results.names()) {
+    const bool varied = std::any_of(plan.variations.begin(), plan.variations.end(),
+                                    [&](const Variation& variation) { return variation.name == name; });
+    if (varied || name == "run" || name == "status" || name == "notes" || name == "message")
+      throw UsageError("--result \"" + name + "\": the table has a column of this name already; give it another name");
+  }
   ReadOptions reading = options.reading;
   reading.outputs.insert(reading.outputs.end(), results.further_outputs().begin(), results.further_outputs().end());
   if (!options.traces) reading.record = results.outputs();

@@ -92,6 +92,8 @@ void take_matches(FitArguments& options) {
     bool found = false;
     for (FitMatch& match : options.plan.matches)
       if (match.output == output) {
+        if (match.sigma > 0.0 || !match.sigma_column.empty())
+          throw UsageError("--sigma is given twice for \"" + short_name(output) + "\"");
         found = true;
         match.sigma = sigma;
         if (!number) match.sigma_column = value;

@@ -88,6 +88,7 @@ TEST_CASE("what a fit is asked for and cannot do is wrong usage, and writes noth
   refused("rc.json data.csv --match u=volts --vary R --stop 1 --start 5", 2, "BG143");
   refused("rc.json data.csv --match u=volts --vary R --sigma u=-1", 2, "--sigma");
   refused("rc.json data.csv --match u=volts --vary R --sigma i=1", 2, "no --match");
+  refused("rc.json data.csv --match u=volts --vary R --sigma u=0.1 --sigma u=0.2", 2, "twice");
   refused("rc.json data.csv --match u=volts --vary R --loss square", 2, "huber:D");
   refused("rc.json data.csv --match u=volts --vary R --loss huber:1", 2, "BG418");
   refused("rc.json data.csv --data charge=data.csv --match u=volts --vary R", 2, "--data");
@@ -99,6 +100,23 @@ TEST_CASE("what a fit is asked for and cannot do is wrong usage, and writes noth
   CHECK(few.code == 3);
   CHECK_THAT(few.err, Contains("not converged"));
   CHECK(!here.has("fitted.json"));
+}
+
+TEST_CASE("a value whose influence is rounding has none") {
+  if (!is_built()) return;
+  // The mass of a pendulum cancels; its derivative is some 1e-16. It had a standard error of 3e12.
+  Workplace here;
+  here.write("pendulum.json",
+             R"x({"bgsim": 1, "name": "pendulum", "parameters": {"m": 0.3, "g": 9.81, "L": 0.7, "b": 0.2},
+    "signals": {"th": {"integral": "w.f", "initial": 0.5}},
+    "elements": {"w": {"kind": "1"}, "I": {"kind": "I", "inertance": "m*L^2"}, "G": {"kind": "MSe", "effort": "-m*g*L*sin(th)"},
+                 "r": {"kind": "R", "resistance": "b*m"}},
+    "bonds": [{"from": "w", "to": "I"}, {"from": "G", "to": "w"}, {"from": "w", "to": "r"}], "outputs": {"th": "th"},
+    "scenes": {"s": {"stop": 3, "samples": 61}}})x");
+  REQUIRE(here.bgsim("run pendulum.json --set L=0.72 -o data.csv").code == 0);
+  const Outcome both = here.bgsim("fit pendulum.json data.csv --match th=th --vary L,m");
+  CHECK(both.code == 2);
+  CHECK_THAT(both.err, Contains("BG419") && Contains("\"m\" = 0.3 has no influence"));
 }
 
 TEST_CASE("bgsim without bgsim-fit beside it says what fit needs") {

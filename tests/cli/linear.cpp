@@ -148,6 +148,32 @@ TEST_CASE("a step response is that of the closed form") {
   CHECK(here.bgsim("step mass.json --in push --out x --impulse -o i.svg").code == 0);
 }
 
+TEST_CASE("what a step or an impulse makes of a derivative of its source is said, by order") {
+  // A capacitor across a source: i = C u'. A mass behind another store of its kind: e = 2 u + 3 u'.
+  Workplace here;
+  here.write(
+      "c.json",
+      R"x({"bgsim": 1, "name": "c", "elements": {"F": {"kind": "Se", "effort": 1}, "c": {"kind": "C", "capacitance": 0.5}},
+    "bonds": [{"from": "F", "to": "c"}], "outputs": {"i": "F.f"}, "scenes": {"s": {"stop": 1}}})x");
+  here.write("m.json", R"x({"bgsim": 1, "name": "m", "elements": {"F": {"kind": "Sf", "flow": 1}, "j": {"kind": "1"},
+      "m": {"kind": "I", "inertance": 3}, "r": {"kind": "R", "resistance": 2}},
+    "bonds": [{"from": "F", "to": "j"}, {"from": "j", "to": "m"}, {"from": "j", "to": "r"}], "outputs": {"e": "F.e", "de": "der(F.e)"},
+    "scenes": {"s": {"stop": 1}}})x");
+  const auto note = [&](const std::string& arguments) {
+    const Outcome outcome = here.bgsim("step " + arguments + " --stop 1 --points 3");
+    CHECK(outcome.code == 0);
+    return outcome.err;
+  };
+  CHECK_THAT(note("c.json --in F --out i"), Contains("contains an impulse of weight 0.5 besides"));
+  CHECK_THAT(note("c.json --in F --out i --impulse"),
+             Contains("contains the derivative of an impulse of weight 0.5 besides"));
+  CHECK_THAT(note("m.json --in F --out e"), Contains("contains an impulse of weight 3 besides"));
+  CHECK_THAT(note("m.json --in F --out e --impulse"),
+             Contains("an impulse of weight 2 and its derivative of weight 3"));
+  CHECK_THAT(note("m.json --in F --out de --impulse"),
+             Contains("the derivative of an impulse of weight 2 and its second derivative of weight 3"));
+}
+
 TEST_CASE("a steady state says that events and samples have no part in it") {
   // The capacitor is emptied whenever it comes to 0.9 of what the source would charge it to.
   const auto model = [](const std::string& more) {

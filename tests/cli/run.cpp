@@ -143,6 +143,9 @@ TEST_CASE("wrong usage ends with exit code 2, naming what is wrong") {
     CHECK_FALSE(here.has("decay.first.csv"));
   };
   refused("", "which model?");
+  for (const char* const option : {"--scene", "--resume", "--snapshot", "--events", "--report-json", "-o", "--set"})
+    refused("decay.json " + std::string(option) + " ''", "is given an empty text");
+  refused("''", "is given an empty text");
   refused("decay.json --sceen first", "--sceen");
   refused("decay.json other.json", "other.json");
   refused("decay.json --scene", "--scene");

@@ -1,8 +1,10 @@
 // bgsim sweep: files, going on after a kill, parts and their union, refusals.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <sstream>
 #include <string>
 
 #include "command.hpp"
@@ -166,9 +168,39 @@ TEST_CASE("what a sweep cannot vary or keep is wrong usage, with the fix") {
   refused("rc.json --vary R=1,2 --result 'max(u)'", "write NAME=EXPR");
   refused("rc.json --vary R=1,2 --result 'x=max(v)'", "unknown name \"v\"");
   refused("rc.json --vary R=1,2 --result 'x=u'", "a result is made of");
+  refused("rc.json --vary R=1,2 --result 'R=max(u)'", "has a column of this name");
+  refused("rc.json --vary R=1,2 --result 'status=max(u)'", "has a column of this name");
   refused("rc.json --vary R=1,2 --shard 3/2", "write I/N");
   refused("rc.json --vary R=1,2 --scene none", "there is no scene");
   CHECK(here.bgsim("sweep --merge none").code == 2);
+}
+
+TEST_CASE("a condition that is true for an instant alone, and an event's own, are found by first") {
+  // u = I (1 - exp(-t)), which the event sets to 0 as soon as it is above 1.
+  Workplace here;
+  here.write("fire.json", R"x({"bgsim": 1, "name": "fire", "parameters": {"I": 1.5},
+    "elements": {"S": {"kind": "Sf", "flow": "I"}, "z": {"kind": "0"}, "c": {"kind": "C", "capacitance": 1}, "r": {"kind": "R", "resistance": 1}},
+    "bonds": [{"from": "S", "to": "z"}, {"from": "z", "to": "c"}, {"from": "z", "to": "r"}],
+    "events": {"fire": {"when": "c.q > 1", "set": {"c.q": "0"}}}, "outputs": {"v": "c.e"},
+    "scenes": {"s": {"stop": 5, "samples": 11}}})x");
+  REQUIRE(here.bgsim("sweep fire.json --vary I=1.2,1.5,3 --result 'f=first(v > 1)' --result 'g=first(v >= 1)' "
+                     "--result 'never=0*first(v > 2)' -o it")
+              .code == 0);
+  std::istringstream table(here.read("it/results.csv"));
+  std::string row;
+  std::getline(table, row);
+  std::size_t rows = 0;
+  for (; std::getline(table, row); ++rows) {
+    CAPTURE(row);
+    double current = 0.0, above = 0.0, at_least = 0.0;
+    // Nothing between the commas: no value.
+    REQUIRE(std::sscanf(row.c_str(), "%*d,%lf,%lf,%lf,,completed", &current, &above, &at_least) == 3);
+    REQUIRE_THAT(row, Contains(",,completed"));
+    const double right = -std::log(1.0 - 1.0 / current);
+    CHECK(above == Approx(right).epsilon(1e-6));  // the tolerance of the runs
+    CHECK(at_least == Approx(right).epsilon(1e-6));
+  }
+  CHECK(rows == 3);
 }
 
 TEST_CASE("a picture shows the results of a sweep over what is varied") {

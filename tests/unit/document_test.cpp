@@ -121,6 +121,8 @@ TEST_CASE("usual mistakes in JSON are called by their names") {
   CHECK(fault("{\"a\": .5}") == prefix + "[.] " + json + ".5 is not a value; write 0.5");
   CHECK(fault("{\"a\": 1}\n}") ==
         prefix + "[}] " + json + "something follows the end of the model; one file holds one model");
+  CHECK_THAT(fault(std::string("{\"a\": 1}\0}", 10)), Catch::Contains("something follows the end of the model"));
+  CHECK_THAT(fault(std::string("{\"a\": 1}\0", 9)), Catch::Contains("something follows the end of the model"));
   CHECK(fault("{\"a\":\n{\"b\": 1") ==
         prefix + "[] " + json + "the text ends, but the { in line 2 is not closed; the file seems to be cut off");
   CHECK(fault("{\"a\": \"x\n\"}") ==

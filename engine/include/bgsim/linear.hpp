@@ -144,7 +144,9 @@ enum class Excitation : std::uint8_t { step, impulse };
 struct TimeResponse {
   std::vector<double> times;
   std::vector<double> value;
-  double infinite = 0.0;  ///< weight of the impulse at 0 that the output contains besides
+  /// Weights of the impulse at 0 that the output contains besides, of its derivative, of its second one ...; up to the
+  /// last that is not 0.
+  std::vector<double> singular;
 };
 /// By the exponential of A, exact at the times.
 /// @throws ModelError BG410; BG409.

@@ -81,6 +81,14 @@ class DocumentBuilder {
     fail("BG101", "this is not JSON: " + what, at, at + 1, help);
   }
 
+  /// The parser takes a byte 0 for the end of the text.
+  void check_end() {
+    skip_separators();
+    if (cursor_ < text_.size())
+      fail("BG101", "this is not JSON: something follows the end of the model", cursor_, cursor_ + 1,
+           "one file holds one model");
+  }
+
   void check_duplicates() {
     for (std::size_t i = 0; i < document_.nodes_.size(); ++i)
       if (document_.nodes_[i].kind == JsonKind::object) check_duplicates(NodeId(i));
@@ -312,6 +320,7 @@ Document Document::parse(DocumentId self, std::string path, std::string text, bo
   document.nodes_.reserve(2 + static_cast<std::size_t>(std::count_if(
                                   t.begin(), t.end(), [](char c) { return c == ',' || c == '{' || c == '['; })));
   nlohmann::json::sax_parse(t.begin(), t.end(), &builder);
+  builder.check_end();
   builder.check_duplicates();
   return document;
 }

@@ -177,19 +177,24 @@ class Fitting {
     slope.found = runs_.derivatives(values, jacobian.derivatives.data());
     if (!slope.found) return slope;
     // Below their own errors the outputs say nothing of the residuals.
-    double square = 0.0;
-    std::size_t row = 0;
-    for (const FitScene& scene : runs_.scenes())
-      for (const FitCell& cell : scene.cells)
-        square += std::pow(jacobian.residuals[row++] + cell.value * cell.weight, 2);
+    const double outputs_norm = norm_of_outputs(jacobian.residuals);
     root_of_loss(plan_.loss, plan_.loss_at, jacobian.rows, jacobian.columns, jacobian.residuals.data(),
                  jacobian.derivatives.data());
     slope.gradient.assign(values.size(), 0.0);
     for (std::size_t i = 0; i < jacobian.rows; ++i)
       for (std::size_t j = 0; j < values.size(); ++j)
         slope.gradient[j] += jacobian.residuals[i] * jacobian.derivatives[i * values.size() + j];
-    slope.offset = relative_offset(jacobian, held, accuracy(), accuracy() * std::sqrt(square));
+    slope.offset = relative_offset(jacobian, held, accuracy(), accuracy() * outputs_norm);
     return slope;
+  }
+
+  /// The outputs at the times of the data, weighted as the residuals are.
+  double norm_of_outputs(const std::vector<double>& residuals) const {
+    double square = 0.0;
+    std::size_t row = 0;
+    for (const FitScene& scene : runs_.scenes())
+      for (const FitCell& cell : scene.cells) square += std::pow(residuals[row++] + cell.value * cell.weight, 2);
+    return std::sqrt(square);
   }
 
   double accuracy() const {
@@ -212,16 +217,19 @@ class Fitting {
     if (rms > 0.0) unit_ = rms;
   }
 
-  /// A value whose derivatives are all 0 at the start cannot be moved by the others, nor by itself.
+  /// A value whose derivatives are all 0 at the start, or what rounding makes of 0, cannot be moved by the others, nor
+  /// by itself.
   void require_influence() {
     std::vector<double> rows(runs_.residuals() * start_.size());
     if (!runs_.derivatives(start_, rows.data()))
       refuse("BG420", "no derivative of the runs was found at the start of the fit",
              "a fit needs runs on one side, at least, of each value", "begin elsewhere: --set NAME=VALUE");
+    constexpr double kRounding = 1e-12;  // of the outputs, if the value were another one altogether
+    const double least = kRounding * norm_of_outputs(runs_.residuals_of(first_));
     for (std::size_t j = 0; j < start_.size(); ++j) {
-      bool moves = false;
-      for (std::size_t i = 0; i < runs_.residuals() && !moves; ++i) moves = rows[i * start_.size() + j] != 0.0;
-      if (moves) continue;
+      double square = 0.0;
+      for (std::size_t i = 0; i < runs_.residuals(); ++i) square += std::pow(rows[i * start_.size() + j], 2);
+      if (std::sqrt(square) * runs_.scale(j) > least) continue;
       std::vector<std::string> outputs;
       for (const FitMatch& match : plan_.matches) outputs.push_back(match.output);
       refuse(

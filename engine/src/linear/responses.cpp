@@ -145,7 +145,8 @@ TimeResponse time_response(const LinearSystem& system, std::size_t input, std::s
     x.head(n) = b;
   TimeResponse result;
   const double direct = path.d[0];
-  result.infinite = step ? (path.d.size() > 1 ? path.d[1] : 0.0) : direct;
+  result.singular.assign(path.d.begin() + (step ? 1 : 0), path.d.end());
+  while (!result.singular.empty() && result.singular.back() == 0.0) result.singular.pop_back();
   for (std::size_t i = 0; i < points; ++i) {
     result.times.push_back(static_cast<double>(i) * h);
     result.value.push_back(c.dot(x.head(n)) + (step ? direct : 0.0));

@@ -88,6 +88,7 @@ bool Run::take_events() {
   if (events_.unresolved()) return fail(jumps_.accumulation(jumps_.due().front(), t_));
   jumped_at_ = t_;
   fresh_ = true;
+  measures_.look(t_, x_.data(), branch_);
   std::vector<double> rates(program_.varied_states > 0 ? x_.size() : 0);
   if (!rates.empty() && !evaluator_.rates(t_, x_.data(), branch_, rates.data())) return fail_with_fault();
   errors_.before_set(t_, x_, branch_, [this](double t, std::vector<double>& x, const Branch& branch) {

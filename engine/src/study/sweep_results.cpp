@@ -40,6 +40,7 @@ struct SweepResults::Inside {
   std::vector<Part> parts;
   ExprPool pool;  ///< symbols: the time, which none has; then the parameters; then the parts
   std::vector<ExprId> values;
+  std::vector<std::size_t> first_part;  ///< by value: its own parts are from here to those of the next one
   std::size_t parameters = 0;
   std::string prefix;  ///< of parts in expressions
 
@@ -173,6 +174,7 @@ void SweepResults::Inside::read(const Model& model, const std::string& name, con
     throw SweepError("--result " + in_quotes(whole) + (name.empty() ? ": it has no name" : ": the name is taken"),
                      "write --result NAME=EXPR, each with a name of its own");
   names.push_back(name);
+  first_part.push_back(parts.size());
   values.push_back(parse(model, whole, measured(model, whole, text)));
 }
 
@@ -195,6 +197,7 @@ SweepResults::SweepResults(const Model& model, const std::string& scene,
     for (std::size_t i = 0; i < outputs.size(); ++i)
       for (const char* const function : {"final", "min", "max", "mean", "rms"}) {
         inside->names.push_back(outputs[i] + "." + function);
+        inside->first_part.push_back(inside->parts.size());
         inside->values.push_back(inside->pool.symbol(inside->part_symbol(inside->parts.size())));
         inside->parts.push_back({i, std::find_if(Inside::kMeasures.begin(), Inside::kMeasures.end(),
                                                  [&](const Inside::Measure& m) { return m.name == function; })});
@@ -227,7 +230,14 @@ std::vector<double> SweepResults::of(const RunResult& run, const RunInputs& inpu
   const double length = run.report.reached - run.report.start;
   for (const Inside::Part& part : inside_->parts)
     symbols.push_back(part.measure->of(*measure_of.at(inside_->outputs[part.output]), length));
-  for (std::size_t i = 0; i < results.size(); ++i) results[i] = evaluate(inside_->pool, inside_->values[i], symbols);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    // What has no value leaves the result without one, also where 0 times it was simplified to 0.
+    const std::size_t end = i + 1 < results.size() ? inside_->first_part[i + 1] : inside_->parts.size();
+    bool known = true;
+    for (std::size_t part = inside_->first_part[i]; part < end; ++part)
+      known = known && !std::isnan(symbols[inside_->part_symbol(part).index()]);
+    if (known) results[i] = evaluate(inside_->pool, inside_->values[i], symbols);
+  }
   return results;
 }
 

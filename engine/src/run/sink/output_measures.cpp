@@ -66,6 +66,16 @@ void OutputMeasures::add(double to, int order, const Branch& branch, const Solut
   }
 }
 
+void OutputMeasures::look(double t, const double* x, const Branch& branch) {
+  if (!measuring_) return;
+  branch_ = branch;
+  if (!evaluate(t, x, row_)) return;
+  for (std::size_t i = 0; i < measures_.size(); ++i) {
+    take(i, t, row_[i]);
+    if (!measures_[i].nonzero_at && row_[i] != 0.0) measures_[i].nonzero_at = t;
+  }
+}
+
 bool OutputMeasures::measure(Piece& piece, double from, double to, int order, const Solution& solution) {
   // Beside the ends, where a step's extreme often is: the sign of the slope there.
   constexpr double kBeside = 1e-3;

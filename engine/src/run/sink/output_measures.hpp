@@ -29,6 +29,8 @@ class OutputMeasures {
   /// @param stop  the run's end.
   /// @param relative  to this the integrals over each part agree with those over its halves.
   void begin(double t, const double* x, const Branch& branch, double stop, double relative);
+  /// At an instant of which no stretch knows: conditions have changed and what they set off has not been done yet.
+  void look(double t, const double* x, const Branch& branch);
   /// On to @p to, over a stretch on which the solution is smooth; @p order is that of its polynomial.
   void add(double to, int order, const Branch& branch, const Solution& solution);
   /// Where the run ended. Empty if it measured nothing, or an output had no value on the way.

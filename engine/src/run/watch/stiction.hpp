@@ -19,8 +19,7 @@ namespace bgsim {
 /// this is a question that the model leaves open.
 ///
 /// Which of several borders hold, and to which side the others are left, is decided for all of them at once: the modes
-/// and the guards' rates are complementary, as forces and accelerations of dry friction are (Moreau; Stewart and
-/// Trinkle).
+/// and the guards' rates are complementary, as forces and accelerations of dry friction are (docs/theory.md).
 /// Where more borders hold than the states have ways to move, the modes are not unique, and the rates are: modes of the
 /// surplus rest where that decision has them.
 class Stiction {
