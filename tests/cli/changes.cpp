@@ -51,7 +51,7 @@ TEST_CASE("start, stop and output times of the command line take the place of th
   CHECK_THAT(usage_fault(here, "decay.json --stop -1"), Contains("BG143") && Contains("command line:1:"));
   CHECK_THAT(usage_fault(here, "decay.json --stop t"), Contains("BG118"));
   CHECK_THAT(usage_fault(here, "decay.json --stop Q"), Contains("BG121") && Contains("{ \"stop\": \"Q\" }"));
-  CHECK_THAT(usage_fault(here, "decay.json --stop ''"), Contains("the expression is empty"));
+  CHECK_THAT(usage_fault(here, "decay.json --stop ''"), Contains("is given an empty text"));
   CHECK_THAT(usage_fault(here, "decay.json --samples 3 --interval 1"), Contains("--samples"));
   CHECK_FALSE(here.has("decay.first.csv"));
 }
