@@ -7,8 +7,9 @@
 
 namespace bgsim {
 
-BranchWatch::BranchWatch(const Program& program, Evaluator& evaluator, double start, double stop)
-    : program_(program), evaluator_(evaluator) {
+BranchWatch::BranchWatch(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double start,
+                         double stop)
+    : program_(program), evaluator_(evaluator), tolerances_(tolerances), span_(stop - start) {
   constexpr double kFirst = 1e-9;  // of the scene: loops at rest begin with roundings
   ripe_ = start + kFirst * (stop - start);
   watched_.assign(program.tear_names.size(), false);
@@ -45,10 +46,21 @@ bool BranchWatch::solve(Integrator& integrator, double t, const std::vector<doub
   integrator.interpolate(t, y_.data());
   probe_ = integrator.branch();
   probe_.tears = start;
-  std::vector<double> rates(program_.state_names.size());
-  if (!evaluator_.rates(t, y_.data(), probe_, rates.data())) return false;
+  rates_.resize(program_.state_names.size());
+  if (!evaluator_.rates(t, y_.data(), probe_, rates_.data())) return false;
   solution = probe_.tears;
   return true;
+}
+
+/// Whether the rates with the solutions low_, at @p from, and high_, right after it at @p to, differ by what a state's
+/// tolerance shows.
+bool BranchWatch::matters(Integrator& integrator, double from, double to) {
+  if (!solve(integrator, from, low_, middle_)) return true;
+  const std::vector<double> before = rates_;
+  if (!solve(integrator, to, high_, middle_)) return true;
+  for (std::size_t i = 0; i < before.size(); ++i)
+    if (!(std::abs(rates_[i] - before[i]) * span_ <= tolerances_.absolute(i))) return true;
+  return false;
 }
 
 const ProgramBlock& BranchWatch::block_of(std::size_t tear) const {
@@ -90,7 +102,7 @@ std::optional<Diagnostic> BranchWatch::check(Integrator& integrator) {
       }
     }
     const Change left = change(low_, high_);
-    if (left.size > std::max(kLarge, kShrinks * whole))
+    if (left.size > std::max(kLarge, kShrinks * whole) && matters(integrator, from, to))
       jump = branch_failure(block_of(left.tear), program_.tear_names[left.tear], to, low_[left.tear], high_[left.tear]);
   }
   if (!jump) begin(integrator.branch());
