@@ -262,8 +262,12 @@ void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, bool
       continue;
     }
     if (!stiction_.possible(i) || followed_[i]) continue;
-    if (!located && error.empty()) error = guard_errors(t, x, branch);
-    if (!located && values_[i] != 0.0 && (error.empty() || !(std::abs(values_[i]) <= error[i]))) continue;
+    if (!located && values_[i] != 0.0) {
+      constexpr double kFar = 1e-2;  // of what it has been: no tolerance reaches there
+      if (std::abs(values_[i]) > kFar * largest_[i]) continue;
+      if (error.empty()) error = guard_errors(t, x, branch);
+      if (error.empty() || !(std::abs(values_[i]) <= error[i])) continue;
+    }
     const bool is_sign = program_.relations[relation_[i]].kind == Relation::Kind::sign;
     if (is_sign || (both_go_on(i, t, x, branch) && !is_kink(i, t, x, branch))) candidates.push_back(i);
   }

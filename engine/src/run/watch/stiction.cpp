@@ -40,7 +40,7 @@ Stiction::Stiction(const Program& program, std::span<const double> parameters, E
       evaluator_(evaluator),
       tolerances_(tolerances),
       span_(span),
-      enclosure_(program, parameters, guards_that_can_rest(program)),
+      parameters_(parameters),
       rates_(evaluator.states()),
       moved_(evaluator.states()),
       guards_(evaluator.guard_count()),
@@ -186,8 +186,9 @@ bool Stiction::stays(double t, const double* x, Branch& branch) {
 }
 
 void Stiction::release(std::size_t guard) {
+  held_.insert(held_.end(), surplus_.begin(), surplus_.end());
+  surplus_.clear();
   std::erase(held_, guard);
-  std::erase(surplus_, guard);
 }
 
 double Stiction::margin(std::size_t guard, const Branch& branch) const {
@@ -214,25 +215,27 @@ bool Stiction::guard_rates(const std::vector<std::size_t>& guards, double t, con
 bool Stiction::along_flow(const std::vector<std::size_t>& guards, double t, const double* x, const Branch& branch,
                           Eigen::VectorXd& out) {
   constexpr double kMoment = 1e-12;  // of the scene, over which slopes are enclosed
-  if (!enclosure_.tears().empty()) return false;
-  enclosure_.set_modes(branch.modes);
+  if (!enclosure_) enclosure_.emplace(program_, parameters_, guards_that_can_rest(program_));
+  if (!enclosure_->tears().empty()) return false;
+  enclosure_->set_modes(branch.modes);
   const double end = std::max(t + kMoment * span_, std::nextafter(t, std::numeric_limits<double>::infinity()));
   const double half = (end - t) / 2;
   jets_.clear();
-  for (const std::uint32_t i : enclosure_.states()) {
+  for (const std::uint32_t i : enclosure_->states()) {
     const double moves = half * std::abs(rates_[i]);
     jets_.push_back({x[i], Range(x[i] - moves, x[i] + moves), Range(rates_[i], rates_[i]), rates_[i], Range(0.0, 0.0)});
   }
-  enclosure_.evaluate(t, end, jets_, {});
+  enclosure_->evaluate(t, end, jets_, {});
   for (std::size_t k = 0; k < guards.size(); ++k) {
-    const Jet& guard = enclosure_[root_[guards[k]]];
+    const Jet& guard = (*enclosure_)[root_[guards[k]]];
     if (!std::isfinite(guard.curve.lower()) || !std::isfinite(guard.curve.upper())) return false;
     out[static_cast<Eigen::Index>(k)] = guard.middle_slope;
   }
   return true;
 }
 
-/// By a small step along the flow. Guards are linear in the states as a rule, and the step is then of no consequence.
+/// By a small step along the flow: of digits only where the states that the guard depends on have tolerances of one
+/// kind.
 bool Stiction::differences(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch,
                            Eigen::VectorXd& out) {
   constexpr double kTolerances = 1e3;

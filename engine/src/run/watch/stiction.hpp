@@ -43,7 +43,7 @@ class Stiction {
   /// @return those that move away from their border; none if nothing was decided, and all is as before
   std::optional<std::vector<Left>> decide(std::vector<std::size_t> candidates, const std::vector<std::size_t>& leaving,
                                           double t, const double* x, Branch& branch);
-  /// Of a guard that is held: it is not any more.
+  /// Of a guard that is held: it is not any more. The surplus are balanced with the others until it is decided anew.
   void release(std::size_t guard);
   /// Gives the held modes the values that keep their guards in place. False at a fault.
   bool balance(double t, const double* x, Branch& branch);
@@ -84,8 +84,9 @@ class Stiction {
   Evaluator& evaluator_;
   const Tolerances& tolerances_;
   double span_;
-  Enclosure enclosure_;            ///< of all guards: the slopes of those that can be held
-  std::vector<std::size_t> root_;  ///< by guard, in the enclosure
+  std::span<const double> parameters_;
+  std::optional<Enclosure> enclosure_;  ///< of the guards that can be held, made when one is
+  std::vector<std::size_t> root_;       ///< by guard, in the enclosure
   std::vector<Jet> jets_;
   std::vector<std::size_t> held_;     ///< guards whose modes balance() finds
   std::vector<std::size_t> surplus_;  ///< guards that stay where they are if those do; their modes rest
