@@ -41,7 +41,10 @@ std::string likely_method(const std::string& name) {
                                                                                     {"dassl", "ida"}}};
   for (const auto& [other, method] : kOthers)
     if (other == name) return method;
-  return nearest_name(name, method_names());
+  std::string small = name;
+  for (char& c : small)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return method_from(small) ? small : nearest_name(name, method_names());
 }
 
 /// "a:b" as folders.
@@ -147,7 +150,7 @@ void RunLimits::apply(SimulateOptions& how) const {
 void add_limit_options(CLI::App& app, RunLimits& limits) {
   app.add_option("--max-steps", limits.max_steps, "end the run after that many steps")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   auto* const limit = app.add_option("--time-limit", limits.seconds, "end the run after that many seconds of wall time")
                           ->type_name("SECONDS")
                           ->check(positive_number());

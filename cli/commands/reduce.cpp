@@ -48,7 +48,7 @@ ReduceArguments parse_reduce(const Arguments& arguments) {
   app.add_option("--error", options.error,
                  "error allowed in the scene's outputs, relative to each one's range (default: 1e-2)")
       ->type_name("X")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   app.add_option("--keep", options.keep, "an element that must stay; may be given again")
       ->type_name("NAME")
       ->allow_extra_args(false);

@@ -87,7 +87,7 @@ RunOptions parse_run(const Arguments& arguments) {
       ->type_name("FILE");
   app.add_option("--snapshot-steps", options.snapshot_steps, "write it every N steps as well")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   app.add_option("--resume", options.resume,
                  "continue the run that wrote this snapshot; the trace has the rows after it")
       ->type_name("FILE");

@@ -79,6 +79,8 @@ TEST_CASE("a wrong option gets the nearest one, or what says the same here") {
   CHECK(has(err("cart.json --set k = 3"), "without spaces"));
   CHECK(has(err("cart.json other.json"), "one file at a time"));
   CHECK(has(err("cart.json --method bdff"), "did you mean bdf?"));
+  CHECK(has(err("cart.json --method BDF"), "did you mean bdf?"));
+  CHECK(has(err("cart.json --max-steps 0"), "0 is not a number above zero"));
   CHECK(has(err("draw"), "which model? bgsim draw model.json"));
 }
 

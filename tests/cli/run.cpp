@@ -131,6 +131,23 @@ TEST_CASE("a model with no file, or at fault, ends with exit code 1 and no trace
   CHECK(broken.code == 1);
   CHECK_THAT(broken.err, StartsWith("broken.json:1:"));
   CHECK_FALSE(here.has("out.csv"));
+  here.write("empty.json", "\n");
+  CHECK_THAT(here.bgsim("empty.json").err, Contains("BG101: the file is empty"));
+  here.write("wide.json", std::string("\xFF\xFE{\0\"\0b\0", 8));
+  CHECK_THAT(here.bgsim("wide.json").err, Contains("written in UTF-16") && Contains("save it as UTF-8"));
+}
+
+TEST_CASE("a fault in the file of a submodel is said once, and none of those that come of it") {
+  const Workplace here;
+  here.write("cell.json", R"({"bgsim": 1, "elements": {"in": {"kind": "1"} "r": {"kind": "R", "resistance": 1}},
+    "bonds": [{"from": "in", "to": "r"}], "ports": {"left": "in"}})");
+  here.write("pair.json", R"({"bgsim": 1, "types": {"cell": "cell.json"}, "elements": {"a": {"kind": "cell"}},
+    "ports": {"l": "a.left"}})");
+  here.write("top.json", R"({"bgsim": 1, "types": {"pair": "pair.json"},
+    "elements": {"s": {"kind": "Se", "effort": 1}, "p": {"kind": "pair"}}, "bonds": [{"from": "s", "to": "p.l"}],
+    "scenes": {"s": {"stop": 1}}})");
+  const std::string err = here.bgsim("top.json").err;
+  CHECK_THAT(err, Contains("cell.json:1:") && Contains("BG101") && !Contains("BG138") && !Contains("BG204"));
 }
 
 TEST_CASE("wrong usage ends with exit code 2, naming what is wrong") {

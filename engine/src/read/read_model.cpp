@@ -94,12 +94,16 @@ void Reader::read_head() {
 }
 
 /// The same fault in words that show nothing of the file: it is no model, so it may be anything.
-static Diagnostic without_text(Diagnostic fault) {
+static Diagnostic without_text(Diagnostic fault, std::string_view text) {
   if (fault.code == "BG104") return fault;
+  const bool empty = text.find_first_not_of(" \t\r\n") == std::string_view::npos;
+  const bool wide = text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF");
   fault.situation = fault.code == "BG102"   ? "a key occurs twice in the same object"
                     : fault.code == "BG103" ? "a number is beyond the range of a double"
+                    : empty                 ? "the file is empty"
+                    : wide                  ? "the file is written in UTF-16"
                                             : "this is not JSON, and no model";
-  fault.help = "a model is JSON and begins with { \"bgsim\": 1";
+  fault.help = wide ? "save it as UTF-8" : "a model is JSON and begins with { \"bgsim\": 1";
   return fault;
 }
 
@@ -137,7 +141,9 @@ DocumentId Reader::add_document(const std::string& path, std::string text, bool 
     // The place is in the file that failed: keep its text for the message.
     if (error.sources && id.index() < error.sources->size()) sources_->push_back((*error.sources)[id.index()]);
     const bool shown = id.index() < sources_->size() && shows_text((*sources_)[id.index()]);
-    for (const Diagnostic& fault : error.diagnostics) problems_.push_back(shown ? fault : without_text(fault));
+    for (const Diagnostic& fault : error.diagnostics)
+      problems_.push_back(
+          shown ? fault : without_text(fault, id.index() < sources_->size() ? (*sources_)[id.index()].text() : ""));
     return {};
   }
   return id;

@@ -231,7 +231,7 @@ void Reader::declare_exports(std::size_t scope) {
              own != names_.end() && own->second.kind == Entity::Kind::element &&
              junction.find('.') == std::string::npos && is_junction(model_.elements[own->second.index].kind))
       target = ElementId(own->second.index);
-    if (!target.valid() && broken_.contains(prefix + junction)) continue;
+    if (!target.valid() && is_broken(scope, junction)) continue;
     if (!target.valid()) {
       std::vector<std::string> candidates;
       for (std::size_t i = 0; !enough_problems() && i < model_.elements.size(); ++i) {
