@@ -176,9 +176,9 @@ TEST_CASE("frictions that hold two blocks three ways let go where the force exce
   for (std::size_t i = 0; i < run.trace.times.size(); ++i) {
     // 3 v' = 2 t - 0.5 = 2 s, for which the friction between them gives 2 v' + 0.2: its 0.6 at s = 0.3. From there on
     // the first has 2 t - 0.9 and the second 0.4.
-    const double s = std::max(0.0, run.trace.times[i] - 0.25), slips = std::max(0.0, s - 0.3);
-    const double together = std::pow(s - slips, 2) / 3.0;
-    const double v1 = together + 0.2 * slips + slips * slips, v2 = together + 0.2 * slips;
+    const double s = std::max(0.0, run.trace.times[i] - 0.25), sliding = std::max(0.0, s - 0.3);
+    const double together = std::pow(s - sliding, 2) / 3.0;
+    const double v1 = together + 0.2 * sliding + sliding * sliding, v2 = together + 0.2 * sliding;
     CHECK(column(run, "v0")[i] == Approx(v1).margin(1e-7));  // ten tolerances
     CHECK(column(run, "v1")[i] == Approx(v2).margin(1e-7));
   }

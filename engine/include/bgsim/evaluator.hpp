@@ -151,6 +151,9 @@ class Evaluator {
   void dependent_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors,
                           std::span<const double> parameter_errors, double* bounds);
 
+  /// How far the solution of each loop variable can be off where the states are rounded, and all operations are, as
+  /// rates solve the loops; infinite where there is no solution, 0 of loops that no rate needs.
+  void tear_rounding(double t, const double* x, Branch& branch, double* bounds);
   /// How far each output can be off at this point where the states are off by so much, and all operations are rounded.
   void output_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors, double* bounds);
   /// How far each of the values of diodes() can be off at this point where states and time are off by so much, and all

@@ -223,6 +223,17 @@ void Evaluator::dependent_rounding(double t, const double* x, Branch& branch, st
   impl.carry_errors_of(impl.program.dependents, branch, bounds);
 }
 
+void Evaluator::tear_rounding(double t, const double* x, Branch& branch, double* bounds) {
+  Impl& impl = *impl_;
+  const Program& program = impl.program;
+  impl.begin_errors();
+  impl.set_point(t, x, branch);
+  for (std::size_t i = 0; i < program.states.size(); ++i) impl.errors[program.first_state + i] = kUnit * std::abs(x[i]);
+  std::vector<double> of_rates(program.states.size());
+  impl.carry_errors_of(program.rates, branch, of_rates.data());
+  std::copy_n(impl.errors.begin() + program.first_tear, program.tear_names.size(), bounds);
+}
+
 void Evaluator::output_rounding(double t, const double* x, Branch& branch, std::span<const double> state_errors,
                                 double* bounds) {
   Impl& impl = *impl_;

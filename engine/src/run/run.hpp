@@ -65,7 +65,7 @@ class Run {
         jumps_(program, evaluator_, inputs),
         delays_(program, evaluator_, inputs, delayed),
         defects_(program, inputs, evaluator_, tolerances_),
-        loops_(program, evaluator_, tolerances_, inputs.start, inputs.stop),
+        loops_(program, evaluator_, inputs.start, inputs.stop),
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),
         variations_(program.varied_states, false, inputs.stop - inputs.start),
         mode_order_(program, evaluator_, inputs, implicit_),

@@ -7,9 +7,8 @@
 
 namespace bgsim {
 
-BranchWatch::BranchWatch(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double start,
-                         double stop)
-    : program_(program), evaluator_(evaluator), tolerances_(tolerances), span_(stop - start) {
+BranchWatch::BranchWatch(const Program& program, Evaluator& evaluator, double start, double stop)
+    : program_(program), evaluator_(evaluator) {
   constexpr double kFirst = 1e-9;  // of the scene: loops at rest begin with roundings
   ripe_ = start + kFirst * (stop - start);
   watched_.assign(program.tear_names.size(), false);
@@ -29,12 +28,14 @@ void BranchWatch::begin(const Branch& branch) {
   for (std::size_t i = 0; i < last_.size(); ++i) largest_[i] = std::max(largest_[i], std::abs(last_[i]));
 }
 
-BranchWatch::Change BranchWatch::change(const std::vector<double>& from, const std::vector<double>& to) const {
+BranchWatch::Change BranchWatch::change(const std::vector<double>& from, const std::vector<double>& to,
+                                        const std::vector<double>& rounding) const {
   Change most;
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     if (!watched_[i]) continue;
     const double scale = std::max({largest_[i], std::abs(from[i]), std::abs(to[i])});
-    const double size = scale > 0.0 ? std::abs(to[i] - from[i]) / scale : 0.0;
+    const double moved = std::abs(to[i] - from[i]) - (rounding.empty() ? 0.0 : rounding[i]);
+    const double size = scale > 0.0 ? std::max(0.0, moved) / scale : 0.0;
     if (size > most.size) most = {size, i};
   }
   return most;
@@ -46,21 +47,18 @@ bool BranchWatch::solve(Integrator& integrator, double t, const std::vector<doub
   integrator.interpolate(t, y_.data());
   probe_ = integrator.branch();
   probe_.tears = start;
-  rates_.resize(program_.state_names.size());
-  if (!evaluator_.rates(t, y_.data(), probe_, rates_.data())) return false;
+  std::vector<double> rates(program_.state_names.size());
+  if (!evaluator_.rates(t, y_.data(), probe_, rates.data())) return false;
   solution = probe_.tears;
   return true;
 }
 
-/// Whether the rates with the solutions low_, at @p from, and high_, right after it at @p to, differ by what a state's
-/// tolerance shows.
-bool BranchWatch::matters(Integrator& integrator, double from, double to) {
-  if (!solve(integrator, from, low_, middle_)) return true;
-  const std::vector<double> before = rates_;
-  if (!solve(integrator, to, high_, middle_)) return true;
-  for (std::size_t i = 0; i < before.size(); ++i)
-    if (!(std::abs(rates_[i] - before[i]) * span_ <= tolerances_.absolute(i))) return true;
-  return false;
+/// How far two solutions beside each other can be apart by rounding, where the last one was found.
+std::vector<double> BranchWatch::rounding_at(double t) {
+  std::vector<double> bounds(watched_.size());
+  evaluator_.tear_rounding(t, y_.data(), probe_, bounds.data());
+  for (double& bound : bounds) bound = std::isfinite(bound) ? 2.0 * bound : 0.0;
+  return bounds;
 }
 
 const ProgramBlock& BranchWatch::block_of(std::size_t tear) const {
@@ -83,17 +81,19 @@ std::optional<Diagnostic> BranchWatch::check(Integrator& integrator) {
     jump = branch_failure(block, program_.tear_names[tear], integrator.time(), last_[tear], now_[tear]);
   }
   if (jump) return jump;
-  if (integrator.time() > ripe_ && change(last_, now_).size > kLarge &&
+  if (integrator.time() > ripe_ && change(last_, now_, {}).size > kLarge &&
       solve(integrator, integrator.time(), last_, now_)) {
+    const std::vector<double> rounding = rounding_at(integrator.time());
     double from = integrator.previous(), to = integrator.time();
     low_ = last_;
     high_ = now_;
-    const double whole = change(low_, high_).size;
+    const double whole = change(low_, high_, rounding).size;
     int halvings = 0;
-    for (; halvings < kHalvings && change(low_, high_).size > std::max(kLarge, kShrinks * whole); ++halvings) {
+    for (; halvings < kHalvings && change(low_, high_, rounding).size > std::max(kLarge, kShrinks * whole);
+         ++halvings) {
       const double middle = from + (to - from) / 2;
       if (!(middle > from && middle < to) || !solve(integrator, middle, low_, middle_)) break;
-      if (change(low_, middle_).size > change(middle_, high_).size) {
+      if (change(low_, middle_, rounding).size > change(middle_, high_, rounding).size) {
         to = middle;
         high_ = middle_;
       } else {
@@ -101,8 +101,8 @@ std::optional<Diagnostic> BranchWatch::check(Integrator& integrator) {
         low_ = middle_;
       }
     }
-    const Change left = change(low_, high_);
-    if (left.size > std::max(kLarge, kShrinks * whole) && matters(integrator, from, to))
+    const Change left = change(low_, high_, rounding);
+    if (left.size > std::max(kLarge, kShrinks * whole))
       jump = branch_failure(block_of(left.tear), program_.tear_names[left.tear], to, low_[left.tear], high_[left.tear]);
   }
   if (!jump) begin(integrator.branch());

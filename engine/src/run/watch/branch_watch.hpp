@@ -6,7 +6,6 @@
 
 #include "bgsim/evaluator.hpp"
 #include "run/integrate/integrator.hpp"
-#include "run/tolerances.hpp"
 
 namespace bgsim {
 
@@ -14,7 +13,7 @@ namespace bgsim {
 /// law of the model speaks of. Only the change over an accepted step shows it.
 class BranchWatch {
  public:
-  BranchWatch(const Program& program, Evaluator& evaluator, const Tolerances& tolerances, double start, double stop);
+  BranchWatch(const Program& program, Evaluator& evaluator, double start, double stop);
 
   /// From here on: the solution of the loops after a restart, which a change of modes may have put anywhere.
   void begin(const Branch& branch);
@@ -22,9 +21,8 @@ class BranchWatch {
   /// step's end, or nearly so.
   ///
   /// @return  the jump in it, if there is one: to a solution on the other side of a fold, where the determinant of the
-  ///          loop's equations has the other sign, or a change that stays however short the time in which it happens
-  ///          and moves a state, over the run, by more than its tolerance. (Less is what rounding makes of terms that
-  ///          cancel in a loop at rest.)
+  ///          loop's equations has the other sign, or a change that stays however short the time in which it happens.
+  ///          What rounding of the loop's terms can have moved is no change.
   /// @note  Cost: a comparison for each loop variable; some ten solutions of the loops where one changes by a tenth or
   ///        more within a step.
   std::optional<Diagnostic> check(Integrator& integrator);
@@ -40,20 +38,20 @@ class BranchWatch {
     double size = 0.0;  ///< as a part of the loop variable's largest magnitude
     std::size_t tear = 0;
   };
-  [[nodiscard]] Change change(const std::vector<double>& from, const std::vector<double>& to) const;
-  bool matters(Integrator& integrator, double from, double to);
+  /// @param rounding  by tear; empty: none
+  [[nodiscard]] Change change(const std::vector<double>& from, const std::vector<double>& to,
+                              const std::vector<double>& rounding) const;
+  [[nodiscard]] std::vector<double> rounding_at(double t);
   bool solve(Integrator& integrator, double t, const std::vector<double>& start, std::vector<double>& solution);
   [[nodiscard]] const ProgramBlock& block_of(std::size_t tear) const;
 
   const Program& program_;
   Evaluator& evaluator_;
-  const Tolerances& tolerances_;
-  double span_;
   bool any_ = false;
   double ripe_;                   ///< time from which it is known what is large
   std::vector<bool> watched_;     ///< by tear: of a nonlinear loop
   std::vector<int> orientation_;  ///< by block
-  std::vector<double> last_, now_, low_, high_, middle_, largest_, y_, rates_;
+  std::vector<double> last_, now_, low_, high_, middle_, largest_, y_;
   Branch probe_;
 };
 

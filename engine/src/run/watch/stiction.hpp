@@ -36,14 +36,14 @@ class Stiction {
     std::size_t guard;
     int side;
   };
-  /// Decides anew which guards are held: of those that are now, and of @p candidates, which are at their borders. The
-  /// modes of all of them follow, those of candidates that no border attracts aside.
+  /// Decides which guards are held from here on: of those that are now, and of @p candidates, which are at their
+  /// borders. The modes of all of them follow, those of candidates that no border attracts aside.
   /// @param leaving  those of the held ones whose modes have just gone beyond a side, by rounding: where that is still
   ///                 their side they leave, though nothing moves them yet
   /// @return those that move away from their border; none if nothing was decided, and all is as before
   std::optional<std::vector<Left>> decide(std::vector<std::size_t> candidates, const std::vector<std::size_t>& leaving,
                                           double t, const double* x, Branch& branch);
-  /// Of a guard that is held: it is not any more. The surplus are balanced with the others until it is decided anew.
+  /// Of a guard that is held: it is not any more. The surplus are balanced with the others until the next decision.
   void release(std::size_t guard);
   /// Gives the held modes the values that keep their guards in place. False at a fault.
   bool balance(double t, const double* x, Branch& branch);
