@@ -216,8 +216,8 @@ TEST_CASE("outputs whose range is small beside their magnitude are noted, but no
 }
 
 TEST_CASE("friction that is held forgets errors, and a block at rest has none") {
-  // Each time the block stops, the spring's and its own motion begin again: errors do not add up. Carried along with the
-  // force of friction as a constant, they were estimated at 97 % of the range where they are 7e-6 of it.
+  // Each time the block stops, the spring's and its own motion begin again: errors do not add up. Carried along with
+  // the force of friction as a constant, they were estimated at 97 % of the range where they are 7e-6 of it.
   const auto block = [](const std::string& push) {
     return R"json({ "bgsim": 1, "name": "block", "elements": {
       "push": { "kind": "Se", "effort": ")json" +

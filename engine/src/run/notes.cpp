@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
 #include "run/failures.hpp"
 #include "run/watch/source_pace.hpp"
 
@@ -43,6 +44,16 @@ std::string undecided_note(const Relation& relation, double since) {
   return "from t = " + number_text(since, 6) + " on, " + relation.text +
          " is at its border, or so near that rounding decides: the search for its changes ended there, and it stays as "
          "it was; write it so that its sides differ";
+}
+
+std::optional<std::string> indefinite_shares_note(const std::vector<std::size_t>& outputs,
+                                                  const std::vector<std::string>& names) {
+  if (outputs.empty()) return std::nullopt;
+  std::vector<std::string> named;
+  for (const std::size_t output : outputs) named.push_back(names[output]);
+  return list_of(named, " and ", 6) + (outputs.size() == 1 ? " is" : " are") +
+         " indefinite while more frictions or valves hold than what they hold has ways to move: what each takes is one "
+         "of many shares";
 }
 
 std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative) {

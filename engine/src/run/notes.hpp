@@ -18,6 +18,9 @@ std::optional<std::string> quiet_states_note(const Tolerances& tolerances, const
 /// @param frequency  of the fastest source; @param span  of the scene, in which @p steps were made.
 std::optional<std::string> fast_sources_note(double frequency, double span, std::uint64_t steps);
 
+/// Outputs of forces that several frictions at rest share in any way. @param outputs  positions in @p names
+std::optional<std::string> indefinite_shares_note(const std::vector<std::size_t>& outputs,
+                                                  const std::vector<std::string>& names);
 /// The energy balance is off by more than the tolerance explains.
 std::optional<std::string> open_balance_note(const EnergyAudit& energy, double relative);
 

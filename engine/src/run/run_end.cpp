@@ -85,6 +85,7 @@ void Run::report() {
     note(quiet_states_note(tolerances_, program_.state_names));
     for (std::size_t i = 0; i < events_.undecided().size(); ++i)
       note(unproven_note(program_.relations[events_.undecided()[i]], events_.undecided_at()[i]));
+    note(indefinite_shares_note(events_.indefinite(), program_.output_names));
     if (const auto unseen = defects_.unseen())
       note(unseen_law_note(program_.state_names[unseen->first], unseen->second));
     if (result_.stop == StopReason::completed && !left_mode_)

@@ -263,7 +263,7 @@ void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, bool
     }
     if (!stiction_.possible(i) || followed_[i]) continue;
     if (!located && values_[i] != 0.0) {
-      constexpr double kFar = 1e-2;  // of what it has been: no tolerance reaches there
+      constexpr double kFar = 1e-2;  // of what it has been: spares two evaluations a state where a jump went far
       if (std::abs(values_[i]) > kFar * largest_[i]) continue;
       if (error.empty()) error = guard_errors(t, x, branch);
       if (error.empty() || !(std::abs(values_[i]) <= error[i])) continue;
@@ -298,6 +298,8 @@ void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, bool
     side_[guard] = 1;  // the side of what it has left
     hold_[guard] = 0.0;
   }
+  for (const std::size_t output : stiction_.indefinite_outputs(t, x, branch))
+    if (std::find(indefinite_.begin(), indefinite_.end(), output) == indefinite_.end()) indefinite_.push_back(output);
 }
 
 bool EventWatch::evaluate(Integrator& integrator, double t, std::vector<double>& values) {

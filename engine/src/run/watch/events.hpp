@@ -116,6 +116,8 @@ class EventWatch {
     archive("relations", relations_);
     for (const std::size_t relation : relations_) archive.check(relation < program_.relations.size());
     archive("stiction", stiction_);
+    archive("indefinite", indefinite_);
+    for (const std::size_t output : indefinite_) archive.check(output < program_.output_names.size());
     archive("undecided", undecided_);
     for (const std::size_t relation : undecided_) archive.check(relation < program_.relations.size());
     archive("undecided at", undecided_at_);
@@ -130,6 +132,9 @@ class EventWatch {
     return relations_.empty() ? std::nullopt : std::optional(relations_.back());
   }
   [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
+
+  /// Outputs that were indefinite while more borders were held than the states have ways to move.
+  [[nodiscard]] const std::vector<std::size_t>& indefinite() const { return indefinite_; }
 
   /// Relations of which the work allowed gave no proof that they did not change within a step, and when first.
   [[nodiscard]] const std::vector<std::size_t>& undecided() const { return undecided_; }
@@ -241,6 +246,7 @@ class EventWatch {
   std::deque<double> times_;           ///< of the latest events
   std::deque<std::size_t> relations_;  ///< that changed in them
   std::optional<Diagnostic> failure_;
+  std::vector<std::size_t> indefinite_;
   std::vector<std::size_t> undecided_;
   std::vector<double> undecided_at_;
   Integrator* searched_ = nullptr;                                ///< whose last step is searched

@@ -191,6 +191,38 @@ void Stiction::release(std::size_t guard) {
   std::erase(held_, guard);
 }
 
+std::vector<std::size_t> Stiction::indefinite_outputs(double t, const double* x, const Branch& branch) {
+  constexpr double kMoved = 0.01, kSame = 1e-9;  // of the way between a mode's sides; of what modes alone do
+  std::vector<std::size_t> result;
+  const std::size_t count = program_.output_names.size();
+  std::vector<double> own(count), other(count), alone(count, 0.0), shared(count, 0.0);
+  Branch here = branch;
+  if (surplus_.empty() || !balance(t, x, here) || !evaluator_.outputs(t, x, here, own.data())) return result;
+  const auto take = [&](Branch& with, std::vector<double>& most) {
+    if (!evaluator_.outputs(t, x, with, other.data())) return;
+    for (std::size_t i = 0; i < count; ++i) most[i] = std::max(most[i], std::abs(other[i] - own[i]));
+  };
+  const auto moved = [&](std::size_t guard) {
+    Branch with = here;
+    const double one = mode_on(guard, -1), two = mode_on(guard, 1);
+    double& value = mode(guard, with);
+    value += kMoved * (std::abs(value - one) < std::abs(value - two) ? two - one : one - two);
+    return with;
+  };
+  for (const std::size_t guard : held_) {
+    Branch with = moved(guard);
+    take(with, alone);
+  }
+  for (const std::size_t guard : surplus_) {
+    Branch with = moved(guard);
+    take(with, alone);
+    if (balance(t, x, with)) take(with, shared);
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    if (shared[i] > kSame * alone[i]) result.push_back(i);
+  return result;
+}
+
 double Stiction::margin(std::size_t guard, const Branch& branch) const {
   if (std::find(surplus_.begin(), surplus_.end(), guard) != surplus_.end()) return 1.0;
   const double mode = branch.modes[evaluator_.guard_relation(guard)];

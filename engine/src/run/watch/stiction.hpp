@@ -50,6 +50,10 @@ class Stiction {
   /// Of rates with these values, those that are no more than what rounding leaves of a balance are 0: what is held at
   /// rest does not move, whatever its tolerance.
   void still(double* rates) const;
+  /// Positions of the outputs that depend on how the surplus and the others share what holds them, which nothing
+  /// determines.
+  /// @note  Cost: the outputs for each guard that is held, and a balance for each of the surplus.
+  [[nodiscard]] std::vector<std::size_t> indefinite_outputs(double t, const double* x, const Branch& branch);
   /// How far the mode is from the nearer one of its sides: negative when it is beyond. Of one of the surplus: 1.
   [[nodiscard]] double margin(std::size_t guard, const Branch& branch) const;
   /// The side of the guard that a mode beyond its limit belongs to.
