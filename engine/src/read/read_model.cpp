@@ -140,10 +140,10 @@ DocumentId Reader::add_document(const std::string& path, std::string text, bool 
   } catch (const ModelError& error) {
     // The place is in the file that failed: keep its text for the message.
     if (error.sources && id.index() < error.sources->size()) sources_->push_back((*error.sources)[id.index()]);
-    const bool shown = id.index() < sources_->size() && shows_text((*sources_)[id.index()]);
+    const Document* const kept = id.index() < sources_->size() ? &(*sources_)[id.index()] : nullptr;
+    const bool shown = kept != nullptr && shows_text(*kept);
     for (const Diagnostic& fault : error.diagnostics)
-      problems_.push_back(
-          shown ? fault : without_text(fault, id.index() < sources_->size() ? (*sources_)[id.index()].text() : ""));
+      problems_.push_back(shown ? fault : without_text(fault, kept != nullptr ? kept->text() : std::string()));
     return {};
   }
   return id;

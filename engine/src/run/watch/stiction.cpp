@@ -8,7 +8,6 @@
 #include "base/lu.hpp"
 #include "expression/apply.hpp"
 #include "model/element_kinds.hpp"
-#include "run/complementarity.hpp"
 
 namespace bgsim {
 namespace {
@@ -67,48 +66,41 @@ double Stiction::mode_on(std::size_t guard, int side) const {
   return apply(at.kind == Relation::Kind::step ? Op::step : at.comparison, side, 0.0);
 }
 
+/// Q of decide(): how the guards' rates fall with the places of the modes between those of their two sides.
+Eigen::MatrixXd Stiction::falls(const std::vector<std::size_t>& guards) const {
+  Eigen::MatrixXd q = -slopes_;
+  for (std::size_t j = 0; j < guards.size(); ++j)
+    q.col(static_cast<Eigen::Index>(j)) *= mode_on(guards[j], 1) - mode_on(guards[j], -1);
+  return q;
+}
+
 /// With s, by guard, the place of its mode between that of the side below (0) and that of the side above (1), and u the
 /// guards' rates, which are c - Q s: s = 0 where u < 0, s = 1 where u > 0, and between the two u = 0. As a
 /// complementarity problem: s >= 0 beside u- >= 0, u+ >= 0 beside 1 - s >= 0, u = u+ - u-. Q is R M^-1 R^T L for
 /// frictions of limits L between masses M, so the relation becomes monotone if its rows are scaled, and Lemke's method,
 /// which any positive scaling leaves as it is, ends at a solution.
-std::optional<std::vector<Stiction::Left>> Stiction::decide(std::vector<std::size_t> candidates,
-                                                            const std::vector<std::size_t>& leaving, double t,
-                                                            const double* x, Branch& branch) {
-  constexpr double kRoundings = 64.0 * std::numeric_limits<double>::epsilon(), kDependent = 1e-10, kAtSide = 1e-9;
-  Branch tried = branch;
-  std::vector<std::size_t> guards = held_;
-  guards.insert(guards.end(), surplus_.begin(), surplus_.end());
-  const std::size_t before = guards.size();
-  guards.insert(guards.end(), candidates.begin(), candidates.end());
-  if (guards.empty() || !measure(guards, t, x, tried)) return std::nullopt;
-  // No border holds from which a side pushes away.
-  for (std::size_t k = before; k < guards.size(); ++k) {
-    const auto at = static_cast<Eigen::Index>(k);
-    const double way = mode_on(guards[k], 1) - mode_on(guards[k], -1);
-    if (way * slopes_(at, at) < 0.0) continue;
-    candidates.erase(std::find(candidates.begin(), candidates.end(), guards[k]));
-    if (candidates.empty() && before == 0) return std::nullopt;
-    return decide(std::move(candidates), leaving, t, x, branch);
-  }
+/// @param q       falls()
+/// @param before  so many of the first guards were held before
+/// @return by guard, then by guard: the pairs of s and of u+
+ComplementarySides Stiction::sides(const std::vector<std::size_t>& guards, const Eigen::MatrixXd& q,
+                                   std::size_t before) const {
+  constexpr double kRoundings = 64.0 * std::numeric_limits<double>::epsilon();
   const std::size_t n = guards.size();
   const auto series = [](double value, double rounding) { return PowerSeries::of<1>({value}, {rounding}, true); };
+  const PowerSeries one = PowerSeries::number(1.0);
   Complementarity problem{2 * n, std::vector<std::vector<Complementarity::Entry>>(2 * n),
                           std::vector<std::vector<Complementarity::Entry>>(2 * n), std::vector<PowerSeries>(2 * n)};
-  const PowerSeries one = PowerSeries::number(1.0);
   std::vector<bool> first(2 * n, false);
-  Eigen::MatrixXd q(slopes_.rows(), slopes_.cols());
   for (std::size_t i = 0; i < n; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     double c = base_[row], terms = std::abs(c);
     for (std::size_t j = 0; j < n; ++j) {
       const auto column = static_cast<Eigen::Index>(j);
-      const double below = mode_on(guards[j], -1), slope = slopes_(row, column);
-      q(row, column) = -slope * (mode_on(guards[j], 1) - below);
-      c += slope * below;
+      const double slope = slopes_(row, column);
+      if (slope == 0.0) continue;
+      c += slope * mode_on(guards[j], -1);
       terms += std::abs(slope);
-      if (slope != 0.0)
-        problem.z[i].push_back({j, series(-q(row, column), kRoundings * (std::abs(slope) + std::abs(base_[row])))});
+      problem.z[i].push_back({j, series(-q(row, column), kRoundings * (std::abs(slope) + std::abs(base_[row])))});
     }
     problem.z[i].push_back({n + i, -one});
     problem.w[i].push_back({i, one});
@@ -118,57 +110,86 @@ std::optional<std::vector<Stiction::Left>> Stiction::decide(std::vector<std::siz
     problem.r[n + i] = one;
     first[i] = i < before;
   }
-  const ComplementarySides sides = solve_complementarity(problem, first, std::vector<bool>(2 * n, false));
-  if (!sides.solved) return std::nullopt;
+  return solve_complementarity(problem, first, std::vector<bool>(2 * n, false));
+}
+
+/// Holds these guards, by their positions in @p guards: those whose modes the ones before them determine are the
+/// surplus.
+void Stiction::hold(const std::vector<std::size_t>& guards, const std::vector<std::size_t>& positions,
+                    Eigen::MatrixXd q) {
+  constexpr double kDependent = 1e-10;
+  held_.clear();
+  surplus_.clear();
+  const Eigen::VectorXd whole = q.diagonal();
+  for (const std::size_t k : positions) {
+    const auto at = static_cast<Eigen::Index>(k);
+    if (!(q(at, at) > kDependent * whole[at])) {
+      surplus_.push_back(guards[k]);
+      continue;
+    }
+    held_.push_back(guards[k]);
+    const Eigen::RowVectorXd row = q.row(at) / q(at, at);
+    for (const std::size_t other : positions)
+      if (other != k) q.row(static_cast<Eigen::Index>(other)) -= q(static_cast<Eigen::Index>(other), at) * row;
+  }
+}
+
+std::optional<std::vector<Stiction::Left>> Stiction::decide(std::vector<std::size_t> candidates,
+                                                            const std::vector<std::size_t>& leaving, double t,
+                                                            const double* x, Branch& branch) {
+  constexpr double kAtSide = 1e-9;
+  Branch tried = branch;
+  std::vector<std::size_t> guards = held_;
+  guards.insert(guards.end(), surplus_.begin(), surplus_.end());
+  const std::size_t before = guards.size();
+  guards.insert(guards.end(), candidates.begin(), candidates.end());
+  if (guards.empty() || !measure(guards, t, x, tried)) return std::nullopt;
+  const Eigen::MatrixXd q = falls(guards);
+  const auto without = [&](std::size_t guard) -> std::optional<std::vector<Left>> {
+    std::erase(candidates, guard);
+    if (candidates.empty() && before == 0) return std::nullopt;
+    return decide(std::move(candidates), leaving, t, x, branch);
+  };
+  // No border holds from which a side pushes away.
+  for (std::size_t k = before; k < guards.size(); ++k)
+    if (!(q(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k)) > 0.0)) return without(guards[k]);
+  const ComplementarySides found = sides(guards, q, before);
+  if (!found.solved) return std::nullopt;
+  const std::size_t n = guards.size();
   std::vector<Left> left;
-  std::vector<std::pair<double, std::size_t>> stay;  // farthest from its sides first
+  std::vector<std::size_t> stay;  // positions
+  std::vector<double> place(n);
+  const auto from_side = [&place](std::size_t k) { return std::min(place[k], 1.0 - place[k]); };
   for (std::size_t k = 0; k < n; ++k) {
-    const double place = sides.takes_z[k] ? sides.value[k].finite_part() : 0.0;
-    int side = sides.takes_z[n + k] && sides.value[n + k].sign() > 0 ? 1
-               : !sides.takes_z[k] && sides.value[k].sign() > 0      ? -1
+    place[k] = found.takes_z[k] ? found.value[k].finite_part() : 0.0;
+    int side = found.takes_z[n + k] && found.value[n + k].sign() > 0 ? 1
+               : !found.takes_z[k] && found.value[k].sign() > 0      ? -1
                                                                      : 0;
-    if (side == 0 && !(std::min(place, 1.0 - place) > kAtSide) &&
-        std::find(leaving.begin(), leaving.end(), guards[k]) != leaving.end())
-      side = place > 0.5 ? 1 : -1;
+    if (side == 0 && !(from_side(k) > kAtSide) && std::find(leaving.begin(), leaving.end(), guards[k]) != leaving.end())
+      side = place[k] > 0.5 ? 1 : -1;
     const double below = mode_on(guards[k], -1), above = mode_on(guards[k], 1);
-    mode(guards[k], tried) = side != 0 ? mode_on(guards[k], side) : below + (above - below) * place;
+    mode(guards[k], tried) = side != 0 ? mode_on(guards[k], side) : below + (above - below) * place[k];
     if (side != 0)
       left.push_back({guards[k], side});
     else
-      stay.push_back({std::min(place, 1.0 - place), k});
+      stay.push_back(k);
   }
-  std::stable_sort(stay.begin(), stay.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  // Those whose modes the others determine: rows of Q, reduced by the rows before.
-  std::vector<std::size_t> held, surplus;
-  Eigen::MatrixXd reduced = q;
-  for (const auto& [place, k] : stay) {
-    const auto at = static_cast<Eigen::Index>(k);
-    if (!(reduced(at, at) > kDependent * q(at, at))) {
-      surplus.push_back(guards[k]);
-      continue;
-    }
-    held.push_back(guards[k]);
-    const Eigen::RowVectorXd row = reduced.row(at) / reduced(at, at);
-    for (const auto& each : stay) {
-      const auto other = static_cast<Eigen::Index>(each.second);
-      if (other != at) reduced.row(other) -= reduced(other, at) * row;
-    }
-  }
-  std::swap(held_, held);
-  std::swap(surplus_, surplus);
+  // Farthest from their sides first: the surplus are those that are nearest.
+  std::stable_sort(stay.begin(), stay.end(), [&](std::size_t a, std::size_t b) { return from_side(a) > from_side(b); });
+  const std::vector<std::size_t> held = held_, surplus = surplus_;
+  hold(guards, stay, q);
   // Rates that are no straight line between the two sides are not balanced by modes that were found so.
   const auto bent = std::find_if(held_.begin(), held_.end(), [&](std::size_t guard) {
     return relation(guard).kind != Relation::Kind::sign &&
            std::find(candidates.begin(), candidates.end(), guard) != candidates.end();
   });
   if (bent != held_.end()) {
+    const std::size_t guard = *bent;
     Branch there = tried;
     if (!balance(t, x, there) || !stays(t, x, there)) {
-      candidates.erase(std::find(candidates.begin(), candidates.end(), *bent));
-      std::swap(held_, held);
-      std::swap(surplus_, surplus);
-      if (candidates.empty() && before == 0) return std::nullopt;
-      return decide(std::move(candidates), leaving, t, x, branch);
+      held_ = held;
+      surplus_ = surplus;
+      return without(guard);
     }
   }
   branch = std::move(tried);

@@ -9,6 +9,7 @@
 
 #include "bgsim/evaluator.hpp"
 #include "program/enclosure.hpp"
+#include "run/complementarity.hpp"
 #include "run/tolerances.hpp"
 
 namespace bgsim {
@@ -76,6 +77,10 @@ class Stiction {
   }
   [[nodiscard]] double mode_on(std::size_t guard, int side) const;
   bool measure(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch);
+  [[nodiscard]] Eigen::MatrixXd falls(const std::vector<std::size_t>& guards) const;
+  [[nodiscard]] ComplementarySides sides(const std::vector<std::size_t>& guards, const Eigen::MatrixXd& q,
+                                         std::size_t before) const;
+  void hold(const std::vector<std::size_t>& guards, const std::vector<std::size_t>& positions, Eigen::MatrixXd q);
   bool stays(double t, const double* x, Branch& branch);
   bool guard_rates(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch,
                    Eigen::VectorXd& out);
