@@ -70,7 +70,8 @@ class Server:
             os.dup2(requests[0], 198)
             os.dup2(answers[1], 199)
 
-        environment = {**os.environ, "LD_PRELOAD": library, "ASAN_OPTIONS": "verify_asan_link_order=0:detect_leaks=0"}
+        options = os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0:detect_leaks=0"
+        environment = {**os.environ, "LD_PRELOAD": library, "ASAN_OPTIONS": options}
         self.process = subprocess.Popen([command], env=environment, preexec_fn=descriptors, close_fds=False, stdin=subprocess.DEVNULL)
         os.close(requests[0])
         os.close(answers[1])
