@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "run/power_series.hpp"
+#include "base/power_series.hpp"
 
 namespace bgsim {
 

@@ -27,22 +27,25 @@ bool Run::take_time_event() {
 
 bool Run::take_state_event() {
   const double t = events_.event_time();
-  // The moment is known to within its roundings: an output time as near as that shows what comes after.
-  errors_.add(t_, x_, t, *integrator_);
-  constexpr double kLocated = 100.0 * std::numeric_limits<double>::epsilon();
-  if (!emit(recorder_.before(t - kLocated * std::abs(t), *integrator_))) return false;
-  if (!audit_to(t)) return false;
+  const bool at_once = t == t_;  // nothing of the step is taken: where it begins a condition changes
+  if (!at_once) {
+    errors_.add(t_, x_, t, *integrator_);
+    // The moment is known to within its roundings: an output time as near as that shows what comes after.
+    constexpr double kLocated = 100.0 * std::numeric_limits<double>::epsilon();
+    if (!emit(recorder_.before(t - kLocated * std::abs(t), *integrator_))) return false;
+    if (!audit_to(t)) return false;
+  }
   between_ = true;
-  go_to(t);
+  if (!at_once) go_to(t);
   jumped_at_ = t;
   continuity_.before(t_, x_.data(), branch_);
-  errors_.before_event(t_, x_, branch_);
+  if (!at_once) errors_.before_event(t_, x_, branch_);
   const Branch before = differentiates() ? branch_ : Branch{};
   if (!events_.cross(x_.data(), branch_)) return fail(*events_.failure());
   delays_.pass(t_);
   if (delays_.any() && !events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
   if (differentiates() && !vary_event(before, events_.crossed_guard())) return false;
-  errors_.after_event(t_, x_, branch_, events_.crossed_guard());
+  if (!at_once) errors_.after_event(t_, x_, branch_, events_.crossed_guard());
   if (auto jump = continuity_.after(t_, x_.data(), branch_)) return fail(std::move(*jump));
   tolerances_.forget_noise();  // of rates beyond the event, evaluated on the side before it
   between_ = false;
@@ -98,7 +101,7 @@ bool Run::take_events() {
     const std::vector<double> before = log_->wanted() ? x_ : std::vector<double>{};
     audit_.before_jump(t_, x_.data(), branch_);
     jumps_.set(event, x_);
-    if (!events_.jumped(t_, x_.data(), branch_)) return fail(*events_.failure());
+    if (!events_.jumped(t_, x_.data(), program_.events[event], branch_)) return fail(*events_.failure());
     const double energy = audit_.after_jump(t_, x_.data(), branch_);
     jumps_.bring(event, energy);
     if (!log_->wanted()) continue;

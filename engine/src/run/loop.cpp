@@ -117,7 +117,7 @@ bool Run::take_step() {
       fresh_ = true;
       return true;
     case EventWatch::Search::found:
-      return !holds(ends, events_.event_time(), true) || take_state_event();
+      return (events_.event_time() > t_ && !holds(ends, events_.event_time(), true)) || take_state_event();
     case EventWatch::Search::none:
       break;
   }

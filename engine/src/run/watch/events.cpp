@@ -65,6 +65,8 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
   crossed_at_.assign(count, 0);
   excursion_.assign(count, 0.0);
   direction_.assign(count, 0);
+  onset_ = direction_;
+  onset_size_ = hold_;
   largest_.assign(count, 0.0);
   values_.assign(count, 0.0);
   middle_ = end_ = at_probe_ = values_;
@@ -80,8 +82,9 @@ bool EventWatch::start(double t, const double* x, Branch& branch) {
   return settle(t, x, branch);
 }
 
-bool EventWatch::jumped(double t, const double* x, Branch& branch) {
+bool EventWatch::jumped(double t, const double* x, const ProgramEvent& event, Branch& branch) {
   std::fill(returns_.begin(), returns_.end(), 0);
+  forget_onsets(event);
   jumped_at_ = t;
   hold_what_rests(t, x, branch, false);
   return settle(t, x, branch);
@@ -90,6 +93,8 @@ bool EventWatch::jumped(double t, const double* x, Branch& branch) {
 bool EventWatch::settle(double t, const double* x, Branch& branch) {
   if (!any()) return true;
   functions_.clear();
+  begins_ = true;
+  onset_until_ = -std::numeric_limits<double>::infinity();
   std::size_t most = kMostRounds;
   for (std::size_t i = 0; i < border_.size(); ++i)
     if (border_[i] && program_.relations[relation_[i]].kind == Relation::Kind::cell)
@@ -169,7 +174,7 @@ double EventWatch::mode_at_zero(std::size_t relation) const {
 bool EventWatch::changes_at_border(std::size_t guard, const Branch& branch) const {
   const Relation& relation = program_.relations[relation_[guard]];
   const double mode = branch.modes[relation_[guard]];
-  const bool upper = guard > 0 && relation_[guard - 1] == relation_[guard];
+  const bool upper = is_upper(guard);
   switch (relation.kind) {
     case Relation::Kind::floor:
       return upper;
@@ -217,7 +222,7 @@ bool EventWatch::change(const std::vector<double>& values, Branch& branch) {
     const Relation::Kind kind = program_.relations[relation].kind;
     if (kind == Relation::Kind::floor || kind == Relation::Kind::round) {
       // distance to the lower border is the first guard of the pair, to the upper the second
-      const bool lower = i == 0 || relation_[i - 1] != relation;
+      const bool lower = !is_upper(i);
       const double down = values[i] == 0.0 ? -1.0 : std::floor(values[i]);
       mode = before + (lower ? down : std::floor(-values[i]) + 1.0);
       direction_[i] = 0;
@@ -241,6 +246,7 @@ bool EventWatch::change(const std::vector<double>& values, Branch& branch) {
 /// The guards; of those that are held, what they have left.
 bool EventWatch::guards(double t, const double* x, Branch& branch, std::vector<double>& values) {
   if (!prepare(t, x, branch) || !evaluator_.guards(t, x, branch, values.data())) return false;
+  keep_onsets(t, values);
   if (!stiction_.any()) return true;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (stiction_.held(i)) values[i] = stiction_.margin(i, branch);
@@ -325,6 +331,7 @@ std::optional<double> EventWatch::dip(double from, double to, const std::vector<
 
 EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& ends) {
   if (!any()) return Search::none;
+  if (begins_) keep_start(ends);
   candidates_.clear();
   bool decided = !holding();
   for (std::size_t i = 0; i < side_.size(); ++i) {
@@ -346,6 +353,11 @@ EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& en
     const auto begin_and_end = bracket(integrator, from, to);
     if (failure_) return Search::failed;
     if (!begin_and_end) break;
+    if (find_onsets(ends, integrator.branch())) continue;
+    if (crosses_at_once(from, probe_)) {
+      event_time_ = from;
+      return Search::found;
+    }
     if (!locate(integrator, begin_and_end->first, begin_and_end->second)) return Search::failed;
     const Search outcome = check_denominators(integrator);
     if (outcome != Search::none) return outcome;
@@ -376,6 +388,8 @@ bool EventWatch::stays(std::size_t guard, const Range& values, double at) {
   if (!(low <= high)) return false;
   const double size = std::max(-low, high);
   if (size == 0.0 || (size <= kNextToNothing * largest_[guard] && is_nothing(guard, size, at))) return true;
+  if (setting_out_ && onset_[guard] != 0 && (side_[guard] != 0 || !changes_mode(guard, onset_[guard], probe_)))
+    return onset_[guard] > 0 ? low >= -onset_size_[guard] : high <= onset_size_[guard];
   const bool border_counts = slack(guard) == 0.0 && changes_at_border(guard, probe_);
   if (side_[guard] > 0) return border_counts ? low > 0.0 : low >= -slack(guard);
   if (side_[guard] < 0) return border_counts ? high < 0.0 : high <= slack(guard);
@@ -394,17 +408,31 @@ bool EventWatch::is_nothing(std::size_t guard, double size, double at) {
     y_.resize(searched_->size());
     searched_->interpolate(at, y_.data(), branch);
     std::vector<double> here(side_.size()), moves(program_.state_names.size());
-    for (std::size_t k = 0; k < moves.size(); ++k) moves[k] = kNextToNothing * tolerances_.largest(k);
+    const double* end = searched_->end();
+    for (std::size_t k = 0; k < moves.size(); ++k)
+      moves[k] = kNextToNothing * std::max(tolerances_.largest(k), std::abs(end[k]));
     if (evaluator_.guards(at, y_.data(), branch, here.data()))
       nothing_ = spread(at, y_.data(), branch, here, 0.0, moves);
   }
   return size <= nothing_[guard];
 }
 
+/// Searches a stretch, and keeps what was left undecided.
+FirstCrossing EventWatch::prove(double from, double to) {
+  constexpr int kWork = 500;
+  setting_out_ = to <= onset_until_;
+  FirstCrossing found = first_crossing(functions_, candidates_, from, to, kWork);
+  for (const std::size_t guard : found.undecided) {
+    if (std::find(undecided_.begin(), undecided_.end(), relation_[guard]) != undecided_.end()) continue;
+    undecided_.push_back(relation_[guard]);
+    undecided_at_.push_back(found.undecided_at);
+  }
+  return found;
+}
+
 /// A stretch of the step at whose end a guard has crossed, while none has at its beginning; none if there is none, or
 /// failure(). By proof, but for signs that are held: these depend on the point by more than an expression.
 std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integrator, double from, double to) {
-  constexpr int kWork = 500;
   if (holding()) return bracket_by_samples(integrator, from, to);
   searched_ = &integrator;
   nothing_at_ = std::numeric_limits<double>::quiet_NaN();
@@ -412,15 +440,12 @@ std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integra
   candidates_.clear();
   for (std::size_t i = 0; i < side_.size(); ++i)
     if (!idle_[i]) candidates_.push_back(i);
-  const FirstCrossing found = first_crossing(functions_, candidates_, from, to, kWork);
+  const double settled = std::clamp(onset_until_, from, to);
+  FirstCrossing found = settled > from ? prove(from, settled) : FirstCrossing{};
+  if (!found.fault && !found.bracket && settled < to) found = prove(settled, to);
   if (found.fault) {
     fail_with_fault();
     return std::nullopt;
-  }
-  for (const std::size_t guard : found.undecided) {
-    if (std::find(undecided_.begin(), undecided_.end(), relation_[guard]) != undecided_.end()) continue;
-    undecided_.push_back(relation_[guard]);
-    undecided_at_.push_back(found.undecided_at);
   }
   if (found.bracket) return found.bracket;
   if (!evaluate(integrator, to, end_)) {
@@ -555,7 +580,10 @@ bool EventWatch::cross(const double* y, Branch& branch) {
     returned = returned || returns_[i] >= kReturns;
   }
   changed_at_ = passed_;
+  const std::vector<int> side = event_time_ == onset_from_ ? side_ : std::vector<int>{};
   change(end_, branch);
+  for (std::size_t i = 0; i < side.size(); ++i)  // 0 as it is still, such a guard is on the side that it goes to
+    if (side[i] == 0 && side_[i] != 0) hold_[i] = kSetOut;
   hold_what_rests(event_time_, y, branch, true);
   ++count_;
   if (!settle(event_time_, y, branch)) return false;

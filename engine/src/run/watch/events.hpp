@@ -30,7 +30,7 @@ class EventWatch {
   bool settle(double t, const double* x, Branch& branch);
 
   /// The same where an event of the model has set states: what a condition did before says nothing of a rest there.
-  bool jumped(double t, const double* x, Branch& branch);
+  bool jumped(double t, const double* x, const ProgramEvent& event, Branch& branch);
 
   /// After all that events set at a state event: a guard that crossed there and is now on its way back, by the rates,
   /// is taken back at once, although rounding leaves it beyond its border: it has crossed again only when it is further
@@ -44,8 +44,9 @@ class EventWatch {
 
   /// nearer: a denominator comes to zero, too far ahead to be believed; the step is to be made again, up to limit().
   enum class Search { none, found, failed, nearer };
-  /// Looks for the first crossing in the integrator's last step; event_time() is the first moment beyond it. Changes
-  /// nothing that a step made again would not find again.
+  /// Looks for the first crossing in the integrator's last step; event_time() is the first moment beyond it, or the
+  /// step's beginning where a guard that is 0 there goes at once to the other side. Changes nothing that a step made
+  /// again would not find again.
   /// @param ends  of that step.
   Search search(Integrator& integrator, const StepEnds& ends);
   /// The end of the next stretch, which is @p end at most.
@@ -122,6 +123,13 @@ class EventWatch {
     for (const std::size_t relation : undecided_) archive.check(relation < program_.relations.size());
     archive("undecided at", undecided_at_);
     archive("cut", cut_);
+    archive("onset", onset_);
+    archive("onset from", onset_from_);
+    archive("onset until", onset_until_);
+    archive("onset size", onset_size_);
+    archive("onset states", onset_states_);
+    archive("begins", begins_);
+    archive("onset known", onset_known_);
     functions_.clear();
   }
 
@@ -141,6 +149,8 @@ class EventWatch {
   [[nodiscard]] const std::vector<double>& undecided_at() const { return undecided_at_; }
 
  private:
+  /// Held for: a guard that is 0, on the side that it goes to at once.
+  static constexpr double kSetOut = std::numeric_limits<double>::min();
   static constexpr double kClearlyOut = 16.0;  ///< of a band around a border that has been crossed in a row
   /// So many changes of one condition, each a few steps after the one before, may be those of a state at rest.
   static constexpr int kReturns = 8;
@@ -149,6 +159,8 @@ class EventWatch {
   [[nodiscard]] bool crossed(std::size_t guard, double value, const Branch& branch) const;
   [[nodiscard]] bool any_crossed(const std::vector<double>& values, const Branch& branch) const;
   [[nodiscard]] bool changes_at_border(std::size_t guard, const Branch& branch) const;
+  /// Of the two guards of a floor, round or table cell, that of the upper border.
+  [[nodiscard]] bool is_upper(std::size_t guard) const { return guard > 0 && relation_[guard - 1] == relation_[guard]; }
   [[nodiscard]] double mode_at_zero(std::size_t relation) const;
   [[nodiscard]] bool changes_mode(std::size_t guard, int side, const Branch& branch) const;
   void decide(const std::vector<double>& values);
@@ -170,7 +182,14 @@ class EventWatch {
   [[nodiscard]] Approach approach(Integrator& integrator);
   [[nodiscard]] bool stays(std::size_t guard, const Range& values, double at);
   bool is_nothing(std::size_t guard, double size, double at);
+  void keep_start(const StepEnds& ends);
+  void forget_onsets(const ProgramEvent& event);
+  [[nodiscard]] bool may_set_out(std::size_t guard) const;
+  bool find_onsets(const StepEnds& ends, const Branch& branch);
+  [[nodiscard]] bool crosses_at_once(double t, const Branch& branch) const;
+  void keep_onsets(double t, std::vector<double>& values) const;
   std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
+  FirstCrossing prove(double from, double to);
   std::optional<std::pair<double, double>> bracket_by_samples(Integrator& integrator, double from, double to);
   bool follow(double t, const double* x, Branch& branch);
   void stop_following(std::size_t guard);
@@ -238,6 +257,12 @@ class EventWatch {
   std::vector<std::size_t> candidates_;  ///< guards to be searched
   std::vector<double> values_, middle_, end_, at_probe_;
   std::vector<int> direction_;
+  std::vector<int> onset_;  ///< by guard that is 0 at onset_from_: its side until onset_until_; 0: not known
+  double onset_from_ = -std::numeric_limits<double>::infinity(), onset_until_ = onset_from_;
+  std::vector<double> onset_size_;    ///< by guard with a side there: by how much it moves until then
+  std::vector<double> onset_states_;  ///< at onset_from_
+  bool begins_ = true;                ///< the next step is the first of a stretch
+  bool onset_known_ = true;           ///< onset_ needs no search: nothing was 0, or it has been made
   std::vector<double> y_;
   Branch probe_;  ///< within the step that is searched
   double event_time_ = 0.0;
@@ -251,7 +276,8 @@ class EventWatch {
   std::vector<double> undecided_at_;
   Integrator* searched_ = nullptr;                                ///< whose last step is searched
   double nothing_at_ = std::numeric_limits<double>::quiet_NaN();  ///< where nothing_ is known, within that step
-  std::vector<double> nothing_;                                   ///< by guard: of is_nothing()
+  bool setting_out_ = false;     ///< the stretch that is searched ends before onset_until_
+  std::vector<double> nothing_;  ///< by guard: of is_nothing()
   GuardFunctions functions_;
 };
 

@@ -34,6 +34,12 @@ struct PowerSeries {
     return s;
   }
   static PowerSeries number(double value) { return of<1>({value}, {0.0}, true); }
+  /// Of which not even the size is known.
+  static PowerSeries unknown() {
+    PowerSeries s;
+    s.known = -kExact;
+    return s;
+  }
   /// Times h^power.
   [[nodiscard]] PowerSeries times_power(int power) const {
     PowerSeries s = *this;
@@ -103,17 +109,46 @@ struct PowerSeries {
   /// @pre b is not zero.
   friend PowerSeries operator/(const PowerSeries& a, const PowerSeries& b) { return a * b.inverse(); }
 
- private:
-  static constexpr double kUnit = 2.3e-16;
-
   struct Term {
     double value, rounding;
   };
+  /// The coefficient of h^power.
   [[nodiscard]] Term term(int power) const {
     if (zero || power < order || power >= order + kTerms) return {0.0, 0.0};
     const auto at = static_cast<std::size_t>(power - order);
     return {coefficient[at], rounding[at]};
   }
+
+  /// The derivative by h.
+  friend PowerSeries slope_of(const PowerSeries& a) {
+    PowerSeries s = a;
+    for (int k = 0; k < kTerms; ++k) {
+      s.coefficient[static_cast<std::size_t>(k)] *= a.order + k;
+      s.rounding[static_cast<std::size_t>(k)] *= std::abs(a.order + k);
+    }
+    if (!s.zero) --s.order;
+    if (s.known != kExact) --s.known;
+    s.normalize();
+    return s;
+  }
+  /// function(point + moves), where @p function has the coefficients at the point and @p moves no term of order 0.
+  friend PowerSeries compose(const PowerSeries& function, const PowerSeries& moves) {
+    const bool exact = function.known == kExact;
+    int k = exact ? kTerms - 1 : std::min(function.known, kTerms) - 1;
+    if (k < 0) return unknown();
+    const auto coefficient = [&](int at) {
+      const auto [value, rounding] = function.term(at);
+      return of<1>({value}, {rounding}, true);
+    };
+    PowerSeries s = coefficient(k);
+    const int beyond = k + 1;  // what is left out is of this power of the moves
+    for (--k; k >= 0; --k) s = coefficient(k) + moves * s;
+    const int first = moves.zero ? moves.known : moves.order;
+    return exact || first == kExact ? s : s.known_below(first * beyond);
+  }
+
+ private:
+  static constexpr double kUnit = 2.3e-16;
 
   /// How many terms from the leading one on are known.
   [[nodiscard]] int terms() const { return known == kExact ? kTerms : std::clamp(known - order, 0, kTerms); }

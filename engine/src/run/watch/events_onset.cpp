@@ -1,0 +1,131 @@
+// Guards that are exactly 0 where a stretch begins (a product of two states at rest): which way they go is what the
+// equations say, and not what a first step makes of it.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "program/guard_series.hpp"
+#include "program/mode_borders.hpp"
+#include "run/watch/events.hpp"
+
+namespace bgsim {
+namespace {
+
+/// How long a series has the sign of its leading term, by the terms that are known of it; 0 if these are too few.
+double duration_of_sign(const PowerSeries& series) {
+  constexpr double kOfTheWay = 0.25;
+  constexpr int kFewest = 3;
+  if (series.zero || series.known < series.order + kFewest) return 0.0;
+  double shortest = std::numeric_limits<double>::infinity();
+  for (int k = 1; k < PowerSeries::kTerms; ++k) {
+    const double ratio = std::abs(series.coefficient[static_cast<std::size_t>(k)] / series.coefficient[0]);
+    if (ratio > 0.0) shortest = std::min(shortest, kOfTheWay * std::pow(ratio, -1.0 / k));
+  }
+  return shortest;
+}
+
+}  // namespace
+
+/// Keeps where a stretch begins, if guards are 0 there.
+void EventWatch::keep_start(const StepEnds& ends) {
+  begins_ = false;
+  onset_from_ = onset_until_ = -std::numeric_limits<double>::infinity();
+  onset_known_ = true;
+  for (std::size_t i = 0; i < side_.size(); ++i) {
+    if (!may_set_out(i) || values_[i] != 0.0) continue;
+    onset_from_ = onset_until_ = ends.begin;
+    onset_known_ = false;
+    onset_states_.assign(ends.states_at_begin, ends.states_at_begin + program_.state_names.size());
+    return;
+  }
+}
+
+bool EventWatch::may_set_out(std::size_t guard) const {
+  const Relation::Kind kind = program_.relations[relation_[guard]].kind;
+  if (kind == Relation::Kind::sign || kind == Relation::Kind::denominator) return false;
+  return !(rest_[guard] > 0.0) && !followed_[guard] && !stiction_.held(guard);
+}
+
+/// Takes the sides of the guards that were 0 where the stretch began from their series. Those without one are measured
+/// by what they are at the end of the step that is searched: what is next to nothing beside that is rounding's.
+/// @return whether a step in which a guard has crossed is to be searched again.
+bool EventWatch::find_onsets(const StepEnds& ends, const Branch& branch) {
+  constexpr double kLongest = 1e-3;  // of the scene
+  if (onset_known_ || !(ends.begin < onset_from_ + kLongest * span_)) return false;
+  onset_known_ = true;
+  Branch probe = branch;
+  std::vector<double> rates(program_.state_names.size());
+  if (!evaluator_.rates(onset_from_, onset_states_.data(), probe, rates.data()) ||
+      !evaluator_.guards(onset_from_, onset_states_.data(), probe, at_probe_.data()))
+    return false;
+  std::vector<std::size_t> guards;
+  std::vector<GuardAtBorder> at_border;
+  for (std::size_t i = 0, next = 0; i < side_.size(); ++i) {
+    const std::size_t position = is_upper(i) ? next - 1 : next++;
+    if (!may_set_out(i) || at_probe_[i] != 0.0) continue;
+    guards.push_back(i);
+    at_border.push_back({position, 0.0});
+    if (!border_[i]) continue;
+    const auto [lower, upper] = mode_borders(program_, program_.relations[relation_[i]], branch.modes[relation_[i]]);
+    at_border.back().border = is_upper(i) ? upper : lower;
+  }
+  const std::vector<PowerSeries> series =
+      guard_series(program_, evaluator_.constants(), onset_from_, onset_states_.data(), probe, at_border);
+  Branch there = searched_->branch();
+  const bool measured = evaluator_.guards(ends.end, ends.states_at_end, there, at_probe_.data());
+  bool any = false;
+  double until = onset_from_ + kLongest * span_;
+  onset_.assign(side_.size(), 0);
+  onset_size_.assign(side_.size(), 0.0);
+  for (std::size_t n = 0; n < guards.size(); ++n) {
+    const std::size_t i = guards[n];
+    const int side = is_upper(i) ? -series[n].sign() : series[n].sign();
+    const double duration = duration_of_sign(series[n]);
+    if (duration == 0.0) {
+      if (measured && std::abs(at_probe_[i]) > largest_[i]) {
+        largest_[i] = std::abs(at_probe_[i]);
+        any = true;
+      }
+    } else if (side_[i] == 0 || side_[i] == side) {
+      onset_[i] = side;
+      until = std::min(until, onset_from_ + duration);
+      any = true;
+    }
+  }
+  onset_until_ = until;
+  for (std::size_t n = 0; n < guards.size(); ++n)
+    if (onset_[guards[n]] != 0)
+      onset_size_[guards[n]] = std::abs(series[n].coefficient[0]) * std::pow(until - onset_from_, series[n].order);
+  return any;
+}
+
+/// Whether a guard without a side goes to one where its mode is another one.
+bool EventWatch::crosses_at_once(double t, const Branch& branch) const {
+  if (t != onset_from_ || !(t < onset_until_)) return false;
+  for (std::size_t i = 0; i < side_.size(); ++i)
+    if (onset_[i] != 0 && side_[i] == 0 && changes_mode(i, onset_[i], branch)) return true;
+  return false;
+}
+
+/// A guard whose states an event sets is at its border again if it is 0 then.
+void EventWatch::forget_onsets(const ProgramEvent& event) {
+  for (std::size_t i = 0; i < hold_.size(); ++i) {
+    if (hold_[i] != kSetOut) continue;
+    const std::vector<SymbolId> symbols = symbols_in(program_.pool, {&program_.relations[relation_[i]].guard, 1});
+    for (const ProgramEvent::Set& set : event.sets)
+      if (set.state && std::any_of(symbols.begin(), symbols.end(), [&](SymbolId s) {
+            return program_.symbol_names[s.index()] == program_.state_names[*set.state];
+          }))
+        hold_[i] = 0.0;
+  }
+}
+
+/// While the series tell the sign, no value says otherwise that is within what the guard comes to in that time.
+void EventWatch::keep_onsets(double t, std::vector<double>& values) const {
+  if (!(t < onset_until_)) return;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (onset_[i] != 0 && onset_[i] * values[i] <= 0.0 && std::abs(values[i]) <= onset_size_[i])
+      values[i] = onset_[i] * kSetOut;
+}
+
+}  // namespace bgsim
