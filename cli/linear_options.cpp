@@ -2,11 +2,11 @@
 
 #include <cmath>
 #include <iostream>
-#include <sstream>
 
 #include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
 #include "model_options.hpp"
+#include "names.hpp"
 #include "options.hpp"
 #include "progress.hpp"
 #include "scenes.hpp"
@@ -44,42 +44,21 @@ void add_path_options(CLI::App& app, LinearArguments& arguments, bool several) {
 std::vector<std::string> split_names(const std::vector<std::string>& lists) {
   std::vector<std::string> names;
   for (const std::string& list : lists) {
-    std::istringstream parts(list);
-    for (std::string name; std::getline(parts, name, ',');) {
-      const auto begin = name.find_first_not_of(" \t"), end = name.find_last_not_of(" \t");
-      if (begin == std::string::npos) throw UsageError("there is an empty name in the list \"" + list + "\"");
-      names.push_back(name.substr(begin, end + 1 - begin));
-    }
     if (list.empty()) throw UsageError("there is an empty list of names");
+    for (const std::string& part : parts_of_list(list)) {
+      names.push_back(name_of(part));
+      if (names.back().empty()) throw UsageError("there is an empty name in the list \"" + list + "\"");
+    }
   }
   return names;
 }
 
-namespace {
-
-/// At the commas that are in no brackets.
-std::vector<std::string> parts_of(const std::string& list) {
-  std::vector<std::string> parts{""};
-  int depth = 0;
-  for (const char c : list) {
-    depth += c == '(' || c == '[' ? 1 : c == ')' || c == ']' ? -1 : 0;
-    if (c == ',' && depth <= 0)
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  }
-  return parts;
-}
-
-}  // namespace
-
 void take_outputs(LinearArguments& arguments) {
   for (const std::string& given : arguments.outputs)
-    for (const std::string& part : parts_of(given)) {
-      if (part.find_first_not_of(" \t") == std::string::npos)
-        throw UsageError("there is an empty name in the list \"" + given + "\"");
-      const auto equals = part.find('=');
-      std::string name = split_names({part.substr(0, equals)}).front();
+    for (const std::string& part : parts_of_list(given, true)) {
+      const auto equals = end_of_name(part);
+      std::string name = name_of(part.substr(0, equals));
+      if (name.empty()) throw UsageError("there is an empty name in the list \"" + given + "\"");
       if (equals != std::string::npos) arguments.reading.outputs.emplace_back(name, part.substr(equals + 1));
       arguments.reading.record.push_back(std::move(name));
     }

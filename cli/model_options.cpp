@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <sstream>
 
 #include "command.hpp"
+#include "names.hpp"
 
 namespace bgsim::cli {
 
@@ -12,14 +12,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string trimmed(const std::string& text) {
-  const auto begin = text.find_first_not_of(" \t"), end = text.find_last_not_of(" \t");
-  return begin == std::string::npos ? std::string() : text.substr(begin, end + 1 - begin);
-}
-
 /// Whether a value of --output has the form NAME=EXPR: an equals sign, and no folder before it.
 bool is_column(const std::string& value) {
-  const auto equals = value.find('=');
+  const auto equals = end_of_name(value);
   return equals != std::string::npos && value.find('/') > equals;
 }
 
@@ -101,22 +96,21 @@ void add_record_options(CLI::App& app, RecordOptions& record, ReadOptions& optio
          "--record",
          [&options](const std::vector<std::string>& lists) {
            for (const std::string& list : lists) {
-             std::istringstream names(list);
-             std::size_t found = 0;
-             for (std::string name; std::getline(names, name, ','); ++found) options.record.push_back(trimmed(name));
-             if (found == 0) throw CLI::ValidationError("--record", "the list is empty");
+             if (list.empty()) throw CLI::ValidationError("--record", "the list is empty");
+             for (const std::string& part : parts_of_list(list)) options.record.push_back(name_of(part));
            }
          },
-         "what to record instead of the scene's outputs: names of outputs and quantities between commas, and the "
-         "groups all, states, outputs")
+         "what to record instead of the scene's outputs: names of outputs and quantities between commas (one with a "
+         "comma in "
+         "double quotes), and the groups all, states, outputs")
       ->type_name("LIST")
       ->allow_extra_args(false);
 }
 
 void take_columns(const RecordOptions& record, ReadOptions& options) {
   for (const std::string& column : record.columns) {
-    const auto equals = column.find('=');
-    options.outputs.emplace_back(trimmed(column.substr(0, equals)), column.substr(equals + 1));
+    const auto equals = end_of_name(column);
+    options.outputs.emplace_back(name_of(column.substr(0, equals)), column.substr(equals + 1));
   }
 }
 
@@ -132,12 +126,12 @@ std::vector<std::string> words_of(const ReadOptions& options) {
   if (options.interval) add("--interval", *options.interval);
   for (const auto& [name, expression] : options.outputs) {
     words.emplace_back("--output");
-    words.emplace_back(name).append("=").append(expression);
+    words.emplace_back(quoted_name(name)).append("=").append(expression);
   }
   std::string record;
   for (const std::string& name : options.record) {
     if (!record.empty()) record += ',';
-    record += name;
+    record += quoted_name(name);
   }
   if (!record.empty()) add("--record", record);
   return words;

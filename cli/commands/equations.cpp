@@ -5,6 +5,7 @@
 #include "bgsim/describe.hpp"
 #include "command.hpp"
 #include "model_options.hpp"
+#include "names.hpp"
 #include "options.hpp"
 #include "stages.hpp"
 
@@ -30,7 +31,7 @@ Exit equations_command(const Arguments& arguments) {
   parse_arguments(app, arguments);
 
   for (const std::string& column : columns)
-    if (column.find('=') == std::string::npos)
+    if (end_of_name(column) == std::string::npos)
       throw UsageError("--output \"" + column + "\" is not of the form NAME=EXPR");
   take_columns({{}, columns}, reading);
   const Study study = study_of(file, reading, mode);

@@ -12,6 +12,7 @@
 #include "files.hpp"
 #include "linear_options.hpp"
 #include "model_options.hpp"
+#include "names.hpp"
 #include "options.hpp"
 #include "output_file.hpp"
 #include "progress.hpp"
@@ -37,10 +38,10 @@ struct FitArguments {
 
 /// "NAME=VALUE" in two.
 std::pair<std::string, std::string> split_pair(const std::string& text, const char* option, const char* form) {
-  const auto equals = text.find('=');
+  const auto equals = end_of_name(text);
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
     throw UsageError(std::string(option) + " \"" + short_name(text) + "\" is not of the form " + form);
-  return {text.substr(0, equals), text.substr(equals + 1)};
+  return {name_of(text.substr(0, equals)), name_of(text.substr(equals + 1))};
 }
 
 bool is_number(const std::string& text) {

@@ -385,3 +385,21 @@ TEST_CASE("of a large system the poles nearest to a number are asked for, and wi
   CHECK(here.bgsim("poles line.json --near inf").code == 2);
   CHECK(here.bgsim("poles line.json --count 0").code == 2);
 }
+
+TEST_CASE("names with commas and equals signs are given in double quotes") {
+  Workplace here;
+  std::string model = kMass;
+  const std::string plain = R"("x": { "value": "spring.q", "unit": "m" })";
+  model.replace(model.find(plain), plain.size(),
+                plain + R"(, "v, in m/s": "v.f", "a=b": "spring.e", "say \"so\"": "body.p")");
+  here.write("names.json", model);
+  const Outcome run =
+      here.bgsim(R"(run names.json --scene pulled --record '"v, in m/s", "a=b","say ""so""",x' -o trace.csv)");
+  CHECK(run.code == 0);
+  CHECK_THAT(here.read("trace.csv"), Catch::StartsWith("t,\"v, in m/s\",a=b,\"say \"\"so\"\"\",x"));
+  CHECK(here.bgsim(R"(run names.json --record 'v, in m/s' -o -)").code == 2);
+  CHECK_THAT(here.bgsim(R"(sensitivity names.json --scene pulled --of '"a=b"' --to k)").out, Contains("a=b"));
+  CHECK(here.bgsim(R"(bode names.json --in push --out '"v, in m/s"')").code == 0);
+  CHECK(here.bgsim(R"(run names.json --output '"p,q=r"=2*x' --record x -o out.csv)").code == 0);
+  CHECK_THAT(here.read("out.csv"), Catch::StartsWith("t,x,\"p,q=r\""));
+}

@@ -198,6 +198,22 @@ TEST_CASE("a model without units is not looked at, whatever it says") {
   CHECK(c.output("f") == "");
 }
 
+TEST_CASE("a latch gives no unit, and a contradiction shows at an equation whose sides differ") {
+  const auto counted = [](const std::string& parameters) {
+    return Units(R"x("parameters": { )x" + parameters + R"x( },
+      "signals": { "g": { "set": "sin(7*t) > 0.5", "reset": "sin(7*t) < -0.2" }, "i": { "integral": "a*a", "initial": 0.3 } },
+      "events": { "e": { "when": "c.q > 0.4", "set": { "c.q": "c.q + a", "i": "k*a" } } },
+      "elements": { "s": { "kind": "Sf", "flow": "a" }, "n": { "kind": "0" }, "c": { "kind": "C", "capacitance": 1 },
+                    "r": { "kind": "R", "resistance": 1 } },
+      "bonds": [ { "from": "s", "to": "n" }, { "from": "n", "to": "c" }, { "from": "n", "to": "r" } ],
+      "scenes": { "run": { "stop": 1 } })x");
+  };
+  CHECK_FALSE(counted(R"x("a": 1, "k": 2)x").report.any_given);
+  const Units given = counted(R"x("a": 1, "k": { "value": 2, "unit": "1/s" })x");
+  CHECK(given.codes() == "BG161");  // c.q, the integral of a flow a, has a added to it
+  CHECK_THAT(given.situation(), Catch::Contains("c.q"));
+}
+
 TEST_CASE("numbers take the unit that is wanted in sums and alone, and are pure numbers beside quantities") {
   for (const char* right : {"U",
                             "U + 1",

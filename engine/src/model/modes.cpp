@@ -3,6 +3,7 @@
 #include <set>
 
 #include "base/codes.hpp"
+#include "base/text.hpp"
 #include "bgsim/text.hpp"
 
 namespace bgsim {
@@ -76,10 +77,10 @@ Mode parse_mode(const Model& model, std::string_view text, Mode mode) {
   std::set<std::string> given;
   while (!text.empty()) {
     const std::size_t comma = text.find(',');
-    const std::string_view part = text.substr(0, comma);
+    const std::string_view part = trimmed(text.substr(0, comma));
     text = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
     const std::size_t equals = part.find('=');
-    const std::string name(part.substr(0, equals));
+    const std::string name(trimmed(part.substr(0, equals)));
     if (!given.insert(name).second) fail("the side of \"" + name + "\" is given twice", "leave out one of the two");
     std::vector<std::string> names;
     bool known = false;
@@ -88,7 +89,8 @@ Mode parse_mode(const Model& model, std::string_view text, Mode mode) {
       names.push_back(element.name);
       if (element.name != name) continue;
       known = true;
-      const std::string_view side = equals == std::string_view::npos ? std::string_view() : part.substr(equals + 1);
+      const std::string_view side =
+          equals == std::string_view::npos ? std::string_view() : trimmed(part.substr(equals + 1));
       if (side != side_text(element, true) && side != side_text(element, false)) {
         std::string help = "write ";
         help.append(name).append("=").append(side_text(element, true)).append(" or ");

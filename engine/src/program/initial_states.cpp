@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 #include "base/codes.hpp"
 #include "bgsim/evaluator.hpp"
@@ -12,19 +13,34 @@ namespace {
 /// A given value of a dependent store may be rounded by hand, not wrong.
 constexpr double kAgreement = 1e-9;
 
-/// The states that a dependent store's value is computed from: what its expression reads and no parameter is.
+/// The states that a dependent store's value is computed from, through loops as well, and the time; loops' variables
+/// where there are none.
 std::string determining_states(const Program& program, std::size_t dependent) {
-  const std::vector<ExprId> roots{program.slot_expression[program.dependents.results[dependent]]};
-  std::string names;
-  for (const SymbolId symbol : symbols_in(program.pool, roots)) {
-    const std::string& name = program.symbol_names[symbol.index()];
-    const auto is_one_of = [&](const std::vector<std::string>& all) {
-      return std::find(all.begin(), all.end(), name) != all.end();
-    };
-    if (symbol == program.time || is_one_of(program.state_names) || is_one_of(program.tear_names))
-      names += (names.empty() ? "" : ", ") + name;
+  std::vector<ExprId> open{program.slot_expression[program.dependents.results[dependent]]};
+  std::vector<bool> taken(program.blocks.size(), false);
+  std::vector<std::string> names, of_loops;
+  while (!open.empty()) {
+    const std::vector<ExprId> roots = std::exchange(open, {});
+    for (const SymbolId symbol : symbols_in(program.pool, roots)) {
+      const std::string& name = program.symbol_names[symbol.index()];
+      const auto among = [&](const std::vector<std::string>& all) { return std::find(all.begin(), all.end(), name); };
+      if (const auto tear = among(program.tear_names); tear != program.tear_names.end()) {
+        if (std::find(of_loops.begin(), of_loops.end(), name) == of_loops.end()) of_loops.push_back(name);
+        const auto which = static_cast<std::size_t>(tear - program.tear_names.begin());
+        const std::uint32_t block = program.plan.block_of_tear[which];
+        if (!taken[block])
+          for (const std::uint32_t slot : program.blocks[block].residual.results)
+            open.push_back(program.slot_expression[slot]);
+        taken[block] = true;
+      } else if ((symbol == program.time || among(program.state_names) != program.state_names.end()) &&
+                 std::find(names.begin(), names.end(), name) == names.end()) {
+        names.push_back(name);
+      }
+    }
   }
-  return names;
+  std::string text;
+  for (const std::string& name : names.empty() ? of_loops : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
 }
 
 /// How far the dependent stores' values can be off by rounding alone.

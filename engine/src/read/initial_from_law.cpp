@@ -3,12 +3,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <limits>
 
-#include "expression/interval.hpp"
 #include "expression/rounded.hpp"
+#include "expression/solutions.hpp"
 #include "model/constitutive.hpp"
 #include "model/element_kinds.hpp"
 
@@ -127,40 +126,23 @@ class StoreStart {
       return;
     }
     const auto is_x = [&](SymbolId s) { return s == unknown.symbol; };
-    const auto slope = gradient(pool_, unknown.law, is_x);
-    if (slope.empty()) return fail(unknown.given, "its law does not depend on " + name(unknown.symbol));
-    constexpr double kLargest = std::numeric_limits<double>::max();
-    const Range range =
-        TimeRelation(pool_, slope[0].second, unknown.symbol, values_, false).range_on(-kLargest, kLargest);
-    if (jumps_with(pool_, unknown.law, is_x) || !(range.lower() > 0.0 || range.upper() < 0.0))
-      return fail(unknown.given, "its law may give it for several values of " + name(unknown.symbol) + ", or for none");
-    bracket(unknown, wanted, range.lower() > 0.0);
-  }
-
-  /// The one solution of a strictly monotone law.
-  void bracket(const Unknown& unknown, double wanted, bool rising) {
-    const auto distance = [&](double x) {
-      at(unknown.symbol) = x;
-      return evaluate(pool_, unknown.law, values_) - wanted;
-    };
-    const double here = distance(0.0);
-    double& x = result_.stored[unknown.given];
-    x = 0.0;
-    if (here == 0.0) return;
-    constexpr double kLargest = 1e300;
-    double from = 0.0, to = (here < 0.0) == rising ? 1e-12 : -1e-12, there = distance(to);
-    while (std::isfinite(there) && (there < 0.0) == (here < 0.0) && std::abs(to) < kLargest) {
-      from = to;
-      there = distance(to *= 2.0);
+    if (gradient(pool_, unknown.law, is_x).empty())
+      return fail(unknown.given, "its law does not depend on " + name(unknown.symbol));
+    const Solutions found = jumps_with(pool_, unknown.law, is_x)
+                                ? Solutions{}
+                                : solutions(pool_, unknown.law, unknown.symbol, wanted, values_);
+    if (found.at.size() == 1 && found.all) {
+      x = found.at.front();
+      return;
     }
-    if (!std::isfinite(there) || (there < 0.0) == (here < 0.0))
-      return fail(unknown.given, "no value of " + name(unknown.symbol) + " gives it by the law");
-    constexpr int kAllBits = std::numeric_limits<double>::digits;
-    std::uintmax_t evaluations = 200;
-    const auto ends =
-        boost::math::tools::toms748_solve(distance, std::min(from, to), std::max(from, to),
-                                          boost::math::tools::eps_tolerance<double>(kAllBits), evaluations);
-    x = std::abs(distance(ends.first)) < std::abs(distance(ends.second)) ? ends.first : ends.second;
+    const std::string stored = name(unknown.symbol);
+    if (!found.all)
+      fail(unknown.given, "its law may give it for several values of " + stored + ", or for none");
+    else if (found.at.empty())
+      fail(unknown.given, "no value of " + stored + " gives it by the law");
+    else
+      fail(unknown.given, "its law gives it for several values of " + stored + ": " + number_text(found.at[0]) + ", " +
+                              number_text(found.at[1]) + (found.at.size() > 2 ? ", ..." : ""));
   }
 
   void solve_linear() {

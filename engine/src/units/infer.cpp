@@ -116,7 +116,7 @@ class UnitInference {
     for (std::size_t i = 0; i < quantities.size(); ++i) {
       const Quantity& quantity = quantities[i];
       if (quantity.unit.empty()) continue;
-      report_.any_given = true;
+      if (quantity.unit_place.document.valid()) report_.any_given = true;  // the "1" of a latch is not the file's
       units[i].text = quantity.unit;
       units[i].given = true;
       const ParsedUnit& parsed = texts_.parsed(quantity.unit);

@@ -334,13 +334,18 @@ class UnitMessages {
     return words_.disagreement(equation(number), s.left, s.right);
   }
 
-  /// The equation at which a contradiction shows; the last one where it shows in a combination of several.
+  /// The equation at which a contradiction shows. Where it shows in a combination of several, the last one whose sides
+  /// differ, or the last of all where none of them does by itself.
   [[nodiscard]] std::uint32_t shown(const UnitContradiction& c) const {
     if (c.equation < all_.equations.size()) return c.equation;
-    std::uint32_t last = c.equations.front();
-    for (const std::uint32_t number : c.equations)
-      if (!is_given(number)) last = std::max(last, number);
-    return last;
+    std::optional<std::uint32_t> last, differs;
+    for (const std::uint32_t number : c.equations) {
+      if (is_given(number)) continue;
+      last = std::max(last.value_or(number), number);
+      const Sides s = sides(number);
+      if (s.left && s.right && !same_unit(*s.left, *s.right)) differs = std::max(differs.value_or(number), number);
+    }
+    return differs ? *differs : last.value_or(c.equations.front());
   }
 
   void tell(const UnitContradiction& c, std::size_t further) {
