@@ -61,6 +61,48 @@ TEST_CASE("what a second run says outputs are wrong by is what they are wrong by
   }
 }
 
+TEST_CASE("a second run tells what a short run of many states is wrong by") {
+  // A pulse through a line of 60 coils and softening capacitors: 120 states, which no estimate follows.
+  const std::string line = R"x({"bgsim": 1, "name": "line", "elements": {
+      "s": {"kind": "MSe", "effort": "if(t < 8, sin(pi*t/8)^2, 0)"}, "j": {"kind": "1", "repeat": 60}, "n": {"kind": "0", "repeat": 60},
+      "l": {"kind": "I", "repeat": 60, "inertance": 1}, "c": {"kind": "C", "repeat": 60, "law": "e = q + 0.4*q^2"}, "r": {"kind": "R", "resistance": 2}},
+    "bonds": [{"from": "s", "to": "j[1]"}, {"from": "j[i]", "to": "l[i]"}, {"from": "j[i]", "to": "n[i]"}, {"from": "n[i]", "to": "c[i]"},
+              {"from": "n[i]", "to": "j[i+1]"}, {"from": "n[60]", "to": "r"}],
+    "outputs": {"m": "c[30].e", "end": "c[60].e"}, "scenes": {"s": {"stop": STOP, "samples": 101}}})x";
+  const auto study_to = [&](const char* stop) {
+    std::string text = line;
+    return Study(std::make_shared<Model>(read_model_text("line.json", text.replace(text.find("STOP"), 4, stop))));
+  };
+  const Study study = study_to("120");
+  RunInputs inputs = study.scene().inputs();
+  SimulateOptions how = untimed();
+  inputs.relative = 1e-10;
+  inputs.method = Method::erk8;
+  how.error_estimate = false;
+  const RunResult exact = study.scene().simulate(inputs, how);
+  inputs.relative = 1e-6;
+  for (const Method method : {Method::automatic, Method::bdf}) {
+    CAPTURE(method_name(method));
+    inputs.method = method;
+    const RunResult run = study.scene().simulate(inputs, untimed());
+    const OutputErrors& errors = run.report.errors;
+    REQUIRE(errors.done);
+    CHECK(errors.second_run == "at a tenth of the tolerance");
+    for (std::size_t c = 0; c < 2; ++c) {
+      double off = 0.0;
+      for (std::size_t i = 0; i < run.trace.times.size(); ++i)
+        off = std::max(off, std::abs(run.trace.columns[c][i] - exact.trace.columns[c][i]));
+      CAPTURE(off, errors.estimate[c]);
+      CHECK(errors.estimate[c] >= 0.5 * off);  // as above
+      CHECK(errors.estimate[c] <= 2.0 * off);
+    }
+  }
+  // A longer one is not made twice.
+  const RunResult longer = study_to("1e4").scene().simulate(untimed());
+  CHECK_FALSE(longer.report.errors.possible);
+  CHECK(longer.report.errors.why_not == "more than 50 states");
+}
+
 TEST_CASE("instants of events have an error of their own, and large ones are noted") {
   constexpr double kExtinction = 3.940733135693;
   const Study study = study_of("models/half_wave.json");

@@ -53,6 +53,11 @@ SecondRun::SecondRun(const RunInputs& inputs, const SimulateOptions& options)
   };
 }
 
+double SecondRun::values_kept(const RunInputs& inputs) {
+  return static_cast<double>(std::min(inputs.output_times.size(), kMostComparedRows)) *
+         static_cast<double>(inputs.outputs.size());
+}
+
 void SecondRun::keep(double t, std::span<const double> row) {
   if (row_ == 0) {
     kept_.columns.resize(row.size());

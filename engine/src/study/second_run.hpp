@@ -16,6 +16,9 @@ class SecondRun {
   /// @param options  of the first run; they must outlive this.
   SecondRun(const RunInputs& inputs, const SimulateOptions& options);
 
+  /// How many numbers are kept of the first run.
+  static double values_kept(const RunInputs& inputs);
+
   /// The first run's options, with sinks that also keep what it is compared by.
   [[nodiscard]] const SimulateOptions& options() const { return kept_options_; }
 

@@ -11,6 +11,7 @@
 #include "equations/solvable_causality.hpp"
 #include "graph/law_numbers.hpp"
 #include "run/clock.hpp"
+#include "run/integrate/integrator.hpp"
 #include "run/snapshot.hpp"
 #include "study/mode_programs.hpp"
 #include "study/second_run.hpp"
@@ -182,11 +183,18 @@ RunResult Simulation::simulate(const RunInputs& inputs, const SimulateOptions& o
 }
 
 RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& options) const {
+  // What a run of many states is wrong by is not followed along it: that would be most of its time. Where it is short,
+  // a second one tells.
+  constexpr double kShort = 1e6;  // steps times states
+  const std::size_t states = program().state_names.size();
   const bool followed = !compiled_->modes && program().events.empty() && program().delays.empty();
-  if (followed || !options.error_estimate || !options.second_run) return run_once(inputs, options);
+  const bool carried = followed && states <= kDenseStates && program().plan.explicit_form;
+  if (carried || !options.error_estimate || !options.second_run) return run_once(inputs, options);
+  if (followed && SecondRun::values_kept(inputs) > kShort) return run_once(inputs, options);
   SecondRun second(inputs, options);
   const double begin = wall_seconds();
   RunResult result = run_once(inputs, second.options());
+  if (followed && static_cast<double>(result.report.steps) * static_cast<double>(states) > kShort) return result;
   double took = 0.0;
   {
     const Stopwatch watch(took);
