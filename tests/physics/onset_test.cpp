@@ -51,7 +51,8 @@ TEST_CASE("a condition that leaves its border by a higher power of time goes whe
     INFO(never);
     check(pushed(never), 0.0);
   }
-  for (const std::string at_once : {"k.q*m.f > 0", "t*k.q > 0", "floor(-t*k.q) < 0", "mod(-t*k.q, 1.5) > 1"}) {
+  for (const std::string at_once : {"k.q*m.f > 0", "t*k.q > 0", "floor(-t*k.q) < 0", "mod(-t*k.q, 1.5) > 1",
+                                    "k.q > 0.1*m.f^3", "k.q - 0.25*m.f^2 > 0"}) {
     INFO(at_once);
     check(pushed(at_once), 1.0);
   }
@@ -73,6 +74,36 @@ TEST_CASE("the same where rates depend on loops") {
     check(pushed(never, more, bonds), 0.0);
   }
   check(pushed("k.q*r2.f > 0", more, bonds), 1.0);
+}
+
+TEST_CASE("the same where an event has emptied stores, and where a source begins") {
+  // A coil and a capacitor in series with a resistor, all 1, from rest at 0.5 on with the effort 1:
+  // l.f = u - u^2/2 + ..., u = t - 0.5.
+  const auto circuit = [](const std::string& effort, const std::string& events) {
+    return R"x({"bgsim": 1, "name": "emptied", "signals": {"n": {"integral": "0"}},
+      "elements": {"V": {"kind": "MSe", "effort": ")x" +
+           effort + R"x("}, "j": {"kind": "1"}, "r": {"kind": "R", "resistance": 1},
+        "l": {"kind": "I", "inertance": 1}, "c": {"kind": "C", "capacitance": 1}},
+      "bonds": [{"from": "V", "to": "j"}, {"from": "j", "to": "r"}, {"from": "j", "to": "l"}, {"from": "j", "to": "c"}],
+      "events": {"a": {"when": "l.f - (t - 0.5) < 0", "set": {"n": "pre(n) + 1"}})x" +
+           events + R"x(},
+      "outputs": {"n": "n", "q": "c.q"}, "scenes": {"s": {"stop": 1, "samples": 11}}})x";
+  };
+  // q = 1 - exp(-u/2) (cos w u + sin(w u)/(2 w)), w^2 = 3/4, at u = 0.5
+  const double w = std::sqrt(0.75);
+  const double q = 1.0 - std::exp(-0.25) * (std::cos(0.5 * w) + std::sin(0.5 * w) / (2.0 * w));
+  const std::string emptied = circuit("1", R"x(, "z": {"when": "t >= 0.5", "set": {"c.q": "0", "l.p": "0"}})x");
+  const std::string pulse = circuit("if(t >= 0.5, 1, 0)", "");
+  for (const std::string& model : {emptied, pulse})
+    for (const Method method : kMethods)
+      for (const double relative : {1e-4, 1e-6, 1e-9}) {
+        INFO((model == pulse ? "pulse, " : "emptied, ") << facts_of(method).name << ", relative " << relative);
+        const RunResult result = run_text(model, with_method(method, relative));
+        REQUIRE_FALSE(result.failure);
+        // At rest l.f - (t - 0.5) is 0.5 before the pulse; the condition comes to hold at 0.5, once.
+        CHECK(last(result, "n") == Approx(1.0).margin(1e-9));
+        CHECK(last(result, "q") == Approx(q).margin(100.0 * relative));  // a hundred tolerances
+      }
 }
 
 TEST_CASE("a latch whose condition is a product of states at rest brakes nothing") {

@@ -331,7 +331,7 @@ std::optional<double> EventWatch::dip(double from, double to, const std::vector<
 
 EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& ends) {
   if (!any()) return Search::none;
-  if (begins_) keep_start(ends);
+  if (begins_) keep_start(ends, integrator.branch());
   candidates_.clear();
   bool decided = !holding();
   for (std::size_t i = 0; i < side_.size(); ++i) {
@@ -353,7 +353,7 @@ EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& en
     const auto begin_and_end = bracket(integrator, from, to);
     if (failure_) return Search::failed;
     if (!begin_and_end) break;
-    if (find_onsets(ends, integrator.branch())) continue;
+    if (find_onsets(integrator, ends)) continue;
     if (crosses_at_once(from, probe_)) {
       event_time_ = from;
       return Search::found;

@@ -127,6 +127,7 @@ class EventWatch {
     archive("onset from", onset_from_);
     archive("onset until", onset_until_);
     archive("onset size", onset_size_);
+    archive("onset side", onset_side_);
     archive("onset states", onset_states_);
     archive("begins", begins_);
     archive("onset known", onset_known_);
@@ -182,10 +183,10 @@ class EventWatch {
   [[nodiscard]] Approach approach(Integrator& integrator);
   [[nodiscard]] bool stays(std::size_t guard, const Range& values, double at);
   bool is_nothing(std::size_t guard, double size, double at);
-  void keep_start(const StepEnds& ends);
+  void keep_start(const StepEnds& ends, const Branch& branch);
   void forget_onsets(const ProgramEvent& event);
   [[nodiscard]] bool may_set_out(std::size_t guard) const;
-  bool find_onsets(const StepEnds& ends, const Branch& branch);
+  bool find_onsets(const Integrator& integrator, const StepEnds& ends);
   [[nodiscard]] bool crosses_at_once(double t, const Branch& branch) const;
   void keep_onsets(double t, std::vector<double>& values) const;
   std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
@@ -260,6 +261,7 @@ class EventWatch {
   std::vector<int> onset_;  ///< by guard that is 0 at onset_from_: its side until onset_until_; 0: not known
   double onset_from_ = -std::numeric_limits<double>::infinity(), onset_until_ = onset_from_;
   std::vector<double> onset_size_;    ///< by guard with a side there: by how much it moves until then
+  std::vector<int> onset_side_;       ///< by guard: side_ there
   std::vector<double> onset_states_;  ///< at onset_from_
   bool begins_ = true;                ///< the next step is the first of a stretch
   bool onset_known_ = true;           ///< onset_ needs no search: nothing was 0, or it has been made

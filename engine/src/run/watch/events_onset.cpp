@@ -16,6 +16,8 @@ double duration_of_sign(const PowerSeries& series) {
   constexpr double kOfTheWay = 0.25;
   constexpr int kFewest = 3;
   if (series.zero || series.known < series.order + kFewest) return 0.0;
+  for (const double c : series.coefficient)
+    if (!std::isfinite(c)) return 0.0;
   double shortest = std::numeric_limits<double>::infinity();
   for (int k = 1; k < PowerSeries::kTerms; ++k) {
     const double ratio = std::abs(series.coefficient[static_cast<std::size_t>(k)] / series.coefficient[0]);
@@ -27,7 +29,8 @@ double duration_of_sign(const PowerSeries& series) {
 }  // namespace
 
 /// Keeps where a stretch begins, if guards are 0 there.
-void EventWatch::keep_start(const StepEnds& ends) {
+/// @param branch  of that stretch
+void EventWatch::keep_start(const StepEnds& ends, const Branch& branch) {
   begins_ = false;
   onset_from_ = onset_until_ = -std::numeric_limits<double>::infinity();
   onset_known_ = true;
@@ -35,6 +38,10 @@ void EventWatch::keep_start(const StepEnds& ends) {
     if (!may_set_out(i) || values_[i] != 0.0) continue;
     onset_from_ = onset_until_ = ends.begin;
     onset_known_ = false;
+    // One that something has brought to its border has no side any more, if its mode is that of the border.
+    onset_side_ = side_;
+    for (std::size_t k = 0; k < side_.size(); ++k)
+      if (may_set_out(k) && !border_[k] && branch.modes[relation_[k]] == mode_at_zero(relation_[k])) onset_side_[k] = 0;
     onset_states_.assign(ends.states_at_begin, ends.states_at_begin + program_.state_names.size());
     return;
   }
@@ -49,10 +56,11 @@ bool EventWatch::may_set_out(std::size_t guard) const {
 /// Takes the sides of the guards that were 0 where the stretch began from their series. Those without one are measured
 /// by what they are at the end of the step that is searched: what is next to nothing beside that is rounding's.
 /// @return whether a step in which a guard has crossed is to be searched again.
-bool EventWatch::find_onsets(const StepEnds& ends, const Branch& branch) {
+bool EventWatch::find_onsets(const Integrator& integrator, const StepEnds& ends) {
   constexpr double kLongest = 1e-3;  // of the scene
   if (onset_known_ || !(ends.begin < onset_from_ + kLongest * span_)) return false;
   onset_known_ = true;
+  const Branch& branch = integrator.branch();
   Branch probe = branch;
   std::vector<double> rates(program_.state_names.size());
   if (!evaluator_.rates(onset_from_, onset_states_.data(), probe, rates.data()) ||
@@ -71,7 +79,7 @@ bool EventWatch::find_onsets(const StepEnds& ends, const Branch& branch) {
   }
   const std::vector<PowerSeries> series =
       guard_series(program_, evaluator_.constants(), onset_from_, onset_states_.data(), probe, at_border);
-  Branch there = searched_->branch();
+  Branch there = branch;
   const bool measured = evaluator_.guards(ends.end, ends.states_at_end, there, at_probe_.data());
   bool any = false;
   double until = onset_from_ + kLongest * span_;
@@ -86,7 +94,8 @@ bool EventWatch::find_onsets(const StepEnds& ends, const Branch& branch) {
         largest_[i] = std::abs(at_probe_[i]);
         any = true;
       }
-    } else if (side_[i] == 0 || side_[i] == side) {
+    } else if (onset_side_[i] == 0 || side_[i] == side) {
+      if (side_[i] != side) side_[i] = 0;  // what a first step made of it was no more than that step is wrong by
       onset_[i] = side;
       until = std::min(until, onset_from_ + duration);
       any = true;

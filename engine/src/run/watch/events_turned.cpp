@@ -68,6 +68,7 @@ bool EventWatch::turn_back(double t, const double* x, Branch& branch) {
   const std::vector<double> rounded = roundings(t, x, branch);
   bool turned = false;
   for (const std::size_t i : candidates) {
+    if (hold_[i] == kSetOut) continue;  // it is 0, and its series says where it goes
     if (border_[i] || denominators_.has(i) || followed_[i] || stiction_.held(i) ||
         program_.relations[relation_[i]].kind != Relation::Kind::condition)
       continue;
