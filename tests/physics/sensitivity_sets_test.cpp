@@ -26,6 +26,22 @@ SensitivityTable table_of(const std::string& body, const std::vector<std::string
   return sensitivities(Study::from_text(model_text(body)), "", overrides, to, norm);
 }
 
+/// The same by the adjoint equations, to their own tolerance.
+void check_adjoint(const std::string& body, const std::vector<std::string>& to, const SensitivityTable& forward,
+                   SensitivityNorm norm = SensitivityNorm::final) {
+  constexpr double kAdjoint = 1e-7;  // they follow slopes along a dense output, which loses some digits more
+  SceneOverrides overrides;
+  overrides.relative = kRelative;
+  const SensitivityTable table = adjoint_sensitivities(Study::from_text(model_text(body)), "", overrides, to, norm);
+  REQUIRE(table.outputs == forward.outputs);
+  for (std::size_t i = 0; i < table.outputs.size(); ++i)
+    for (std::size_t p = 0; p < to.size(); ++p) {
+      INFO("adjoint: " << table.outputs[i] << " by " << to[p]);
+      const double expected = forward.of[i][p].derivative;
+      CHECK(std::abs(table.of[i][p].derivative - expected) <= kAdjoint * std::max(std::abs(expected), 1e-2));
+    }
+}
+
 std::string refusal(const std::string& body, const std::vector<std::string>& to) {
   try {
     table_of(body, to);
@@ -85,6 +101,9 @@ TEST_CASE("sensitivities of a bouncing ball: its height, its speed, and when it 
   };
   const std::vector<double> at = {9.81, 0.7, 1.0};
   const SensitivityTable table = table_of(ball(stop), {"g", "e", "h", "m"});
+  check_adjoint(ball(stop), {"g", "e", "h", "m"}, table);
+  for (const SensitivityNorm norm : {SensitivityNorm::integral, SensitivityNorm::rms})
+    check_adjoint(ball(stop), {"g", "e", "h", "m"}, table_of(ball(stop), {"g", "e", "h", "m"}, norm), norm);
   const auto without_mass = [](std::vector<double> all) {
     all.push_back(0.0);
     return all;
@@ -126,6 +145,8 @@ TEST_CASE("sensitivities over an event whose instant is a parameter, and what it
     return (p0 * (1.0 - first) + (k * p0 * first + c * a * a) * (1.0 - std::exp(-r * (2.0 - a)))) / r;
   };
   check_row(table_of(body, {"a", "k", "c", "r", "m.p"}, SensitivityNorm::integral), 0, exact(integral, at));
+  for (const SensitivityNorm norm : {SensitivityNorm::final, SensitivityNorm::integral, SensitivityNorm::rms})
+    check_adjoint(body, {"a", "k", "c", "r", "m.p"}, table_of(body, {"a", "k", "c", "r", "m.p"}, norm), norm);
 }
 
 TEST_CASE("sensitivities over events of two priorities at one instant, one of which the other makes due") {
@@ -143,6 +164,7 @@ TEST_CASE("sensitivities over events of two priorities at one instant, one of wh
   };
   const auto x = [](const std::vector<Complex>& p) { return p[1] + p[2]; };
   const SensitivityTable table = table_of(body, {"b", "c", "w"});
+  check_adjoint(body, {"b", "c", "w"}, table);
   check_row(table, 0, exact(y, {1.0, 2.0, 1.5}));
   check_row(table, 1, exact(x, {1.0, 2.0, 1.5}));
 }
@@ -163,6 +185,7 @@ TEST_CASE("sensitivities where an event sets a store to what a loop gives") {
   double i = 1.0;
   for (int again = 0; again < 60; ++again) i -= ((r + s) * i + i * i * i - E * (1 + a)) / (r + s + 3 * i * i);
   const double slope = r + s + 3 * i * i, e = std::exp(a - 1.0);
+  check_adjoint(body, {"E", "r", "s", "k", "a"}, table_of(body, {"E", "r", "s", "k", "a"}));
   check_row(table_of(body, {"E", "r", "s", "k", "a"}), 0,
             {k * s * (1 + a) / slope * e, -k * s * i / slope * e, k * (i - s * i / slope) * e, s * i * e,
              k * s * (E / slope + i) * e});
@@ -180,6 +203,7 @@ TEST_CASE("sensitivities of sampled controllers and latches agree with differenc
   const std::vector<std::string> to = {"T", "k", "m", "target", "width"};
   const double at[] = {0.21, 1.3, 0.8, 0.9, 0.15};
   const SensitivityTable table = table_of(sampled, to);
+  check_adjoint(sampled, to, table);
   for (std::size_t p = 0; p < to.size(); ++p) {
     const auto ends = [&](double value) {
       return table_of(sampled, {"k"}, SensitivityNorm::final, {to[p] + "=" + number_text(value, 17)}).values;

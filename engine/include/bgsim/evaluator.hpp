@@ -180,13 +180,14 @@ class Evaluator {
   bool crossings(double t, const double* x, Branch& branch, double* values);
 
   // Transposed derivatives, of a program with a TransposedPlan.
-  /// Takes the partials of rates, loops and outputs (or guards) at a point, for the calls of pull_back that follow.
-  enum class Rows : std::uint8_t { outputs, guards };
+  /// Takes the partials of rates, loops and outputs (or guards, or what events set) at a point, for the calls of
+  /// pull_back that follow.
+  enum class Rows : std::uint8_t { outputs, guards, sets };
   bool take_partials(double t, const double* x, Branch& branch, Rows rows);
   /// The gradient of a sum of rates and outputs (or guards) by states, parameters and time, with the loops' variables
   /// as functions of these: one pass backward, whatever the number of parameters. After take_partials.
   /// @param of_rates   weights by state; empty: all 0
-  /// @param of_rows    weights by output, or by relation
+  /// @param of_rows    weights by output, by relation, or by result of Program::event_values
   /// @param by_states  the gradient by state
   /// @param by_columns by TransposedPlan::columns, then by time
   void pull_back(std::span<const double> of_rates, std::span<const double> of_rows, std::span<double> by_states,

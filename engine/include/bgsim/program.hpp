@@ -115,18 +115,18 @@ struct JacobianPlan {
   bool explicit_form = true;  ///< false where elimination would fill too much: only the implicit form can be integrated
 };
 
-/// Partial derivatives by parameters and by time, and those of outputs and guards: what the adjoint equations need
-/// beside the Jacobian's (see Evaluator::pull_back). Empty unless asked for (CompileOptions::columns).
+/// Partial derivatives by parameters and by time, and those of outputs, guards and what events set: what the adjoint
+/// equations need beside the Jacobian's (see Evaluator::pull_back). Empty unless asked for (CompileOptions::columns).
 struct TransposedPlan {
   std::vector<std::uint32_t> columns;  ///< ParameterIds; the last column of all, behind them, is time
   struct Rows {
     std::vector<JacobianPlan::Entry> by_states, by_tears, by_columns;
   };
-  Rows outputs, guards;                                  ///< by output; by relation
+  Rows outputs, guards, sets;                            ///< by output; by relation; by result of event_values
   std::vector<JacobianPlan::Entry> rates;                ///< by columns; by states and tears: JacobianPlan's
   std::vector<std::vector<JacobianPlan::Entry>> blocks;  ///< by block: by columns
-  Routine routine;         ///< solves the loops and computes all slots above but those of guards
-  Routine guards_routine;  ///< the same for guards
+  Routine routine;         ///< solves the loops and computes all slots above but those of guards and sets
+  Routine events_routine;  ///< the same for these
 };
 
 /// The laws of a store without a closed-form energy: efforts (flows) of its ports over what they store.

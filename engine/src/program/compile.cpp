@@ -31,11 +31,13 @@ class Compiler {
     program_.system_class = order_.system_class;
     name_things();
     freeze_all();
-    if (plain_ == nullptr)
+    if (plain_ == nullptr) {
       partials_ =
           take_partials(program_.pool, program_.origins, system_, order_.blocks, rates_, residuals_, {}, nullptr);
-    else
+    } else {
       partials_.guards = take_guard_partials(program_, system_, order_.blocks, *options_.columns);
+      partials_.sets = take_set_partials(program_, system_, order_.blocks, event_values_, *options_.columns);
+    }
     assign_slots();
     write_routines();
     make_patterns(program_, system_.states.size(), tears_.size());
@@ -504,7 +506,7 @@ class Compiler {
     plan.columns = *options_.columns;
     plan.rates = entries(partials_.rates_by_columns, roots);
     for (const BlockPartials& block : partials_.blocks) plan.blocks.push_back(entries(block.by_columns, roots));
-    Roots of_guards = roots;
+    Roots of_events = roots;
     const auto rows = [this](const RowPartials& from, Roots& to) {
       TransposedPlan::Rows result;
       result.by_states = entries(from.by_states, to);
@@ -513,9 +515,10 @@ class Compiler {
       return result;
     };
     plan.outputs = rows(partials_.outputs, roots);
-    plan.guards = rows(partials_.guards, of_guards);
+    plan.guards = rows(partials_.guards, of_events);
+    plan.sets = rows(partials_.sets, of_events);
     plan.routine = routine(roots);
-    plan.guards_routine = routine(of_guards);
+    plan.events_routine = routine(of_events);
   }
 
   void finish_slots() {

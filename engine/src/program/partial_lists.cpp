@@ -95,6 +95,15 @@ RowPartials take_guard_partials(Program& program, const EquationSystem& system, 
   return made;
 }
 
+RowPartials take_set_partials(Program& program, const EquationSystem& system, const std::vector<Block>& blocks,
+                              const std::vector<ExprId>& values, const std::vector<std::uint32_t>& columns) {
+  RowPartials made;
+  Taker taker(program.pool, program.origins, system, blocks, &columns);
+  for (std::uint32_t i = 0; i < values.size(); ++i)
+    taker.row(values[i], i, made.by_states, made.by_tears, made.by_columns);
+  return made;
+}
+
 SystemPartials take_plain_partials(const EquationSystem& system, BlockOrder& order, const CompileOptions& options) {
   std::vector<std::vector<ExprId>> residuals;
   for (const Block& block : order.blocks) residuals.push_back(block.residuals);

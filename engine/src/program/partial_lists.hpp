@@ -28,7 +28,7 @@ struct RowPartials {
 struct SystemPartials {
   Partials rates_by_states, rates_by_tears, rates_by_columns;
   std::vector<BlockPartials> blocks;
-  RowPartials outputs, guards;
+  RowPartials outputs, guards, sets;
 };
 
 /// Takes them, and lets the pool grow by them. Cost: the expressions below each row.
@@ -40,6 +40,11 @@ SystemPartials take_partials(ExprPool& pool, std::vector<Origin>& origins, const
                              const std::vector<Block>& blocks, const std::vector<ExprId>& rates,
                              const std::vector<std::vector<ExprId>>& residuals, const std::vector<ExprId>& outputs,
                              const std::vector<std::uint32_t>* columns);
+
+/// Of what the events set, by Program::event_values.
+/// @param values  frozen
+RowPartials take_set_partials(Program& program, const EquationSystem& system, const std::vector<Block>& blocks,
+                              const std::vector<ExprId>& values, const std::vector<std::uint32_t>& columns);
 
 /// Of the guards of a program's relations, by relation.
 RowPartials take_guard_partials(Program& program, const EquationSystem& system, const std::vector<Block>& blocks,

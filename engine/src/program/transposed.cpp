@@ -8,7 +8,7 @@ bool Evaluator::take_partials(double t, const double* x, Branch& branch, Rows ro
   Impl& impl = *impl_;
   const TransposedPlan& plan = impl.program.transposed;
   impl.taken = rows;
-  if (!impl.run(rows == Rows::outputs ? plan.routine : plan.guards_routine, t, x, branch)) return false;
+  if (!impl.run(rows == Rows::outputs ? plan.routine : plan.events_routine, t, x, branch)) return false;
   for (std::size_t b = 0; b < impl.program.blocks.size(); ++b)
     if (const LoopOutcome outcome = impl.factorize(b); outcome != LoopOutcome::solved) {
       impl.fail_loop(b, outcome);
@@ -25,7 +25,9 @@ void Evaluator::pull_back(std::span<const double> of_rates, std::span<const doub
   const Program& program = impl.program;
   const JacobianPlan& plan = program.plan;
   const TransposedPlan& transposed = program.transposed;
-  const TransposedPlan::Rows& rows = impl.taken == Rows::outputs ? transposed.outputs : transposed.guards;
+  const TransposedPlan::Rows& rows = impl.taken == Rows::outputs  ? transposed.outputs
+                                     : impl.taken == Rows::guards ? transposed.guards
+                                                                  : transposed.sets;
   std::fill(by_states.begin(), by_states.end(), 0.0);
   std::fill(by_columns.begin(), by_columns.end(), 0.0);
   std::vector<double>& of_tears = impl.back_to_tears;

@@ -109,6 +109,7 @@ class Backward {
       units_.push_back(unit_of(std::abs(inputs.parameters[parameter])));
     now_ = {MatrixXd::Zero(n, k), MatrixXd::Zero(m, k)};
     largest_ = now_;
+    by_instant_ = VectorXd::Zero(k);
     outputs_.resize(program.output_names.size());
     pending_.assign(figures.size(), false);
     for (std::size_t i = 0; i < figures.size(); ++i) pending_[i] = figures[i].kind == AdjointFigure::Kind::value;
@@ -149,13 +150,18 @@ class Backward {
   /// Events forward, as a run with sensitivities meets them.
   bool look_at_events() {
     FreeGuards at_start(program_, inputs_, units_, &seeds_), guards(program_, inputs_, units_, nullptr);
-    if (auto refused =
-            events_.begin(evaluator_, at_start, inputs_.start, trajectory_.start(), trajectory_.start_branch(), false))
+    if (auto refused = events_.begin(evaluator_, at_start, inputs_.start, trajectory_.start(),
+                                     trajectory_.start_branch(), !inputs_.starting_events.empty()))
       return fail(std::move(*refused));
     for (const Trajectory::Event& event : trajectory_.events()) {
       std::optional<Diagnostic> refused;
-      jumps_.push_back(
-          events_.take(evaluator_, guards, event.t, event.x, event.before, event.after, event.crossed, refused));
+      if (event.sets.empty()) {
+        jumps_.push_back(
+            events_.take(evaluator_, guards, event.t, event.x, event.before, event.after, event.crossed, refused));
+      } else if (auto instant = events_.instant_of_set(guards, program_.events[event.sets.front()], event.t, refused)) {
+        if (instant->empty()) instant->assign(units_.size(), 0.0);
+        jumps_.push_back(VariationEvents::Jump{std::move(*instant), {}});
+      }
       if (refused) return fail(std::move(*refused));
     }
     return true;
@@ -181,9 +187,14 @@ class Backward {
         }
       }
       const double begins = s > 0 ? trajectory_.events()[s - 1].t : inputs_.start;
-      x_ = s > 0 ? trajectory_.events()[s - 1].x : trajectory_.start();
+      x_ = s > 0 ? trajectory_.events()[s - 1].behind() : trajectory_.start();
       if (!inject(begins)) return false;
-      if (s > 0) cross(s - 1);
+      if (s == 0) break;
+      if (trajectory_.events()[s - 1].sets.empty())
+        cross(s - 1);
+      else if (!cross_set(s - 1))
+        return false;
+      if (s == 1 || trajectory_.events()[s - 2].t < begins) move_instant();
     }
     return true;
   }
@@ -235,6 +246,57 @@ class Backward {
       now_.columns.col(k) += gain * Eigen::Map<const VectorXd>(jump.instant.data() + n, now_.columns.rows());
     }
     grow(now_);
+  }
+
+  /// Back over what events set: x+ = h(x-, z, p, t) of the states that are set, at an instant that follows x- and p.
+  bool cross_set(std::size_t event) {
+    begun_ = false;
+    const Trajectory::Event& at = trajectory_.events()[event];
+    instant_ = &jumps_[event]->instant;
+    const Index n = now_.states.rows();
+    VectorXd before(n), after(n), by_states(n);
+    std::vector<double> outputs_before(outputs_.size()), by_columns(columns() + 1);
+    Branch here = at.before, behind = at.after;
+    if (!evaluator_.rates(at.t, at.x_after.data(), behind, after.data()) ||
+        !evaluator_.outputs(at.t, at.x_after.data(), behind, outputs_.data()) ||
+        !evaluator_.rates(at.t, at.x.data(), here, before.data()) ||
+        !evaluator_.outputs(at.t, at.x.data(), here, outputs_before.data()) ||
+        !evaluator_.take_partials(at.t, at.x.data(), here, Evaluator::Rows::sets))
+      return fail_with_fault();
+    for (Index k = 0; k < now_.states.cols(); ++k) {
+      const AdjointFigure& figure = figures_[static_cast<std::size_t>(k)];
+      double gain = -now_.states.col(k).dot(after);
+      const double one = outputs_before[figure.output], other = outputs_[figure.output];
+      if (figure.kind == AdjointFigure::Kind::integral) gain += one - other;
+      if (figure.kind == AdjointFigure::Kind::square) gain += one * one - other * other;
+      std::vector<double> weights(program_.event_values.results.size(), 0.0);
+      for (auto set_by = at.sets.rbegin(); set_by != at.sets.rend(); ++set_by) {
+        const ProgramEvent& what = program_.events[*set_by];
+        for (std::size_t i = 0; i < what.sets.size(); ++i)
+          weights[what.first_value + i] += std::exchange(now_.states(*what.sets[i].state, k), 0.0);
+      }
+      evaluator_.pull_back({}, weights, of(by_states), by_columns);
+      now_.states.col(k) += by_states;
+      now_.columns.col(k) += Eigen::Map<const VectorXd>(by_columns.data(), now_.columns.rows());
+      by_instant_[k] += gain + now_.states.col(k).dot(before) + by_columns.back();
+    }
+    if (!now_.states.allFinite() || !now_.columns.allFinite())
+      return fail_to(at.t, "have no value: what an event sets has no slope");
+    grow(now_);
+    return true;
+  }
+
+  /// What was set at an instant counts by that instant, which follows the states before all that happened at it.
+  void move_instant() {
+    if (instant_ == nullptr) return;
+    const Index n = now_.states.rows();
+    for (Index k = 0; k < now_.states.cols(); ++k) {
+      now_.states.col(k) += by_instant_[k] * Eigen::Map<const VectorXd>(instant_->data(), n);
+      now_.columns.col(k) += by_instant_[k] * Eigen::Map<const VectorXd>(instant_->data() + n, now_.columns.rows());
+    }
+    grow(now_);
+    by_instant_.setZero();
+    instant_ = nullptr;
   }
 
   double square_jump(std::size_t event, std::size_t output) {
@@ -410,7 +472,9 @@ class Backward {
   std::vector<double> units_;                                ///< of states, then parameters
   AdjointResult result_;
   Adjoints now_, next_, largest_;
-  Adjoints begin_;  ///< rates at the step's beginning, if begun_
+  VectorXd by_instant_;                           ///< by figure: what it grows by with the instant of what was set
+  const std::vector<double>* instant_ = nullptr;  ///< t' of that
+  Adjoints begin_;                                ///< rates at the step's beginning, if begun_
   bool begun_ = false;
   std::array<Adjoints, 3> stage_;
   Adjoints scratch_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "run/run.hpp"
+#include "run/sink/trajectory.hpp"
 
 namespace bgsim {
 
@@ -92,6 +93,8 @@ bool Run::take_events() {
   jumped_at_ = t_;
   fresh_ = true;
   measures_.look(t_, x_.data(), branch_);
+  const std::vector<double> x_before = options_.trajectory != nullptr ? x_ : std::vector<double>{};
+  const Branch branch_before = options_.trajectory != nullptr ? branch_ : Branch{};
   std::vector<double> rates(program_.varied_states > 0 ? x_.size() : 0);
   if (!rates.empty() && !evaluator_.rates(t_, x_.data(), branch_, rates.data())) return fail_with_fault();
   errors_.before_set(t_, x_, branch_, [this](double t, std::vector<double>& x, const Branch& branch) {
@@ -109,6 +112,7 @@ bool Run::take_events() {
     log_->look(t_, branch_);
   }
   if (!rates.empty() && !vary_sets(rates)) return false;
+  if (options_.trajectory != nullptr) options_.trajectory->set(t_, x_before, branch_before, x_, branch_, jumps_.due());
   errors_.after_set(t_, x_, branch_);
   if (auto full = log_->full(t_)) return fail(std::move(*full));
   tolerances_.forget_noise();

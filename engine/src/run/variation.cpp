@@ -76,9 +76,10 @@ bool at_border(const Evaluator& evaluator, const Relation& relation, double t, c
 /// Derivatives of two instants by the same: how far they are apart, in all, is nothing beside what they are.
 bool same_instant(const GuardSlopes& guards, const std::vector<double>& one, const std::vector<double>& other) {
   double apart = 0.0, size = 0.0;
-  for (std::size_t i = 0; i < one.size(); ++i) {
-    apart += guards.unit(i) * std::abs(one[i] - other[i]);
-    size += guards.unit(i) * std::max(std::abs(one[i]), std::abs(other[i]));
+  const auto at = [](const std::vector<double>& instant, std::size_t i) { return instant.empty() ? 0.0 : instant[i]; };
+  for (std::size_t i = 0; i < std::max(one.size(), other.size()); ++i) {
+    apart += guards.unit(i) * std::abs(at(one, i) - at(other, i));
+    size += guards.unit(i) * std::max(std::abs(at(one, i)), std::abs(at(other, i)));
   }
   return apart <= kSameInstant * size;
 }
@@ -121,7 +122,7 @@ std::optional<Diagnostic> VariationEvents::begin(Evaluator& evaluator, GuardSlop
   std::vector<double> own, others;
   Branch here = branch;
   time_ = t;
-  if (sets) changes_.push_back({0, {0.0}, 0.0, 0.0});                                     // the start does not move
+  if (sets) changes_.push_back({0, {}, 0.0, 0.0});                                        // the start does not move
   if (!rates(evaluator, t, x, here, own) || !guards.at(t, x, here)) return std::nullopt;  // the run says what is wrong
   for (std::size_t r = 0; r < program.relations.size(); ++r) {
     const Relation& relation = program.relations[r];
@@ -235,14 +236,13 @@ std::optional<VariationEvents::Jump> VariationEvents::take(Evaluator& evaluator,
   return Jump{std::move(*instant), std::move(left)};
 }
 
-std::optional<double> VariationEvents::instant_of_set(const ProgramEvent& event, double t,
-                                                      std::optional<Diagnostic>& refused) const {
+std::optional<std::vector<double>> VariationEvents::instant_of_set(const GuardSlopes& guards, const ProgramEvent& event,
+                                                                   double t, std::optional<Diagnostic>& refused) const {
   const auto same = [&](const Change& change) {
-    const double one = change.instant.front(), other = changes_.front().instant.front();
-    return std::abs(one - other) <= kSameInstant * std::max(std::abs(one), std::abs(other));
+    return same_instant(guards, change.instant, changes_.front().instant);
   };
   if (t == time_ && !touched_ && !changes_.empty() && std::all_of(changes_.begin(), changes_.end(), same))
-    return changes_.front().instant.front();
+    return changes_.front().instant;
   const bool apart = t == time_ && !changes_.empty();
   refused = diagnostic_of(
       "BG414",
@@ -289,16 +289,18 @@ bool Run::vary_event(const Branch& before, std::optional<std::size_t> crossed) {
 /// The sensitivities where events have set states. @param before  the rates before.
 bool Run::vary_sets(const std::vector<double>& before) {
   std::optional<Diagnostic> refused;
-  const auto instant = variations_.instant_of_set(program_.events[jumps_.due().front()], t_, refused);
-  if (!instant) return fail(std::move(*refused));
+  const VariedGuards guards(evaluator_);
+  const auto found = variations_.instant_of_set(guards, program_.events[jumps_.due().front()], t_, refused);
+  if (!found) return fail(std::move(*refused));
+  const double instant = found->empty() ? 0.0 : found->front();
   // By the parameter, at an instant that follows it.
   const std::size_t n = program_.varied_states;
-  for (std::size_t i = 0; i < n; ++i) x_[n + i] += before[i] * *instant;
+  for (std::size_t i = 0; i < n; ++i) x_[n + i] += before[i] * instant;
   for (const EventJumps::SetSlope& slope : jumps_.set_slopes())
-    x_[n + slope.state] = slope.by_parameter + slope.by_time * *instant;
+    x_[n + slope.state] = slope.by_parameter + slope.by_time * instant;
   std::vector<double> after(x_.size());
   if (!evaluator_.rates(t_, x_.data(), branch_, after.data())) return fail_with_fault();
-  for (std::size_t i = 0; i < n; ++i) x_[n + i] -= after[i] * *instant;
+  for (std::size_t i = 0; i < n; ++i) x_[n + i] -= after[i] * instant;
   return true;
 }
 

@@ -74,11 +74,12 @@ class VariationEvents {
                            const Branch& before, const Branch& after, std::optional<std::size_t> crossed,
                            std::optional<Diagnostic>& refused);
 
-  /// What t', by the one parameter, of the event that was last taken is for what is set there.
+  /// What t', by what is varied, of the event that was last taken is for what is set there; empty: 0 by all.
   /// @param event  that sets it, at @p t
   /// @param refused  BG414 if that is not known, or does not exist: conditions that another value of the parameter
   ///                 parts changed there, or their border is touched and not passed.
-  std::optional<double> instant_of_set(const ProgramEvent& event, double t, std::optional<Diagnostic>& refused) const;
+  std::optional<std::vector<double>> instant_of_set(const GuardSlopes& guards, const ProgramEvent& event, double t,
+                                                    std::optional<Diagnostic>& refused) const;
 
  private:
   /// A condition that has changed, and what its instant changes by with the parameter.

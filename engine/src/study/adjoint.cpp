@@ -19,9 +19,11 @@ class AdjointScene {
                const std::vector<std::string>& to)
       : model_(study.model()), overrides_(overrides), inputs_(study.scene(scene, overrides).inputs()) {
     refuse_jumps(model_);
-    refuse_sets(model_);
     for (const std::string& name : to) seeds_.push_back(find_seed(model_, name));
-    const auto cut = slice(model_, study.graph(), study.equations(), study.order(), inputs_.outputs, false);
+    // An event acts on what it sets, whatever the outputs depend on.
+    const auto cut = model_.events.empty()
+                         ? slice(model_, study.graph(), study.equations(), study.order(), inputs_.outputs, false)
+                         : std::nullopt;
     const EquationSystem& system = cut ? cut->system : study.equations();
     const BlockOrder& order = cut ? cut->order : study.order();
     if (order.rates.empty())

@@ -24,15 +24,6 @@ void refuse_sensitivity(const Model& model, std::string situation, std::string r
                    model.sources);
 }
 
-void refuse_sets(const Model& model) {
-  if (!model.events.empty())
-    refuse_sensitivity(model,
-                       "the model has events that set stores (" + in_quotes(model.events.front().name) +
-                           "), which the adjoint equations do not cross",
-                       "adjoints cross the events of conditions in laws and signals, not jumps of the states",
-                       "ask for --method forward", model.events.front().place);
-}
-
 void refuse_jumps(const Model& model) {
   for (const Signal& signal : model.signals)
     if (signal.delay)

@@ -18,8 +18,6 @@ GivenValues given_of(const Model& model, const std::string& scene, const SceneOv
 
 /// @throws ModelError BG414 what jumps without a derivative here: delays, switches.
 void refuse_jumps(const Model& model);
-/// @throws ModelError BG414 events that set stores, for the adjoint equations.
-void refuse_sets(const Model& model);
 
 /// @throws ModelError the failure of a run.
 void throw_failure(const RunResult& result, const Model& model);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace bgsim {
 namespace {
@@ -53,7 +54,14 @@ void Trajectory::add(double from, double to, int order, const Branch& branch, co
 void Trajectory::event(double t, const std::vector<double>& x, const Branch& before, const Branch& after,
                        std::optional<std::size_t> crossed) {
   if (before.modes == after.modes) return;
-  events_.push_back({t, x, before, after, crossed});
+  events_.push_back({t, x, before, after, crossed, {}, {}});
+  stretches_.push_back({{}, after});
+}
+
+void Trajectory::set(double t, std::vector<double> x_before, const Branch& before, const std::vector<double>& x,
+                     const Branch& after, const std::vector<std::size_t>& events) {
+  take(x.data());
+  events_.push_back({t, std::move(x_before), before, after, std::nullopt, events, x});
   stretches_.push_back({{}, after});
 }
 

@@ -29,6 +29,9 @@ class Trajectory {
     std::vector<double> x;
     Branch before, after;
     std::optional<std::size_t> crossed;  ///< relation whose guard was found at its border; none at a known time
+    std::vector<std::size_t> sets;       ///< events of the model that set states then: x is before, x_after behind that
+    std::vector<double> x_after;
+    [[nodiscard]] const std::vector<double>& behind() const { return sets.empty() ? x : x_after; }
   };
 
   /// Puts the solution at a time into @p x, with the branch of a point nearby.
@@ -39,6 +42,9 @@ class Trajectory {
   void add(double from, double to, int order, const Branch& branch, const Solution& solution);
   void event(double t, const std::vector<double>& x, const Branch& before, const Branch& after,
              std::optional<std::size_t> crossed);
+  /// Events of the model have set states. @param before  point and branch then; @p x, @p after behind them
+  void set(double t, std::vector<double> x_before, const Branch& before, const std::vector<double>& x,
+           const Branch& after, const std::vector<std::size_t>& events);
 
   /// The states at @p t within @p step.
   void interpolate(const Step& step, double t, std::vector<double>& x) const;
