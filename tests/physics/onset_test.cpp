@@ -74,6 +74,14 @@ TEST_CASE("the same where rates depend on loops") {
     check(pushed(never, more, bonds), 0.0);
   }
   check(pushed("k.q*r2.f > 0", more, bonds), 1.0);
+  // A linear loop, whose matrix is made of parameters alone.
+  const std::string linear = R"x(, "g": {"kind": "0"}, "h": {"kind": "1"}, "r1": {"kind": "R", "resistance": 2},
+      "i": {"kind": "0"}, "r2": {"kind": "R", "resistance": 3}, "r3": {"kind": "R", "resistance": 5})x";
+  for (const std::string never : {"k.q*m.f < 0", "k.q*m.f > t^2", "r1.f*r3.f*k.q < 0"}) {
+    INFO(never);
+    check(pushed(never, linear, bonds), 0.0);
+  }
+  check(pushed("k.q > 0.1*r2.f^3", linear, bonds), 1.0);
 }
 
 TEST_CASE("the same where an event has emptied stores, and where a source begins") {

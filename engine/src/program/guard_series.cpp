@@ -30,8 +30,10 @@ std::vector<CodeList> needed_code(const Program& program, const Routine& routine
   for (std::size_t part = routine.code.size(); part-- > 0;) {
     if (part < routine.solves.size()) {
       const ProgramBlock& block = program.blocks[routine.solves[part]];
-      for (const Routine* loop : {&block.residual, &block.jacobian})
+      for (const Routine* loop : {&block.residual, &block.jacobian}) {
         for (const Instruction& i : loop->code.front()) need_arguments(i);
+        for (const std::uint32_t slot : loop->results) slots[slot] = true;
+      }
     }
     const std::vector<Instruction>& all = routine.code[part].instructions;
     std::vector<Instruction>& kept = result[part].instructions;
