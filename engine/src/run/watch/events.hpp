@@ -123,14 +123,7 @@ class EventWatch {
     for (const std::size_t relation : undecided_) archive.check(relation < program_.relations.size());
     archive("undecided at", undecided_at_);
     archive("cut", cut_);
-    archive("onset", onset_);
-    archive("onset from", onset_from_);
-    archive("onset until", onset_until_);
-    archive("onset size", onset_size_);
-    archive("onset side", onset_side_);
-    archive("onset states", onset_states_);
-    archive("begins", begins_);
-    archive("onset known", onset_known_);
+    archive("onsets", onsets_);
     functions_.clear();
   }
 
@@ -150,9 +143,33 @@ class EventWatch {
   [[nodiscard]] const std::vector<double>& undecided_at() const { return undecided_at_; }
 
  private:
+  /// Guards that are 0 where a stretch begins, and which way they go (events_onset.cpp).
+  struct Onsets {
+    bool begins = true;  ///< the next step is the first of a stretch
+    bool known = true;   ///< needs no search: nothing was 0, or it has been made
+    double from = -std::numeric_limits<double>::infinity(), until = from;  ///< what is known holds between these times
+    std::vector<double> states;                                            ///< at `from`
+    std::vector<int> before;                                               ///< by guard: its side there; 0: none
+    std::vector<int> side;     ///< by guard: the one it goes to; 0: not known, or it was not 0
+    std::vector<double> size;  ///< by guard with a side: by how much it moves until then
+
+    template <class Archive>
+    void carry(Archive& archive) {
+      archive("begins", begins);
+      archive("known", known);
+      archive("from", from);
+      archive("until", until);
+      archive("states", states);
+      archive("before", before);
+      archive("side", side);
+      archive("size", size);
+    }
+  };
   /// Held for: a guard that is 0, on the side that it goes to at once.
   static constexpr double kSetOut = std::numeric_limits<double>::min();
   static constexpr double kClearlyOut = 16.0;  ///< of a band around a border that has been crossed in a row
+  /// A change at most so many steps after the one before is a return.
+  static constexpr std::uint64_t kStepsToReturn = 4;
   /// So many changes of one condition, each a few steps after the one before, may be those of a state at rest.
   static constexpr int kReturns = 8;
 
@@ -258,13 +275,7 @@ class EventWatch {
   std::vector<std::size_t> candidates_;  ///< guards to be searched
   std::vector<double> values_, middle_, end_, at_probe_;
   std::vector<int> direction_;
-  std::vector<int> onset_;  ///< by guard that is 0 at onset_from_: its side until onset_until_; 0: not known
-  double onset_from_ = -std::numeric_limits<double>::infinity(), onset_until_ = onset_from_;
-  std::vector<double> onset_size_;    ///< by guard with a side there: by how much it moves until then
-  std::vector<int> onset_side_;       ///< by guard: side_ there
-  std::vector<double> onset_states_;  ///< at onset_from_
-  bool begins_ = true;                ///< the next step is the first of a stretch
-  bool onset_known_ = true;           ///< onset_ needs no search: nothing was 0, or it has been made
+  Onsets onsets_;
   std::vector<double> y_;
   Branch probe_;  ///< within the step that is searched
   double event_time_ = 0.0;

@@ -31,18 +31,19 @@ double duration_of_sign(const PowerSeries& series) {
 /// Keeps where a stretch begins, if guards are 0 there.
 /// @param branch  of that stretch
 void EventWatch::keep_start(const StepEnds& ends, const Branch& branch) {
-  begins_ = false;
-  onset_from_ = onset_until_ = -std::numeric_limits<double>::infinity();
-  onset_known_ = true;
+  onsets_.begins = false;
+  onsets_.from = onsets_.until = -std::numeric_limits<double>::infinity();
+  onsets_.known = true;
   for (std::size_t i = 0; i < side_.size(); ++i) {
     if (!may_set_out(i) || values_[i] != 0.0) continue;
-    onset_from_ = onset_until_ = ends.begin;
-    onset_known_ = false;
+    onsets_.from = onsets_.until = ends.begin;
+    onsets_.known = false;
     // One that something has brought to its border has no side any more, if its mode is that of the border.
-    onset_side_ = side_;
+    onsets_.before = side_;
     for (std::size_t k = 0; k < side_.size(); ++k)
-      if (may_set_out(k) && !border_[k] && branch.modes[relation_[k]] == mode_at_zero(relation_[k])) onset_side_[k] = 0;
-    onset_states_.assign(ends.states_at_begin, ends.states_at_begin + program_.state_names.size());
+      if (may_set_out(k) && !border_[k] && branch.modes[relation_[k]] == mode_at_zero(relation_[k]))
+        onsets_.before[k] = 0;
+    onsets_.states.assign(ends.states_at_begin, ends.states_at_begin + program_.state_names.size());
     return;
   }
 }
@@ -58,13 +59,13 @@ bool EventWatch::may_set_out(std::size_t guard) const {
 /// @return whether a step in which a guard has crossed is to be searched again.
 bool EventWatch::find_onsets(const Integrator& integrator, const StepEnds& ends) {
   constexpr double kLongest = 1e-3;  // of the scene
-  if (onset_known_ || !(ends.begin < onset_from_ + kLongest * span_)) return false;
-  onset_known_ = true;
+  if (onsets_.known || !(ends.begin < onsets_.from + kLongest * span_)) return false;
+  onsets_.known = true;
   const Branch& branch = integrator.branch();
   Branch probe = branch;
   std::vector<double> rates(program_.state_names.size());
-  if (!evaluator_.rates(onset_from_, onset_states_.data(), probe, rates.data()) ||
-      !evaluator_.guards(onset_from_, onset_states_.data(), probe, at_probe_.data()))
+  if (!evaluator_.rates(onsets_.from, onsets_.states.data(), probe, rates.data()) ||
+      !evaluator_.guards(onsets_.from, onsets_.states.data(), probe, at_probe_.data()))
     return false;
   std::vector<std::size_t> guards;
   std::vector<GuardAtBorder> at_border;
@@ -78,13 +79,13 @@ bool EventWatch::find_onsets(const Integrator& integrator, const StepEnds& ends)
     at_border.back().border = is_upper(i) ? upper : lower;
   }
   const std::vector<PowerSeries> series =
-      guard_series(program_, evaluator_.constants(), onset_from_, onset_states_.data(), probe, at_border);
+      guard_series(program_, evaluator_.constants(), onsets_.from, onsets_.states.data(), probe, at_border);
   Branch there = branch;
   const bool measured = evaluator_.guards(ends.end, ends.states_at_end, there, at_probe_.data());
   bool any = false;
-  double until = onset_from_ + kLongest * span_;
-  onset_.assign(side_.size(), 0);
-  onset_size_.assign(side_.size(), 0.0);
+  double until = onsets_.from + kLongest * span_;
+  onsets_.side.assign(side_.size(), 0);
+  onsets_.size.assign(side_.size(), 0.0);
   for (std::size_t n = 0; n < guards.size(); ++n) {
     const std::size_t i = guards[n];
     const int side = is_upper(i) ? -series[n].sign() : series[n].sign();
@@ -94,25 +95,25 @@ bool EventWatch::find_onsets(const Integrator& integrator, const StepEnds& ends)
         largest_[i] = std::abs(at_probe_[i]);
         any = true;
       }
-    } else if (onset_side_[i] == 0 || side_[i] == side) {
+    } else if (onsets_.before[i] == 0 || side_[i] == side) {
       if (side_[i] != side) side_[i] = 0;  // what a first step made of it was no more than that step is wrong by
-      onset_[i] = side;
-      until = std::min(until, onset_from_ + duration);
+      onsets_.side[i] = side;
+      until = std::min(until, onsets_.from + duration);
       any = true;
     }
   }
-  onset_until_ = until;
+  onsets_.until = until;
   for (std::size_t n = 0; n < guards.size(); ++n)
-    if (onset_[guards[n]] != 0)
-      onset_size_[guards[n]] = std::abs(series[n].coefficient[0]) * std::pow(until - onset_from_, series[n].order);
+    if (onsets_.side[guards[n]] != 0)
+      onsets_.size[guards[n]] = std::abs(series[n].coefficient[0]) * std::pow(until - onsets_.from, series[n].order);
   return any;
 }
 
 /// Whether a guard without a side goes to one where its mode is another one.
 bool EventWatch::crosses_at_once(double t, const Branch& branch) const {
-  if (t != onset_from_ || !(t < onset_until_)) return false;
+  if (t != onsets_.from || !(t < onsets_.until)) return false;
   for (std::size_t i = 0; i < side_.size(); ++i)
-    if (onset_[i] != 0 && side_[i] == 0 && changes_mode(i, onset_[i], branch)) return true;
+    if (onsets_.side[i] != 0 && side_[i] == 0 && changes_mode(i, onsets_.side[i], branch)) return true;
   return false;
 }
 
@@ -131,10 +132,10 @@ void EventWatch::forget_onsets(const ProgramEvent& event) {
 
 /// While the series tell the sign, no value says otherwise that is within what the guard comes to in that time.
 void EventWatch::keep_onsets(double t, std::vector<double>& values) const {
-  if (!(t < onset_until_)) return;
+  if (!(t < onsets_.until)) return;
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (onset_[i] != 0 && onset_[i] * values[i] <= 0.0 && std::abs(values[i]) <= onset_size_[i])
-      values[i] = onset_[i] * kSetOut;
+    if (onsets_.side[i] != 0 && onsets_.side[i] * values[i] <= 0.0 && std::abs(values[i]) <= onsets_.size[i])
+      values[i] = onsets_.side[i] * kSetOut;
 }
 
 }  // namespace bgsim
