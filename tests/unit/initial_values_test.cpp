@@ -70,6 +70,9 @@ TEST_CASE("a law without a closed inverse is solved where it is proven to have o
   CHECK(stored(model(R"x({ "kind": "C", "law": "e = max(q, 0)", "initial": { "e": 2 } })x")) == 2.0);
   CHECK(stored(model(R"x({ "kind": "I", "law": "f = p*exp(-p^2) + p/k", "initial": { "f": 1e6 } })x")) ==
         test::same_to_rounding(1e8));
+  // sqrt(q) + q = 0.75 where sqrt(q) is 0.5: the law ends at 0
+  CHECK(stored(model(R"x({ "kind": "C", "law": "e = sqrt(q) + q", "initial": { "e": 0.75 } })x")) ==
+        test::same_to_rounding(0.25));
   const auto words = [](const std::string& law, const std::string& effort) {
     return fault(R"x({ "kind": "C", "law": ")x" + law + R"x(", "initial": { "e": )x" + effort + " } }");
   };

@@ -62,11 +62,6 @@ std::optional<PowerSeries> around(Op op, double at) {
   const PowerSeries x = moving(at), one = PowerSeries::number(1.0);
   const double value = apply_now(op, at, 0.0, 0.0);
   switch (op) {
-    case Op::sqrt:
-      return at > 0.0 ? std::optional(binomial(at, 0.5)) : std::nullopt;
-    case Op::cbrt:
-      if (at == 0.0) return std::nullopt;
-      return at > 0.0 ? binomial(at, 1.0 / 3.0) : -compose(binomial(-at, 1.0 / 3.0), -moving(0.0));
     case Op::exp:
       return cyclic(value, value, 1.0);
     case Op::expm1:
@@ -186,10 +181,8 @@ PowerSeries apply(Op op, const PowerSeries& a, const PowerSeries& b, const Power
   }
   const std::optional<double> of = still(a);
   if (of && (arity(op) < 2 || by)) return PowerSeries::of<1>({apply_now(op, *of, by.value_or(0.0), 0.0)}, {0.0}, true);
-  if (op == Op::sqrt || op == Op::cbrt) {
-    const double power = op == Op::sqrt ? 0.5 : 1.0 / 3.0;
-    if (!a.zero && a.order > 0 && a.sign() > 0) return power_of(a, power);
-  }
+  if (op == Op::sqrt) return power_of(a, 0.5);
+  if (op == Op::cbrt) return a.sign() < 0 ? -power_of(-a, 1.0 / 3.0) : power_of(a, 1.0 / 3.0);
   if (a.order < 0) return PowerSeries::unknown();
   const double at = a.finite_part();
   const std::optional<PowerSeries> function = around(op, at);

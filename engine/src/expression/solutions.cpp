@@ -66,10 +66,14 @@ Solutions solutions(ExprPool& pool, ExprId expression, SymbolId x, double value,
     const double left = distance(from), right = distance(to);
     if (!(way.lower() > 0.0 || way.upper() < 0.0) || !std::isfinite(left) || !std::isfinite(right)) {
       const double middle = divide(from, to);
-      if (!(from < middle && middle < to)) return result;
-      open.push_back({middle, to});
-      open.push_back({from, middle});
-      continue;
+      if (from < middle && middle < to) {
+        open.push_back({middle, to});
+        open.push_back({from, middle});
+        continue;
+      }
+      // Neighbouring doubles: at the end of a root's domain one of them has no value. Else a jump.
+      if (left * right < 0.0) return result;
+      if (left != 0.0 && right != 0.0) continue;
     }
     if (left * right > 0.0) continue;
     const double at = left == 0.0 ? from : right == 0.0 ? to : root_of(distance, from, to, left, right);

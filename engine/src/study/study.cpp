@@ -185,7 +185,7 @@ RunResult Simulation::simulate(const RunInputs& inputs, const SimulateOptions& o
 RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& options) const {
   // What a run of many states is wrong by is not followed along it: that would be most of its time. Where it is short,
   // a second one tells.
-  constexpr double kShort = 1e6;  // steps times states
+  constexpr double kShort = 1e6;  // of steps times states, and of numbers that are kept
   const std::size_t states = program().state_names.size();
   const bool followed = !compiled_->modes && program().events.empty() && program().delays.empty();
   const bool carried = followed && states <= kDenseStates && program().plan.explicit_form;
