@@ -133,7 +133,7 @@ const std::vector<Extreme> kEntries{
        return within(std::abs(std::abs(run.last("theta")) - std::asin(1.0)), 1e-6);
      }},
     {"transistor amplifier (`models/amplifier.json`), a DAE of index 1 in its nodes",
-     "charges as states and loops solved within: published values at t = 0.2",
+     "charges as states, the loops' variables as unknowns beside them: published values at t = 0.2",
      [] {
        const Ran run = ran(compile_file("models/amplifier.json"));
        REQUIRE(run.completed());

@@ -76,3 +76,54 @@ TEST_CASE("A store whose law jumps is refused before what determines it, also wh
   CHECK(column(bent, "f")[1] == Approx(0.649791102672498).epsilon(1e-12));
   CHECK(last(bent, "f") == 0.0);
 }
+
+TEST_CASE("a signal that jumps as it is sampled, set or late is refused before a dependent store") {
+  // Two masses, the flow between which is the signal: its jump would be an impulse on both.
+  const auto tied = [](const std::string& signal, const std::string& events = "") {
+    return R"x({"bgsim": 1, "name": "tied", "signals": {"u": )x" + signal + R"x(}, "elements": {
+      "a": {"kind": "1"}, "z": {"kind": "0"}, "b": {"kind": "1"}, "m1": {"kind": "I", "inertance": 1},
+      "m2": {"kind": "I", "inertance": 1}, "s": {"kind": "MSf", "flow": "u"}},
+      "bonds": [{"from": "a", "to": "m1"}, {"from": "a", "to": "z"}, {"from": "z", "to": "b"}, {"from": "b", "to": "m2"},
+                {"from": "s", "to": "z"}])x" +
+           events +
+           R"x(, "outputs": {"p1": "m1.p", "sum": "m1.p + m2.p"}, "scenes": {"run": {"stop": 3, "samples": 4}}})x";
+  };
+  const std::string set = R"x(, "events": {"x": {"when": "t >= 0.5", "set": {"u": 1}}})x";
+  struct Row {
+    std::string model, words;
+  };
+  for (const Row& row :
+       {Row{tied(R"x({"value": "sin(t)", "every": 1})x"), "of u is needed, but it jumps: from 0 to 0.841471 at t = 1"},
+        Row{tied(R"x({"integral": "0"})x", set), "of u is needed, but it jumps: from 0 to 1 at t = 0.5"},
+        Row{tied(R"x({"delay": "step(t - 0.5)", "by": 0.2})x"), "is needed, but it jumps: from 0 to 1 at t = 0.7"}}) {
+    const RunResult run = run_text(row.model);
+    REQUIRE(run.failure);
+    CHECK(run.failure->code == "BG402");
+    CHECK(run.failure->situation.find(row.words) != std::string::npos);
+    REQUIRE_FALSE(run.failure->notes.empty());
+    CHECK(run.failure->notes.front().text.find("is in derivative causality") != std::string::npos);
+  }
+  // What is sampled and does not change, or is late and has no jump, makes no impulse: p1 = -u/2.
+  const RunResult constant = run_text(tied(R"x({"value": "0*t", "every": 1})x"));
+  REQUIRE_FALSE(constant.failure);
+  CHECK(last(constant, "p1") == 0.0);
+  const RunResult ramp = run_text(tied(R"x({"delay": "max(t - 0.5, 0)", "by": 0.5})x"));
+  REQUIRE_FALSE(ramp.failure);
+  CHECK(last(ramp, "p1") == Approx(-1.0).epsilon(1e-6));  // the tolerance
+  CHECK(last(ramp, "sum") == Approx(0.0).margin(1e-6));
+}
+
+TEST_CASE("the fourth derivative of a spline is 0 between its knots, and refused where it would have to be more") {
+  // Delayed signals are cubics, too: behind two gyrators and a law with a kink the equations ask for that many.
+  const RunResult late =
+      run_text(R"x({"bgsim": 1, "name": "late", "signals": {"u": {"delay": "i.p", "by": 0.4, "initial": 0}},
+    "elements": {"j0": {"kind": "1"}, "j1": {"kind": "0"}, "j2": {"kind": "0"}, "j3": {"kind": "1"}, "j4": {"kind": "0"},
+      "x0": {"kind": "GY", "modulus": 1}, "x3": {"kind": "GY", "modulus": 1}, "c": {"kind": "C", "capacitance": 1},
+      "i": {"kind": "I", "inertance": 1}, "r": {"kind": "R", "law": "e = if(f > 0, 7*f, f)"}, "s": {"kind": "MSf", "flow": "u"}},
+    "bonds": [{"from": "j0", "to": "x0"}, {"from": "x0", "to": "j1"}, {"from": "j3", "to": "x3"}, {"from": "x3", "to": "j4"},
+      {"from": "j2", "to": "c"}, {"from": "j3", "to": "i"}, {"from": "j4", "to": "r"}, {"from": "s", "to": "j1"},
+      {"from": "j0", "to": "j2"}, {"from": "j1", "to": "j3"}],
+    "outputs": {"p": "i.p"}, "scenes": {"run": {"stop": 10, "samples": 11}}})x");
+  REQUIRE_FALSE(late.failure);
+  CHECK(last(late, "p") == 0.0);
+}

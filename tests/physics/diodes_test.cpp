@@ -308,3 +308,8 @@ TEST_CASE("a bridge at rest, whose source begins at 0, finds the diodes of its c
     }
   }
 }
+
+TEST_CASE("a program with diodes is not run without what finds their sides") {
+  const CompiledModel compiled = compile_file("models/half_wave.json");
+  CHECK_THROWS_AS(compiled.run(), std::invalid_argument);
+}

@@ -68,11 +68,13 @@ struct EnergyPart {
   bool modulated = false;  ///< energy depends on more than displacements and parameters: audited by its power alone
 };
 
-/// A quantity with conditions in it whose time derivative is needed: the run looks whether it jumps where they change.
+/// A quantity whose time derivative is needed, and which may jump: the run looks whether it does, where its conditions
+/// change or a delayed signal in it has a jump, or where events of the model set it.
 struct Continuous {
   SymbolId derivative;
   ExprId value;
-  Diagnostic fault;  ///< BG402, for when it does
+  Diagnostic fault;     ///< BG402, for when it does
+  bool is_set = false;  ///< by events: a signal with memory that the content of a dependent store follows
 };
 
 struct OutputEquation {

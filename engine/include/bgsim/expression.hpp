@@ -205,8 +205,12 @@ std::vector<std::pair<SymbolId, ExprId>> gradient(ExprPool& pool, ExprId root,
 std::vector<std::pair<SymbolId, ExprId>> short_gradient(ExprPool& pool, ExprId root,
                                                         const std::function<bool(SymbolId)>& wanted);
 
-/// True if the derivative of @p root by @p x hides a jump: x reaches a sign, step, floor, ceil, round, mod
-/// or a comparison of an if.
+/// Whether a table is constant between its knots in this derivative, and another constant beyond: the slope of a
+/// linear one, the third derivative of a spline. Not of delayed signals, which are smooth where they were.
+bool jumps_at_knots(const ExprPool& pool, const ExprNode& node);
+
+/// True if the derivative of @p root by @p x hides a jump: x reaches a sign, step, floor, ceil, round, mod,
+/// a comparison of an if, or a table that jumps at its knots.
 bool jumps_with(const ExprPool& pool, ExprId root, const std::function<bool(SymbolId)>& x);
 
 /// Solves  y = expression(x)  for x where x occurs once along a chain of invertible operators, or linearly.

@@ -212,7 +212,7 @@ struct SimulateOptions {
 /// Never throws for numerical failure: the trace up to there is in the result, with a BG6xx failure that names element,
 /// expression and time.
 /// @throws ModelError BG405 (see initial_states); BG171 resume is no snapshot, or one of another model, scene or
-/// method.
+/// method. std::invalid_argument for a program with diodes or contacts, whose sides Simulation::simulate finds.
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options = {});
 
 /// The inputs with which @p to, another program of the same model (other strokes, other outputs), goes on from where a

@@ -19,9 +19,8 @@ constexpr int kTrials = 64;          ///< to find them
 constexpr double kDifferent = 1e-5;  ///< of the magnitude near the border; a square root there differs by less
 
 bool decides(const ExprPool& pool, const ExprNode& node) {
-  if (node.op == Op::table_slope) return pool.tables()[node.b]->interpolation == Interpolation::linear;
   return is_comparison(node.op) || node.op == Op::sign || node.op == Op::step || is_rounding(node.op) ||
-         node.op == Op::mod;
+         node.op == Op::mod || jumps_at_knots(pool, node);
 }
 
 /// An expression and all that its unknowns are computed from, evaluated at points of choice.
@@ -114,7 +113,7 @@ class Borders {
     const ExprNode& node = pool_[nodes_[relation]];
     const double a = values_[*position_.find(ExprId(node.a))];
     if (node.op == Op::mod) return std::floor(a / values_[*position_.find(ExprId(node.b))]);
-    if (node.op == Op::table_slope) return static_cast<double>(nearest_cell(*pool_.tables()[node.b], a));
+    if (is_table(node.op)) return static_cast<double>(nearest_cell(*pool_.tables()[node.b], a));
     return values_[relation];
   }
 
@@ -193,10 +192,7 @@ class Borders {
 
 bool certainly_jumps(const Model& model, const EquationSystem& system, ExprId expression) {
   const std::vector<ExprId> nodes = reachable(system.pool, {&expression, 1});
-  const auto slope = [&](ExprId e) {
-    const ExprNode& node = system.pool[e];
-    return node.op == Op::table_slope && system.pool.tables()[node.b]->interpolation == Interpolation::linear;
-  };
+  const auto slope = [&](ExprId e) { return jumps_at_knots(system.pool, system.pool[e]); };
   if (std::any_of(nodes.begin(), nodes.end(), slope)) return true;
   return Borders(model, system, expression).differ_everywhere();
 }

@@ -63,7 +63,8 @@ void TotalDerivatives::differentiate_symbol(const Pending& pending) {
   const SymbolId of_symbol = system_.pool.symbol_of(pending.argument), unknown = pending.unknown;
   const SystemSymbol symbol = system_.symbols[of_symbol.index()];
   if (symbol.kind == SystemSymbol::Kind::state) {
-    const State& state = system_.states[symbol.index];
+    const State state = system_.states[symbol.index];
+    look_at_sets(state, pending);
     return define(system_, unknown, state.rate, state.element, place_of(model_, state));
   }
   const Equation equation = system_.equations[symbol.index];
@@ -93,7 +94,8 @@ void TotalDerivatives::differentiate_symbol(const Pending& pending) {
 ExprId TotalDerivatives::total(ExprId expression, Place place, const Pending& pending) {
   ExprPool& pool = system_.pool;
   const auto is_variable = [this](SymbolId s) { return varies(s); };
-  if (jumps_with(pool, expression, is_variable)) look_at_borders(expression, place, pending);
+  if (jumps_with(pool, expression, is_variable) || follows_delay(expression, pending.wish))
+    look_at_borders(expression, place, pending);
   ExprId sum = pool.constant(0.0);
   for (const auto& [symbol, partial] : gradient(pool, expression, is_variable))
     sum = pool.add(sum, pool.mul(partial, of(pool.symbol(symbol), pending.wish)));
@@ -114,6 +116,28 @@ void TotalDerivatives::look_at_borders(ExprId expression, Place place, const Pen
   if (certainly_jumps(model_, system_, expression)) return problems_.push_back(std::move(fault));
   system_.equations[system_.symbols[pending.unknown.index()].index].whole = expression;
   system_.continuous.push_back({pending.unknown, expression, std::move(fault)});
+}
+
+/// What a dependent store holds follows a signal with memory: it would jump with it, by an impulse.
+void TotalDerivatives::look_at_sets(const State& state, const Pending& pending) {
+  if (in_pieces_ || pending.wish.store.empty() || !state.signal.valid()) return;
+  const auto sets = [&](const ModelEvent& event) {
+    return std::any_of(event.sets.begin(), event.sets.end(),
+                       [&](const ModelEvent::Set& set) { return set.signal == state.signal; });
+  };
+  if (std::none_of(model_.events.begin(), model_.events.end(), sets)) return;
+  system_.continuous.push_back({pending.unknown, system_.pool.symbol(state.symbol),
+                                jump_fault(state.name, place_of(model_, state), pending.wish), true});
+}
+
+/// The same of a delayed signal, which has the jumps of what is delayed.
+bool TotalDerivatives::follows_delay(ExprId expression, const Wish& wish) const {
+  if (wish.store.empty()) return false;
+  const std::vector<ExprId> nodes = reachable(system_.pool, {&expression, 1});
+  return std::any_of(nodes.begin(), nodes.end(), [this](ExprId e) {
+    const ExprNode& node = system_.pool[e];
+    return node.op == Op::table && system_.pool.table(TableId(node.b)).delayed;
+  });
 }
 
 }  // namespace bgsim

@@ -39,6 +39,8 @@ class TotalDerivatives {
   ExprId total(ExprId expression, Place place, const Pending& pending);
   [[nodiscard]] bool varies(SymbolId symbol) const;
   void look_at_borders(ExprId expression, Place place, const Pending& pending);
+  void look_at_sets(const State& state, const Pending& pending);
+  [[nodiscard]] bool follows_delay(ExprId expression, const Wish& wish) const;
   void report_index(const Equation& equation, const std::string& name);
 
   const Model& model_;

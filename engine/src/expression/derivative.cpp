@@ -73,7 +73,7 @@ class Partials {
       case Op::table_curvature:
         return Partial{pool_.table(Op::table_third, a, TableId(node.b)), {}};
       case Op::table_third:
-        throw std::invalid_argument("a fourth derivative of measured data does not exist");
+        return std::nullopt;  // constant between two knots
       case Op::der:
         throw std::invalid_argument("der(...) must be resolved before an expression is differentiated");
       default:
@@ -238,6 +238,12 @@ std::vector<std::pair<SymbolId, ExprId>> short_gradient(ExprPool& pool, ExprId r
   return Reverse(pool, root, wanted, &cancel).run();
 }
 
+bool jumps_at_knots(const ExprPool& pool, const ExprNode& node) {
+  if (!is_table(node.op) || pool.table(TableId(node.b)).delayed) return false;
+  const bool line = pool.table(TableId(node.b)).interpolation == Interpolation::linear;
+  return node.op == (line ? Op::table_slope : Op::table_third);
+}
+
 bool jumps_with(const ExprPool& pool, ExprId root, const std::function<bool(SymbolId)>& x) {
   const std::vector<ExprId> nodes = reachable(pool, {&root, 1});
   const std::vector<char> depends = depends_on(pool, nodes, positions(nodes), x);
@@ -247,7 +253,7 @@ bool jumps_with(const ExprPool& pool, ExprId root, const std::function<bool(Symb
     if (node.op == Op::sign || node.op == Op::step || is_rounding(node.op) || node.op == Op::mod ||
         is_comparison(node.op))
       return true;
-    if (node.op == Op::table_slope && pool.table(TableId(node.b)).interpolation == Interpolation::linear) return true;
+    if (jumps_at_knots(pool, node)) return true;
   }
   return false;
 }

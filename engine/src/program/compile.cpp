@@ -101,6 +101,7 @@ class Compiler {
       if (!order_.continuous[i].valid()) continue;
       continuous_.push_back(freeze_(order_.continuous[i]));
       program_.must_not_jump.push_back(system_.continuous[i].fault);
+      program_.jumps_if_set.push_back(system_.continuous[i].is_set);
     }
     if (options_.energies) freeze_energies(freeze_list);
     switches_ = freeze_list(order_.switches);

@@ -24,7 +24,38 @@ MethodChoice by_stiffness(const std::string& loops, const StiffnessWatch* stiffn
   return {Method::bdf, loops + "; many states"};
 }
 
+bool any_nonlinear(const Program& program) {
+  return std::any_of(program.blocks.begin(), program.blocks.end(), [](const auto& block) { return !block.linear; });
+}
+
+bool are_few(const Program& program) { return program.state_names.size() + program.tear_names.size() <= kDenseStates; }
+
 }  // namespace
+
+bool solves_for_loops(const MethodFacts& facts) {
+  return facts.method == Method::ida || facts.family == MethodFamily::collocation ||
+         facts.family == MethodFamily::rosenbrock;
+}
+
+bool begins_with_loops(const Program& program, const RunInputs& inputs) {
+  if (program.state_names.empty() || program.blocks.empty()) return false;
+  if (!program.plan.explicit_form || inputs.method == Method::ida) return true;
+  if (inputs.method == Method::automatic) return inputs.max_order == 0 && are_few(program) && any_nonlinear(program);
+  return solves_for_loops(facts_of(inputs.method)) && any_nonlinear(program);
+}
+
+MethodChoice choose_method_with_loops(const Program& program, const RunInputs& inputs,
+                                      std::optional<double> multistep_since) {
+  if (solves_for_loops(facts_of(inputs.method))) return {inputs.method, "asked for"};
+  if (inputs.method == Method::automatic && inputs.max_order == 0 && are_few(program)) {
+    if (multistep_since)
+      return {Method::ida, "loops are unknowns of the integrator, by IDA from t = " + number_text(*multistep_since) +
+                               " on: Radau IIA did not get on"};
+    return {Method::radau, "nonlinear loops are unknowns of the integrator; few of them and few states"};
+  }
+  return {Method::ida, program.plan.explicit_form ? "a loop is too large to be solved inside the state equations"
+                                                  : "eliminating the loops would fill the Jacobian"};
+}
 
 MethodChoice choose_method(const Program& program, const RunInputs& inputs, std::optional<double> multistep_since,
                            const StiffnessWatch* stiffness) {
@@ -39,8 +70,7 @@ MethodChoice choose_method(const Program& program, const RunInputs& inputs, std:
   // Up to here Radau is the cheapest at equal error, of stiff lines, oscillators and laws with events alike; above, the
   // matrices of BDF are sparse, and it takes a third to a half of the time on lines (bench methods --random).
   if (many) return by_stiffness(loops, stiffness);
-  if (!std::all_of(program.blocks.begin(), program.blocks.end(), [](const auto& block) { return block.linear; }))
-    return {Method::bdf, loops + ", which are nonlinear"};
+  if (any_nonlinear(program)) return {Method::bdf, loops + ", which are nonlinear"};
   return {Method::radau, loops + "; few states"};
 }
 

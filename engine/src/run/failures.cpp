@@ -267,8 +267,8 @@ Diagnostic accuracy_failure(double t, double relative) {
 Diagnostic needs_explicit_form_failure(const std::string& method) {
   Diagnostic diagnostic =
       failure("BG610", "the method \"" + method + "\" cannot be used: the loops are not solved inside the equations");
-  diagnostic.rule = "Runge-Kutta and fixed-step methods need the rates and their Jacobian as functions of the states";
-  diagnostic.help = "take the method \"ida\", which solves for states and loops together";
+  diagnostic.rule = "explicit, diagonally implicit and fixed-step methods need the rates as functions of the states";
+  diagnostic.help = "take \"ida\", \"radau\" or \"rodas5p\", which solve for states and loops together";
   return diagnostic;
 }
 

@@ -93,6 +93,9 @@ bool Run::take_events() {
   jumped_at_ = t_;
   fresh_ = true;
   measures_.look(t_, x_.data(), branch_);
+  // Before the start there was no value that a first one could jump from.
+  const bool watched = continuity_.watches_sets() && t_ > inputs_.start;
+  if (watched) continuity_.before(t_, x_.data(), branch_);
   const std::vector<double> x_before = options_.trajectory != nullptr ? x_ : std::vector<double>{};
   const Branch branch_before = options_.trajectory != nullptr ? branch_ : Branch{};
   std::vector<double> rates(program_.varied_states > 0 ? x_.size() : 0);
@@ -111,6 +114,8 @@ bool Run::take_events() {
     log_->add_set(t_, program_, event, before, x_, options_.energy_audit ? std::optional(energy) : std::nullopt);
     log_->look(t_, branch_);
   }
+  if (watched)
+    if (auto jump = continuity_.after_sets(t_, x_.data(), branch_)) return fail(std::move(*jump));
   if (!rates.empty() && !vary_sets(rates)) return false;
   if (options_.trajectory != nullptr) options_.trajectory->set(t_, x_before, branch_before, x_, branch_, jumps_.due());
   errors_.after_set(t_, x_, branch_);

@@ -17,7 +17,7 @@ bool Run::integrate() {
   if (!resumed && !settle_instant()) return false;
   if (!resumed && !emit_here()) return false;
   if (!(inputs_.stop > t_)) return !resumed || choose_integrator();
-  if (!resumed && !implicit_)
+  if (!resumed && program_.plan.explicit_form)
     if (auto failure = too_fast_state(evaluator_, inputs_, x_.data(), branch_)) return fail(std::move(*failure));
   if (!plan()) return false;
   if (!resumed) {
@@ -92,7 +92,8 @@ bool Run::start_here(double limit) {
 
 /// The integrator's last step: made again, cut at an event, or accepted.
 bool Run::take_step() {
-  if (auto jump = implicit_ ? std::nullopt : loops_.check(*integrator_)) return go_back() || fail(std::move(*jump));
+  if (auto jump = integrator_->branch().given ? std::nullopt : loops_.check(*integrator_))
+    return go_back() || fail(std::move(*jump));
   if (!vitality_.look(integrator_->step(), integrator_->time())) {
     if (leave_law()) return jump_ ? fail(std::move(*jump_)) : settle_instant();
     return eliminate_loops() || take_multistep() || fail_as_stuck("time no longer advances");
@@ -136,9 +137,9 @@ bool Run::take_step() {
     tolerances_.estimate(evaluator_, t_, x_.data(), branch_, {});
   }
   fresh_ = defects_.is_limit(t_) || events_.is_limit(t_) || t_ == step_ends_;
-  if (iteration_stalls() && !take_multistep()) give_loops();
+  if (iteration_stalls() && !eliminate_loops() && !take_multistep()) give_loops();
   follow_stiffness();
-  if (!one_step_ && mode_order_.look(t_, x_.data(), branch_, steps_)) {
+  if (!one_step_ && !implicit_ && mode_order_.look(t_, x_.data(), branch_, steps_)) {
     integrator_->limit_order(mode_order_.spent()->order);
     fresh_ = true;
   }

@@ -1,15 +1,15 @@
 // When a run changes its method where it is: to BDF, or to the other form of its loops.
 //
-// Whether the loops' variables are unknowns of the integrator (IDA), or found inside the rates. Each form runs what the
-// other cannot, so a run may change from one to the other where it is.
+// Whether the loops' variables are unknowns of the integrator (IDA, Radau IIA, Rodas5P), or found inside the rates.
+// Each form runs what the other cannot, so a run may change from one to the other where it is.
 //
-// As unknowns, they are found by IDA's iteration, which has none of the safeguards of a loop's own solver, and between
-// the ends of a step they are what a polynomial says: a diode's exponential, or a kink, is too much for both (bridge,
-// three_phase_rectifier, charge_pump_if in tests/physics/loop_form_test.cpp). Inside the rates, a loop whose solution
-// moves faster than the states do, or is hardly determined by them, makes rates that no iteration over states
-// converges with: currents of coils that meet in diodes, of index 2 while these block (ring modulator without its
-// stray capacities, there). A condition is held at its border by rates whose modes depend on the point: inside them,
-// too.
+// As unknowns, they are found by the iteration of a step, which has none of the safeguards of a loop's own solver, and
+// by IDA they are what a polynomial says between the ends of a step: a diode's exponential, or a kink, is too much for
+// both (bridge, three_phase_rectifier, charge_pump_if in tests/physics/loop_form_test.cpp). Inside the rates, a loop
+// whose solution moves faster than the states do, or is hardly determined by them, makes rates that no iteration over
+// states converges with: currents of coils that meet in diodes, of index 2 while these block (ring modulator without
+// its stray capacities, there). A condition is held at its border by rates whose modes depend on the point: inside
+// them, too.
 #include "bgsim/text.hpp"
 #include "run/run.hpp"
 
@@ -25,13 +25,13 @@ bool Run::eliminate_loops() {
   return change_form(false);
 }
 
-/// What Radau IIA, or the explicit method, failed at is tried by BDF before it is an error, if `auto` has chosen. False
-/// if it had not.
+/// What Radau IIA, or the explicit method, failed at is tried by BDF, or by IDA where the loops stay unknowns, before
+/// it is an error, if `auto` has chosen. False if it had not.
 bool Run::take_multistep() {
-  if (implicit_ || !one_step_ || clock_.end() != RunClock::End::none) return false;
+  if (!one_step_ || clock_.end() != RunClock::End::none) return false;
   multistep_at_ = t_;
   stiffness_.give_up();
-  return change_form(false);
+  return change_form(implicit_);
 }
 
 /// Whether the integrator's iteration fails in more than every fourth step with loops inside the rates, or four times a
@@ -42,7 +42,7 @@ bool Run::iteration_stalls() {
   constexpr std::uint64_t kSteps = 256;
   const long most = one_step_ ? 1024 : 64;
   const bool other_form = !program_.blocks.empty() && !given_at_ && !eliminated_at_;
-  if (implicit_ || inputs_.method != Method::automatic || !(one_step_ || other_form) || events_.holding() ||
+  if (inputs_.method != Method::automatic || !(one_step_ || (other_form && !implicit_)) || events_.holding() ||
       steps_ < next_look_)
     return false;
   const long failures = counts().convergence_failures;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bgsim/simulate.hpp"
+#include "run/choose.hpp"
 #include "run/clock.hpp"
 #include "run/event_log.hpp"
 #include "run/failures.hpp"
@@ -51,10 +52,7 @@ class Run {
       : program_(program),
         inputs_(inputs),
         options_(options),
-        implicit_(!program.state_names.empty() &&
-                  ((inputs.method == Method::ida && !program.blocks.empty()) ||
-                   (inputs.method == Method::automatic && program.system_class == SystemClass::implicit_dae) ||
-                   !program.plan.explicit_form)),
+        implicit_(begins_with_loops(program, inputs)),
         own_evaluator_(evaluator != nullptr ? nullptr : std::make_unique<Evaluator>(program, inputs.parameters)),
         evaluator_(evaluator != nullptr ? *evaluator : *own_evaluator_),
         clock_(options, std::move(clock), inputs.start),
@@ -68,7 +66,7 @@ class Run {
         loops_(program, evaluator_, inputs.start, inputs.stop),
         continuity_(evaluator_, inputs.stop - inputs.start, inputs.relative),
         variations_(program.varied_states, false, inputs.stop - inputs.start),
-        mode_order_(program, evaluator_, inputs, implicit_),
+        mode_order_(program, evaluator_, inputs),
         stiffness_(program, evaluator_, inputs, implicit_),
         pace_(program, evaluator_, inputs, options),
         errors_(program, evaluator_, tolerances_, inputs, options.error_estimate && program.delays.empty()),

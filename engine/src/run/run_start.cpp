@@ -52,35 +52,34 @@ bool Run::begin() {
 /// False if the method asked for cannot be used on this system.
 bool Run::choose_integrator() {
   RunReport& report = result_.report;
-  const MethodChoice choice = choose_method(program_, inputs_, multistep_at_, &stiffness_);
-  one_step_ = !implicit_ && inputs_.method == Method::automatic && choice.method != Method::bdf;
-  const MethodFacts& facts = facts_of(implicit_ ? inputs_.method : choice.method);
-  if (implicit_) {
-    if (facts.family != MethodFamily::multistep) return fail(needs_explicit_form_failure(facts.name));
-    integrator_ = make_ida_integrator(program_, evaluator_, tolerances_, inputs_);
-    report.method_reason = given_at_                       ? given_loops_words(*given_at_)
-                           : inputs_.method == Method::ida ? "asked for"
-                           : program_.plan.explicit_form ? "a loop is too large to be solved inside the state equations"
-                                                         : "eliminating the loops would fill the Jacobian";
+  const MethodChoice choice = implicit_ ? choose_method_with_loops(program_, inputs_, multistep_at_)
+                                        : choose_method(program_, inputs_, multistep_at_, &stiffness_);
+  const MethodFacts& facts = facts_of(choice.method);
+  one_step_ = inputs_.method == Method::automatic && facts.family != MethodFamily::multistep;
+  const Loops loops = implicit_ ? Loops::unknowns : Loops::inside;
+  if (implicit_ && inputs_.method != Method::automatic && facts_of(inputs_.method).family != MethodFamily::multistep &&
+      !solves_for_loops(facts_of(inputs_.method)))
+    return fail(needs_explicit_form_failure(facts_of(inputs_.method).name));
+  report.method_reason = given_at_ && implicit_ ? given_loops_words(*given_at_)
+                         : eliminated_at_       ? eliminated_loops_words(*eliminated_at_)
+                                                : choice.reason;
+  if (facts.family == MethodFamily::collocation) {
+    integrator_ = make_radau_integrator(program_, evaluator_, tolerances_, inputs_, facts.order, loops);
+  } else if (facts.family == MethodFamily::rosenbrock) {
+    integrator_ = make_rodas_integrator(program_, evaluator_, tolerances_, inputs_, loops);
+  } else if (choice.method == Method::ida) {
+    integrator_ = implicit_ ? make_ida_integrator(program_, evaluator_, tolerances_, inputs_)
+                            : make_ida_explicit_integrator(program_, evaluator_, tolerances_, inputs_);
+  } else if (choice.method == Method::verlet) {
+    NotSeparable obstacle;
+    if (!separate(program_, obstacle)) return fail(not_separable_failure(program_, obstacle));
+    integrator_ = make_verlet_integrator(program_, evaluator_, inputs_);
+  } else if (facts.family == MethodFamily::multistep) {
+    integrator_ = make_cvode_integrator(program_, evaluator_, tolerances_, inputs_);
+  } else if (inputs_.method == Method::automatic) {
+    integrator_ = make_dormand_prince_integrator(program_, evaluator_, tolerances_, inputs_);
   } else {
-    if (choice.method == Method::verlet) {
-      NotSeparable obstacle;
-      if (!separate(program_, obstacle)) return fail(not_separable_failure(program_, obstacle));
-      integrator_ = make_verlet_integrator(program_, evaluator_, inputs_);
-    } else if (choice.method == Method::ida) {
-      integrator_ = make_ida_explicit_integrator(program_, evaluator_, tolerances_, inputs_);
-    } else if (facts.family == MethodFamily::collocation) {
-      integrator_ = make_radau_integrator(program_, evaluator_, tolerances_, inputs_, facts.order);
-    } else if (facts.family == MethodFamily::rosenbrock) {
-      integrator_ = make_rodas_integrator(program_, evaluator_, tolerances_, inputs_);
-    } else if (facts.family == MethodFamily::multistep) {
-      integrator_ = make_cvode_integrator(program_, evaluator_, tolerances_, inputs_);
-    } else if (inputs_.method == Method::automatic) {
-      integrator_ = make_dormand_prince_integrator(program_, evaluator_, tolerances_, inputs_);
-    } else {
-      integrator_ = make_arkode_integrator(program_, evaluator_, tolerances_, inputs_);
-    }
-    report.method_reason = eliminated_at_ ? eliminated_loops_words(*eliminated_at_) : choice.reason;
+    integrator_ = make_arkode_integrator(program_, evaluator_, tolerances_, inputs_);
   }
   report.step = inputs_.step;
   double longest = schedule_.sources().longest_step;

@@ -312,6 +312,7 @@ bool Tolerances::begin_with(std::size_t state, double scale) {
 
 /// What rounding leaves open of an unknown over one step.
 double Tolerances::unknowable(std::size_t unknown) const {
+  if (unknown >= states_) return noise_[unknown];
   // A source that is late by a rounding of time changes a step's result by its rate times that, however steep it is.
   const double late = std::min(step_ * time_noise_[unknown], shift_[unknown]);
   return (step_ * (noise_[unknown] + inherited_noise_[unknown]) + late) / (1.0 + step_ * damping_[unknown]);
@@ -338,26 +339,31 @@ struct Scales {
   const double *given, *recent, *earlier, *largest, *floor, *cap, *noise, *inherited, *damping, *time_noise, *shift;
 };
 
-/// As Tolerances::absolute() says for each unknown, without branches: this is done in every step.
-void weigh(const Scales& scales, double relative, double step, std::size_t n, const double* __restrict y,
-           double* __restrict weight) {
+double weight_of(const Scales& scales, double relative, std::size_t i, double y, double unknowable) {
   constexpr double kLargest = 1e300;
-  const auto [given, recent, earlier, largest, floor, cap, noise, inherited, damping, time_noise, shift] = scales;
   const auto larger = [](double a, double b) { return a < b ? b : a; };
   const auto smaller = [](double a, double b) { return b < a ? b : a; };
-  for (std::size_t i = 0; i < n; ++i) {
-    const double size = std::fabs(y[i]);
-    const double scale =
-        larger(larger(larger(larger(size, recent[i]), earlier[i]), kRemembered * largest[i]), floor[i]);
-    const double known = relative * smaller(scale, cap[i]);
-    const double late = smaller(step * time_noise[i], shift[i]);
-    const double unknowable = (step * (noise[i] + inherited[i]) + late) / (1.0 + step * damping[i]);
-    const double found = larger(known, unknowable), wanted = given[i];
-    const double tolerance = relative * size + (wanted >= 0.0 ? wanted : found);
-    const double inverse = smaller(1.0 / tolerance, kLargest);
-    // A state that is 0 and that nothing is known to move is not watched until it moves (take_first_scales).
-    weight[i] = tolerance > 0.0 ? inverse : 0.0;
+  const double size = std::fabs(y);
+  const double lately = larger(larger(size, scales.recent[i]), scales.earlier[i]);
+  const double scale = larger(larger(lately, kRemembered * scales.largest[i]), scales.floor[i]);
+  const double known = relative * smaller(scale, scales.cap[i]);
+  const double found = larger(known, unknowable), wanted = scales.given[i];
+  const double tolerance = relative * size + (wanted >= 0.0 ? wanted : found);
+  const double inverse = smaller(1.0 / tolerance, kLargest);
+  // A state that is 0 and that nothing is known to move is not watched until it moves (take_first_scales).
+  return tolerance > 0.0 ? inverse : 0.0;
+}
+
+/// As Tolerances::absolute() says for each unknown, without branches: this is done in every step.
+void weigh(const Scales& scales, double relative, double step, std::size_t states, std::size_t n,
+           const double* __restrict y, double* __restrict weight) {
+  const Scales at = scales;
+  for (std::size_t i = 0; i < states; ++i) {
+    const double shift = at.shift[i], moved = step * at.time_noise[i], late = shift < moved ? shift : moved;
+    const double unknowable = (step * (at.noise[i] + at.inherited[i]) + late) / (1.0 + step * at.damping[i]);
+    weight[i] = weight_of(at, relative, i, y[i], unknowable);
   }
+  for (std::size_t i = states; i < n; ++i) weight[i] = weight_of(at, relative, i, y[i], at.noise[i]);
 }
 
 }  // namespace
@@ -367,7 +373,7 @@ void Tolerances::weights(double t, double step, const double* y, double* weight)
   reach(t - start_);
   weigh({given_.data(), recent_.data(), earlier_.data(), largest_.data(), floor_.data(), cap_.data(), noise_.data(),
          inherited_noise_.data(), damping_.data(), time_noise_.data(), shift_.data()},
-        relative_, step_, size_, y, weight);
+        relative_, step_, states_, size_, y, weight);
   std::size_t weighed = 0;
   for (std::size_t i = 0; i < size_; ++i) weighed += weight[i] > 0.0 ? 1 : 0;
   watches_all_ = weighed == size_;
@@ -396,7 +402,7 @@ constexpr double kRoundings = 20.0;
 
 void Tolerances::see(const Point& at, const Evaluate& evaluate) {
   each_entry(at.pattern, at.entries, [&](std::size_t row, std::size_t column, double size) {
-    if (row == column) damping_[row] = size;
+    if (row == column && row < states_) damping_[row] = size;
   });
   if (at.rounding.empty())
     shake(at, evaluate);
@@ -467,6 +473,11 @@ void Tolerances::pass_on(const Point& at) {
     });
     std::swap(inherited_noise_, next_inherited_noise_);
   }
+}
+
+void Tolerances::see_loops(std::span<const double> changes) {
+  for (std::size_t i = 0; i < changes.size(); ++i)
+    noise_[states_ + i] = std::max(noise_[states_ + i] / 2.0, kRoundings * changes[i]);
 }
 
 void Tolerances::forget_noise() {

@@ -61,6 +61,10 @@ class Tolerances {
   /// @param evaluate  rates or residuals.
   void see(const Point& at, const std::function<bool(double t, const double* y, double* rates)>& evaluate);
 
+  /// What a rounding of the states changes the loops' solutions by, by tear variable: a difference of large terms is no
+  /// better known than these.
+  void see_loops(std::span<const double> changes);
+
   /// Of a snapshot. Given tolerances and edges follow from the scene.
   template <class Archive>
   void carry(Archive& archive) {
@@ -119,13 +123,13 @@ class Tolerances {
   std::vector<double> recent_, earlier_;  ///< magnitudes since window_start_, and in the window before it
   double window_start_ = 0.0;             ///< elapsed time
   Proportional proportional_;
-  std::vector<std::uint32_t> capped_;                           ///< the states that are among them
-  std::vector<double> floor_;                                   ///< scale for unknowns that were smaller so far
-  std::vector<double> shaken_, rates_, shaken_rates_;           ///< scratch
-  std::vector<double> noise_;                                   ///< rounding errors of the rates per unit of time
-  std::vector<double> time_noise_;                              ///< the same by rounding of time
-  std::vector<double> shift_;                                   ///< what a rounding of time does to the unknown at most
-  std::vector<double> damping_;                                 ///< rate at which the unknown forgets
+  std::vector<std::uint32_t> capped_;                  ///< the states that are among them
+  std::vector<double> floor_;                          ///< scale for unknowns that were smaller so far
+  std::vector<double> shaken_, rates_, shaken_rates_;  ///< scratch
+  std::vector<double> noise_;       ///< rounding errors of the rates per unit of time; of loops' variables: their own
+  std::vector<double> time_noise_;  ///< the same by rounding of time
+  std::vector<double> shift_;       ///< what a rounding of time does to the unknown at most
+  std::vector<double> damping_;     ///< rate at which the unknown forgets
   std::vector<double> inherited_noise_, next_inherited_noise_;  ///< rounding of others, passed on, per unit of time
   std::vector<std::vector<double>> stages_;                     ///< predicted magnitudes by length of the Euler step
   std::vector<double> cap_;                                     ///< by unknown: its scale is not above this

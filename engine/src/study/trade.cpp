@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bgsim/study.hpp"
+#include "run/choose.hpp"
 #include "run/failures.hpp"
 #include "run/integrate/separability.hpp"
 #include "study/trade_runs.hpp"
@@ -48,7 +49,7 @@ std::vector<Ladder> ladders(const Program& program) {
   NotSeparable obstacle;
   for (const MethodFacts& facts : all_methods()) {
     if (facts.method == Method::automatic) continue;
-    if (!explicit_form && facts.method != Method::ida) continue;
+    if (!explicit_form && !solves_for_loops(facts)) continue;
     if (facts.method == Method::verlet && !separate(program, obstacle)) continue;
     const bool high = facts.family == MethodFamily::collocation && facts.method != Method::radau;
     all.push_back({{facts.method, 0, high ? kHighOrdersBelow : 0.0, 0.0}});

@@ -28,13 +28,14 @@ constexpr double kLongestLeap = 1e3, kLoosest = 1e-2, kTightest = 1e-14;
 constexpr double kSecondRuns = 12.0, kSecondSeconds = 0.02;
 
 std::vector<Method> first_methods(const Program& program, const RunInputs& inputs) {
-  if (!program.plan.explicit_form || program.system_class == SystemClass::implicit_dae) return {Method::ida};
   RunInputs free = inputs;
   free.method = Method::automatic;
   free.max_order = 0;
-  std::vector<Method> methods{choose_method(program, free, std::nullopt).method};
+  const MethodChoice choice = begins_with_loops(program, free) ? choose_method_with_loops(program, free, std::nullopt)
+                                                               : choose_method(program, free, std::nullopt);
+  std::vector<Method> methods{choice.method};
   for (const Method other : {Method::bdf, Method::dirk5, Method::adams, Method::erk5})
-    if (other != methods.front()) methods.push_back(other);
+    if (other != methods.front() && program.plan.explicit_form) methods.push_back(other);
   return methods;
 }
 
@@ -182,7 +183,7 @@ class Search {
     TradeSetting by;
     for (const Method method : {Method::bdf, Method::dirk5, Method::radau, Method::adams, Method::ida}) {
       if (method == found_.setting.method) continue;
-      if (method != Method::ida && (!program.plan.explicit_form)) continue;
+      if (!program.plan.explicit_form && !solves_for_loops(facts_of(method))) continue;
       double relative = found_.setting.relative, first = 0.0, last = 0.0;
       Point point;
       while (run_into(method, relative, point, limit - (thread_seconds() - begin), true)) {

@@ -45,7 +45,7 @@ class DormandPrinceIntegrator final : public OwnSteps {
   }
 
   bool restart(double t, const double* x, const Branch& branch, double limit) override {
-    begin_at(t, x, branch, limit);
+    if (!begin_at(t, x, branch, limit)) return fault(t);
     bent_known_ = false;
     error_before_ = kLeastError;
     if (!rates(t, y_.data(), stage_[kLast])) return fault(t);

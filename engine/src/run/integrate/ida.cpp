@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "run/integrate/residual_rounding.hpp"
 #include "run/integrate/sundials_integrator.hpp"
 
 namespace bgsim {
@@ -14,7 +15,9 @@ class IdaIntegrator final : public SundialsIntegrator<Ida, SundialsObjects> {
                            program.state_names.size() + program.tear_names.size(), program.implicit_pattern),
         states_(program.state_names.size()),
         rate_(make_vector(context_.get(), size_)),
+        rounding_of_residuals_(program, evaluator, tolerances),
         max_order_(inputs.max_order) {
+    tears_ = size_ - states_;
     memory_ = make_ida(context_.get());
   }
 
@@ -117,7 +120,7 @@ class IdaIntegrator final : public SundialsIntegrator<Ida, SundialsObjects> {
       return me.evaluator_.residual_jacobian(t, cj / me.unit_, x, me.branch_, out);
     };
     const bool known = evaluate(values(y), entries);
-    if (known) me.see(t, values(y), entries);
+    if (known) me.rounding_of_residuals_.show(t, values(y), me.branch_, values(me.rate_), entries);
     // A state that is 0 and has no scale yet has that of what its rate moves it by within the step.
     const auto tolerance = [&](std::size_t j) {
       const double scale = j < me.states_ ? std::abs(values(yp)[j] - values(residual)[j]) / cj : 0.0;
@@ -129,29 +132,9 @@ class IdaIntegrator final : public SundialsIntegrator<Ida, SundialsObjects> {
     return 0;
   }
 
-  /// With loops eliminated where that can be done, so that errors of tears that cancel do.
-  void see(double t, const double* y, const double* entries) {
-    const double* rate = values(rate_);
-    const auto residual = [&](double at, const double* x, double* r) {
-      return evaluator_.residual(at, x, branch_, rate, r);
-    };
-    if (program_.plan.explicit_form) {
-      Branch branch = branch_;
-      std::copy(y + states_, y + size_, branch.tears.begin());
-      branch.given = false;
-      explicit_entries_.resize(program_.jacobian_pattern.row.size());
-      if (evaluator_.jacobian(t, y, branch, explicit_entries_.data(), rounding_) && !rounding_.empty()) {
-        tolerances_.see({t, y, program_.jacobian_pattern, explicit_entries_.data(), rounding_, rate}, residual);
-        return;
-      }
-    }
-    rounding_.clear();
-    tolerances_.see({t, y, program_.implicit_pattern, entries, rounding_, rate}, residual);
-  }
-
   std::size_t states_;
   VectorHandle rate_;
-  std::vector<double> explicit_entries_;
+  ResidualRounding rounding_of_residuals_;
   int max_order_;
 };
 

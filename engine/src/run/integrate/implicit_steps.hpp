@@ -17,8 +17,9 @@ class ImplicitSteps : public OwnSteps {
   }
 
  protected:
-  ImplicitSteps(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
-      : OwnSteps(program, evaluator, tolerances, inputs) {
+  ImplicitSteps(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs,
+                Loops loops)
+      : OwnSteps(program, evaluator, tolerances, inputs, loops) {
     for (std::vector<double>* const vector : {&rate_, &rate_at_begin_, &error_, &raw_, &increment_})
       vector->assign(size_, 0.0);
   }
@@ -54,13 +55,17 @@ class ImplicitSteps : public OwnSteps {
   double first_step(double exponent, double looser) {
     const double left = limit_ - time_;
     tolerances_.weights(time_, left, y_.data(), weight_.data());
+    std::fill(weight_.begin() + static_cast<std::ptrdiff_t>(states_), weight_.end(), 0.0);  // loops have no rates
     const double size = norm(y_) / looser, speed = norm(rate_) / looser;
     double probe = speed > 0.0 && size > 0.0 ? 0.01 * size / speed : 1e-6 * left;
     probe = std::min(probe, 1e-3 * left);
     probe_ = branch_;
-    for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + probe * rate_[i];
-    if (!rates(time_ + probe, at_.data(), probe_, error_.data())) return 1e-3 * probe;
-    for (std::size_t i = 0; i < size_; ++i) error_[i] = (error_[i] - rate_[i]) / probe;
+    probe_.given = false;
+    for (std::size_t i = 0; i < states_; ++i) at_[i] = y_[i] + probe * rate_[i];
+    const bool known = tears_ > 0 ? evaluator_.rates(time_ + probe, at_.data(), probe_, error_.data())
+                                  : rates(time_ + probe, at_.data(), probe_, error_.data());
+    if (!known) return 1e-3 * probe;
+    for (std::size_t i = 0; i < states_; ++i) error_[i] = (error_[i] - rate_[i]) / probe;
     const double bend = norm(error_) / looser;
     std::fill(error_.begin(), error_.end(), 0.0);
     const double h = radau::first_length(exponent, speed, bend, left);
@@ -74,26 +79,33 @@ class ImplicitSteps : public OwnSteps {
     for (std::size_t i = 0; i < size_; ++i) y_[i] = begin_[i] + increment[i];
     const double end = h >= limit_ - time_ ? limit_ : time_ + h;
     if (loops_) branch_ = last;
-    if (!rates(end, y_.data(), branch_, rate_.data())) {
+    // Loops that are unknowns are solved once more, by what notices that a solution ends there.
+    if (!(tears_ > 0 && !given_ ? solve_loops(end, rate_.data()) : rates_at_end(end))) {
       note_fault(end);
       y_ = begin_;
       rate_ = rate_at_begin_;
+      know_loops();
       return false;
     }
     time_ = end;
     return true;
+  }
+  bool rates_at_end(double t) {
+    know_loops();
+    return rates(t, y_.data(), branch_, rate_.data());
   }
   void take_back() {
     y_ = begin_;
     rate_ = rate_at_begin_;
     time_ = previous_;
     if (loops_) branch_ = branch_at_begin_;
+    know_loops();
   }
 
   /// Whether the slopes at an accepted step's end no longer damp what those at its beginning did: a filter as stiff as
   /// the beginning hides by how much the step missed the instant at which a fast state is let go (friction that breaks
   /// loose). The slopes along the error say so for one evaluation of the rates.
-  /// @param shift  the linear system is shift I - h J
+  /// @param shift  the linear system is shift M - h J (see RadauSystems)
   /// @param least  what the error may be before it is filtered
   bool lets_go(double h, double shift, double least) {
     constexpr double kDamped = 0.5;
@@ -101,7 +113,7 @@ class ImplicitSteps : public OwnSteps {
     for (std::size_t i = 0; i < size_; ++i) at_[i] = y_[i] + error_[i];
     if (loops_) probe_ = branch_;
     if (!rates(time_, at_.data(), loops_ ? probe_ : branch_, increment_.data())) return false;
-    for (std::size_t i = 0; i < size_; ++i) {
+    for (std::size_t i = 0; i < states_; ++i) {
       const double damped = shift * error_[i] - h * (increment_[i] - rate_[i]);
       if (std::abs(raw_[i] * weight_[i]) > least && std::abs(damped) < kDamped * std::abs(raw_[i])) return true;
     }

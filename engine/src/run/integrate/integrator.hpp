@@ -56,10 +56,10 @@ class Integrator {
   /// The same with the branch there, which must be a copy of branch(): tears that are unknowns are set.
   void interpolate(double t, double* y, Branch& branch) {
     interpolate(t, y);
-    if (branch.given) std::copy(y + (size_ - branch.tears.size()), y + size_, branch.tears.begin());
+    if (tears_ > 0) std::copy(y + (size_ - tears_), y + size_, branch.tears.begin());
   }
   /// The modes of the last restart, and the loops' solution of the latest evaluation; `given` if the tears are unknowns
-  /// of the integrator.
+  /// of the integrator, and no loop is solved but by its iteration.
   [[nodiscard]] const Branch& branch() const { return branch_; }
   [[nodiscard]] virtual std::string method() const = 0;
   /// Whether a step knows nothing of the one before. Such steps are long beside what the slopes of the rates change
@@ -94,7 +94,8 @@ class Integrator {
   explicit Integrator(double span);
   double time_ = 0.0, previous_ = 0.0;
   int order_ = 1;
-  std::size_t size_ = 0;
+  std::size_t size_ = 0;   ///< number of unknowns
+  std::size_t tears_ = 0;  ///< of these, the last ones
   Branch branch_;
   Rates special_rates_;
   double unit_ = 1.0;  ///< of the integrator's own time
@@ -108,6 +109,10 @@ class Integrator {
   Failure failure_;
   Fault last_fault_;
 };
+
+/// Where a method solves for the loops: inside the rates, or with its own unknowns, which are then the states and after
+/// them the tear variables: x' = f(t, x, z), 0 = F(t, x, z).
+enum class Loops { inside, unknowns };
 
 /// Where dense factorization gives way to sparse.
 inline constexpr std::size_t kDenseStates = 50;
@@ -127,10 +132,10 @@ std::unique_ptr<Integrator> make_verlet_integrator(const Program& program, Evalu
                                                    const RunInputs& inputs);
 /// Radau IIA, error-controlled steps. @param order  5, 9 or 13
 std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                  const RunInputs& inputs, int order);
+                                                  const RunInputs& inputs, int order, Loops loops);
 /// Rodas5P, error-controlled steps.
 std::unique_ptr<Integrator> make_rodas_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                  const RunInputs& inputs);
+                                                  const RunInputs& inputs, Loops loops);
 /// Dormand and Prince's explicit method of order 5, for many states.
 std::unique_ptr<Integrator> make_dormand_prince_integrator(const Program& program, Evaluator& evaluator,
                                                            Tolerances& tolerances, const RunInputs& inputs);

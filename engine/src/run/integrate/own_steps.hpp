@@ -22,31 +22,57 @@ class OwnSteps : public Integrator {
 
  protected:
   static constexpr double kEps = std::numeric_limits<double>::epsilon();
-  OwnSteps(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
+  OwnSteps(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs,
+           Loops loops = Loops::inside)
       : Integrator(inputs.stop - inputs.start),
         evaluator_(evaluator),
         tolerances_(tolerances),
-        loops_(!program.blocks.empty()) {
-    size_ = program.state_names.size();
-    for (std::vector<double>* const vector : {&y_, &begin_, &weight_, &at_}) vector->assign(size_, 0.0);
+        states_(program.state_names.size()),
+        loops_(!program.blocks.empty() && loops == Loops::inside) {
+    tears_ = loops == Loops::unknowns ? program.tear_names.size() : 0;
+    size_ = states_ + tears_;
+    given_ = tears_ > 0 && !program.plan.explicit_form;
+    for (std::vector<double>* const vector : {&y_, &begin_, &weight_, &at_, &still_}) vector->assign(size_, 0.0);
   }
 
-  /// What each restart begins with.
-  void begin_at(double t, const double* x, const Branch& branch, double limit) {
-    std::copy(x, x + size_, y_.begin());
-    begin_ = y_;
+  /// What each restart begins with. False if loops that are unknowns have no solution.
+  bool begin_at(double t, const double* x, const Branch& branch, double limit) {
+    std::copy(x, x + states_, y_.begin());
     branch_ = branch;
+    std::copy_n(branch.tears.begin(), tears_, y_.begin() + static_cast<std::ptrdiff_t>(states_));
+    if (tears_ > 0 && !solve_loops(t, at_.data())) return false;
+    begin_ = y_;
     time_ = previous_ = t;
     limit_ = limit;
     failure_ = {};
     faulted_ = by_hand_ = rejected_ = false;
     first_ = true;
     next_ = std::exchange(first_step_, 0.0);
+    return true;
   }
 
-  bool rates(double t, const double* x, Branch& branch, double* out) {
+  /// f, then -F where the loops are unknowns.
+  bool rates(double t, const double* y, Branch& branch, double* out) {
     ++counts_.rates;
-    return special_rates_ ? special_rates_(t, x, branch, out) : evaluator_.rates(t, x, branch, out);
+    if (tears_ == 0) return special_rates_ ? special_rates_(t, y, branch, out) : evaluator_.rates(t, y, branch, out);
+    if (!evaluator_.residual(t, y, branch, still_.data(), out)) return false;
+    for (std::size_t i = 0; i < size_; ++i) out[i] = -out[i];
+    return true;
+  }
+  /// At y_: its loops' variables are where the search starts, and its result. F is 0 then.
+  bool solve_loops(double t, double* out) {
+    know_loops();
+    branch_.given = false;
+    const bool solved = evaluator_.rates(t, y_.data(), branch_, out);
+    branch_.given = given_;
+    if (!solved) return false;
+    std::copy(branch_.tears.begin(), branch_.tears.end(), y_.begin() + static_cast<std::ptrdiff_t>(states_));
+    std::fill_n(out + states_, tears_, 0.0);
+    return true;
+  }
+  /// The branch at y_ where the loops are unknowns.
+  void know_loops() {
+    if (tears_ > 0) std::copy(y_.begin() + static_cast<std::ptrdiff_t>(states_), y_.end(), branch_.tears.begin());
   }
   /// The step fails where the equations have no value.
   void note_fault(double t) {
@@ -80,7 +106,7 @@ class OwnSteps : public Integrator {
   /// An explicit step over a stretch of a few roundings of the time.
   void step_by_hand(const std::vector<double>& rate) {
     begin_ = y_;
-    for (std::size_t i = 0; i < size_; ++i) y_[i] += (limit_ - time_) * rate[i];
+    for (std::size_t i = 0; i < states_; ++i) y_[i] += (limit_ - time_) * rate[i];
     previous_ = time_;
     time_ = limit_;
     order_ = 1;
@@ -100,12 +126,15 @@ class OwnSteps : public Integrator {
 
   Evaluator& evaluator_;
   Tolerances& tolerances_;
-  bool loops_;  ///< rates solve loops
+  std::size_t states_;  ///< of the unknowns, the first ones
+  bool loops_;          ///< rates solve loops
+  bool given_ = false;  ///< no loop is solved but by the step's iteration
   double limit_ = 0.0;
   double next_ = 0.0;              ///< the next step, 0: not known
   std::vector<double> y_, begin_;  ///< at the end of the last step, and at its beginning
   std::vector<double> weight_;     ///< of errors, by state
   std::vector<double> at_;         ///< scratch
+  std::vector<double> still_;      ///< zeros
   Branch branch_at_begin_;
   bool first_ = true;      ///< no step since the restart
   bool faulted_ = false;   ///< the latest evaluation failed: last_fault_

@@ -29,18 +29,19 @@ double whole_power(double x, int n) {
 template <std::size_t Stages>
 class RadauIntegrator final : public ImplicitSteps {
  public:
-  RadauIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
-      : ImplicitSteps(program, evaluator, tolerances, inputs),
-        systems_(make_radau_systems(program.jacobian_pattern, eigenvalues())),
-        jacobian_(program, evaluator, tolerances, systems_->dense()),
-        polynomial_(program.state_names.size()) {
+  RadauIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs,
+                  Loops loops)
+      : ImplicitSteps(program, evaluator, tolerances, inputs, loops),
+        systems_(make_radau_systems(pattern_of(program, loops), states_, eigenvalues())),
+        jacobian_(program, evaluator, tolerances, systems_->dense(), loops),
+        polynomial_(size_) {
     order_ = kDegree;
     bend_.assign(size_, 0.0);
     for (auto* const vectors : {&z_, &w_, &right_, &stage_})
       for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);
     if (systems_->dense())
       stages_ = std::make_unique<RadauStages>(
-          size_, Stages, kTable.inverse[0].data(),
+          size_, states_, Stages, kTable.inverse[0].data(),
           [this](std::size_t k, const double* x, double* out) { return rates_of_stage(k, x, out); },
           [this](std::size_t k, const double* x, double* full) { return jacobian_of_stage(k, x, full); });
     // As RADAU5 does: the error that is held is of order 3, that of the steps' ends of order 5. But what is recorded
@@ -52,7 +53,7 @@ class RadauIntegrator final : public ImplicitSteps {
   }
 
   bool restart(double t, const double* x, const Branch& branch, double limit) override {
-    begin_at(t, x, branch, limit);
+    if (!begin_at(t, x, branch, limit)) return fault(t);
     extrapolates_ = false;
     from_rest_ = false;
     jacobian_.begin();
@@ -241,7 +242,7 @@ class RadauIntegrator final : public ImplicitSteps {
     for (std::size_t k = 0; k < Stages; ++k)
       for (std::size_t i = 0; i < size_; ++i) stage_[k][i] = y_[i] + z_[k][i];
     std::size_t k = 0;
-    if (!loops_ && !special_rates_) k = rates_together(h);
+    if (!loops_ && tears_ == 0 && !special_rates_) k = rates_together(h);
     for (; k < Stages; ++k) {
       const double t = time_ + kTable.at[k] * h;
       if (rates(t, stage_[k].data(), loops_ ? stage_branch_[k] : branch_, right_[k].data())) continue;
@@ -285,13 +286,14 @@ class RadauIntegrator final : public ImplicitSteps {
       for (std::size_t i = 0; i < size_; ++i) {
         std::array<double, Stages> f = at_state(right_, i);
         for (double& rate : f) rate *= h;
-        const auto& b = kTable.back;
-        right_[0][i] = radau::dot(b[0], f) - kTable.gamma * w_[0][i];
+        for (std::size_t k = 0; k < Stages; ++k) right_[k][i] = radau::dot(kTable.back[k], f);
+        if (i >= states_) continue;
+        right_[0][i] -= kTable.gamma * w_[0][i];
         for (std::size_t k = 1; k < Stages; k += 2) {
           const auto [alpha, beta] = kTable.pairs[k / 2];
           const double v = w_[k][i], w = w_[k + 1][i];
-          right_[k][i] = radau::dot(b[k], f) - alpha * v + beta * w;
-          right_[k + 1][i] = radau::dot(b[k + 1], f) - alpha * w - beta * v;
+          right_[k][i] = right_[k][i] - alpha * v + beta * w;
+          right_[k + 1][i] = right_[k + 1][i] - alpha * w - beta * v;
         }
       }
       systems_->solve_real(right_[0].data());
@@ -365,7 +367,7 @@ class RadauIntegrator final : public ImplicitSteps {
   /// a rejection, it is filtered once more: the formula alone is not bounded for stiff components.
   double estimate_error(double h) {
     for (std::size_t i = 0; i < size_; ++i) {
-      increment_[i] = radau::dot(kTable.error, at_state(z_, i));
+      increment_[i] = i < states_ ? radau::dot(kTable.error, at_state(z_, i)) : 0.0;
       error_[i] = increment_[i] + h * rate_[i];
     }
     raw_ = error_;
@@ -424,8 +426,8 @@ class RadauIntegrator final : public ImplicitSteps {
     next_ = next;
   }
 
-  /// What the collocation polynomial needs to satisfy the (linearized) equations at one more point. With d = h f - p'
-  /// there, bubble (kGamma - h J) bend = d.
+  /// What the collocation polynomial needs to satisfy the (linearized) equations at one more point. With d = h f -
+  /// M p' there, bubble (kGamma M - h J) bend = d.
   /// @return  how large it is: what the polynomial is wrong by within the step, relative to what is allowed. The
   ///          embedded formula alone does not see it where stiffness holds the stages on the solution. Negative: no
   ///          rates there.
@@ -443,7 +445,7 @@ class RadauIntegrator final : public ImplicitSteps {
     }
     constexpr double bubble = radau::bubble<Stages>(kTable.corrected_at);
     for (std::size_t i = 0; i < size_; ++i)
-      bend_[i] = (h * increment_[i] - radau::dot(kTable.slope, at_state(z_, i))) / bubble;
+      bend_[i] = (h * increment_[i] - (i < states_ ? radau::dot(kTable.slope, at_state(z_, i)) : 0.0)) / bubble;
     systems_->solve_real(bend_.data());
     const double size = kTable.largest_bubble * norm(bend_) / looser_;
     return std::isfinite(size) ? size : 1e10;
@@ -475,10 +477,10 @@ class RadauIntegrator final : public ImplicitSteps {
 }  // namespace
 
 std::unique_ptr<Integrator> make_radau_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                  const RunInputs& inputs, int order) {
-  if (order == 13) return std::make_unique<RadauIntegrator<7>>(program, evaluator, tolerances, inputs);
-  if (order == 9) return std::make_unique<RadauIntegrator<5>>(program, evaluator, tolerances, inputs);
-  return std::make_unique<RadauIntegrator<3>>(program, evaluator, tolerances, inputs);
+                                                  const RunInputs& inputs, int order, Loops loops) {
+  if (order == 13) return std::make_unique<RadauIntegrator<7>>(program, evaluator, tolerances, inputs, loops);
+  if (order == 9) return std::make_unique<RadauIntegrator<5>>(program, evaluator, tolerances, inputs, loops);
+  return std::make_unique<RadauIntegrator<3>>(program, evaluator, tolerances, inputs, loops);
 }
 
 }  // namespace bgsim

@@ -8,14 +8,17 @@
 
 namespace bgsim {
 
-RadauJacobian::RadauJacobian(const Program& program, Evaluator& evaluator, Tolerances& tolerances, bool dense)
-    : program_(program),
-      evaluator_(evaluator),
+RadauJacobian::RadauJacobian(const Program& program, Evaluator& evaluator, Tolerances& tolerances, bool dense,
+                             Loops loops)
+    : evaluator_(evaluator),
       tolerances_(tolerances),
+      pattern_(pattern_of(program, loops)),
+      loops_(loops),
       dense_(dense),
-      border_(program.state_names.size(), program.jacobian_pattern.row.size()),
-      entries_(program.jacobian_pattern.row.size()),
-      at_(program.state_names.size()) {
+      residuals_(program, evaluator, tolerances),
+      border_(pattern_.size, pattern_.row.size()),
+      entries_(pattern_.row.size()),
+      at_(pattern_.size) {
   if (dense_) full_.assign(at_.size() * at_.size(), 0.0);
 }
 
@@ -29,13 +32,21 @@ void RadauJacobian::stepped() {
   ++steps_since_look_;
 }
 
+/// By the pattern.
+bool RadauJacobian::slopes(double t, const double* y, Branch& branch, double* entries) {
+  if (loops_ == Loops::inside) return evaluator_.jacobian(t, y, branch, entries);
+  if (!evaluator_.residual_jacobian(t, 0.0, y, branch, entries)) return false;
+  for (std::size_t k = 0; k < entries_.size(); ++k) entries[k] = -entries[k];
+  return true;
+}
+
 bool RadauJacobian::see(const Beginning& at, const Rates& rates, bool derived) {
   as_before_ = false;
   if (!derived && dense_) return by_differences(at, rates);
   const bool look = derived && steps_since_look_ >= kStepsBetweenLooks;
   const auto evaluate = [&](const double* x) {
-    return look ? evaluator_.jacobian(at.t, x, at.branch, entries_.data(), rounding_)
-                : evaluator_.jacobian(at.t, x, at.branch, entries_.data());
+    return look && loops_ == Loops::inside ? evaluator_.jacobian(at.t, x, at.branch, entries_.data(), rounding_)
+                                           : slopes(at.t, x, at.branch, entries_.data());
   };
   if (!evaluate(at.x.data())) {
     // A slope without bound at a point that the solution only passes (sqrt at 0): take it a little further on.
@@ -45,14 +56,23 @@ bool RadauJacobian::see(const Beginning& at, const Rates& rates, bool derived) {
   }
   if (look) {
     steps_since_look_ = 0;
-    tolerances_.see({at.t, at.x.data(), program_.jacobian_pattern, entries_.data(), rounding_},
-                    [&](double t, const double* x, double* out) { return evaluator_.rates(t, x, at.branch, out); });
+    show_tolerances(at);
   }
   if (derived) slopes_beside_border(at.t, at.x.data(), at.branch);
   as_before_ = entries_ == seen_;
   seen_ = entries_;
-  if (dense_) spread_entries(program_.jacobian_pattern, entries_.data(), full_.data());
+  if (dense_) spread_entries(pattern_, entries_.data(), full_.data());
   return true;
+}
+
+void RadauJacobian::show_tolerances(const Beginning& at) {
+  if (loops_ == Loops::unknowns) {
+    residuals_.show(at.t, at.x.data(), at.branch, at.rate.data(), entries_.data());
+    residuals_.see_loops(at.t, at.x.data(), at.branch);
+    return;
+  }
+  tolerances_.see({at.t, at.x.data(), pattern_, entries_.data(), rounding_},
+                  [&](double t, const double* x, double* out) { return evaluator_.rates(t, x, at.branch, out); });
 }
 
 bool RadauJacobian::by_differences(const Beginning& at, const Rates& rates) {
@@ -62,9 +82,9 @@ bool RadauJacobian::by_differences(const Beginning& at, const Rates& rates) {
 }
 
 bool RadauJacobian::see_stage(double t, const double* x, Branch& branch, double* full) {
-  if (!evaluator_.jacobian(t, x, branch, entries_.data())) return false;
+  if (!slopes(t, x, branch, entries_.data())) return false;
   slopes_beside_border(t, x, branch);
-  spread_entries(program_.jacobian_pattern, entries_.data(), full);
+  spread_entries(pattern_, entries_.data(), full);
   return true;
 }
 
@@ -74,7 +94,7 @@ void RadauJacobian::slopes_beside_border(double t, const double* x, const Branch
       x, [&](std::size_t j) { return tolerances_.relative() * std::abs(x[j]) + tolerances_.absolute(j); },
       [&](const double* at, double* out) {
         aside_ = branch;
-        return evaluator_.jacobian(t, at, aside_, out);
+        return slopes(t, at, aside_, out);
       },
       entries_.data());
 }

@@ -6,16 +6,24 @@
 
 #include "bgsim/evaluator.hpp"
 #include "run/integrate/border_slopes.hpp"
+#include "run/integrate/integrator.hpp"
+#include "run/integrate/residual_rounding.hpp"
 
 namespace bgsim {
 
 class Tolerances;
 
+/// Unknowns of an integrator that has the loops where @p loops says.
+inline const Sparsity& pattern_of(const Program& program, Loops loops) {
+  return loops == Loops::inside ? program.jacobian_pattern : program.implicit_pattern;
+}
+
 /// At the beginning of a step for all stages, or at each stage.
 class RadauJacobian {
  public:
+  /// Of the rates by the states, or of f and -F by all unknowns (see Loops).
   /// @param dense  full matrices, column by column, else the entries by the pattern
-  RadauJacobian(const Program& program, Evaluator& evaluator, Tolerances& tolerances, bool dense);
+  RadauJacobian(const Program& program, Evaluator& evaluator, Tolerances& tolerances, bool dense, Loops loops);
 
   /// Where a step begins.
   struct Beginning {
@@ -46,14 +54,18 @@ class RadauJacobian {
 
  private:
   static constexpr int kStepsBetweenLooks = 20;
+  bool slopes(double t, const double* y, Branch& branch, double* entries);
   bool by_differences(const Beginning& at, const Rates& rates);
+  void show_tolerances(const Beginning& at);
   void slopes_beside_border(double t, const double* x, const Branch& branch);
 
-  const Program& program_;
   Evaluator& evaluator_;
   Tolerances& tolerances_;
+  const Sparsity& pattern_;
+  Loops loops_;
   bool dense_, as_before_ = false;
   int steps_since_look_ = kStepsBetweenLooks;  ///< at the rounding of the rates, which Tolerances are shown
+  ResidualRounding residuals_;
   BorderSlopes border_;
   std::vector<double> entries_, seen_, full_, rounding_;  ///< seen_: what values() was made of; empty: of differences
   // Scratch

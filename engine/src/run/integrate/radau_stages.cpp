@@ -13,8 +13,10 @@ struct RadauStages::Factors {
   Eigen::VectorXd solution;
 };
 
-RadauStages::RadauStages(std::size_t size, std::size_t stages, const double* inverse, AtStage rates, AtStage jacobian)
+RadauStages::RadauStages(std::size_t size, std::size_t states, std::size_t stages, const double* inverse, AtStage rates,
+                         AtStage jacobian)
     : size_(size),
+      states_(states),
       stages_(stages),
       inverse_(inverse),
       rates_(std::move(rates)),
@@ -42,14 +44,14 @@ double RadauStages::norm(const std::vector<double>& x, const double* weight) con
   return std::sqrt(sum / static_cast<double>(stages_ * size_));
 }
 
-/// h F - A^-1 Z
+/// h F - (A^-1 x M) Z
 bool RadauStages::defects(double h, const double* y, const std::vector<double>& z, std::vector<double>& out) {
   for (std::size_t k = 0; k < stages_; ++k) {
     for (std::size_t i = 0; i < size_; ++i) at_[i] = y[i] + z[k * size_ + i];
     if (!rates_(k, at_.data(), rate_.data())) return false;
     for (std::size_t i = 0; i < size_; ++i) {
       double defect = h * rate_[i];
-      for (std::size_t l = 0; l < stages_; ++l) defect -= inverse_[k * stages_ + l] * z[l * size_ + i];
+      for (std::size_t l = 0; i < states_ && l < stages_; ++l) defect -= inverse_[k * stages_ + l] * z[l * size_ + i];
       out[k * size_ + i] = defect;
     }
   }
@@ -58,13 +60,15 @@ bool RadauStages::defects(double h, const double* y, const std::vector<double>& 
 
 /// The matrix at @p z, factored.
 bool RadauStages::see(double h, const double* y, const std::vector<double>& z) {
-  const auto n = static_cast<Eigen::Index>(size_);
+  const auto n = static_cast<Eigen::Index>(size_), with_rates = static_cast<Eigen::Index>(states_);
   Eigen::MatrixXd& matrix = factors_->matrix;
   matrix.setZero();
   for (std::size_t k = 0; k < stages_; ++k) {
     const auto row = static_cast<Eigen::Index>(k) * n;
     for (std::size_t l = 0; l < stages_; ++l)
-      matrix.block(row, static_cast<Eigen::Index>(l) * n, n, n).diagonal().setConstant(inverse_[k * stages_ + l]);
+      matrix.block(row, static_cast<Eigen::Index>(l) * n, with_rates, with_rates)
+          .diagonal()
+          .setConstant(inverse_[k * stages_ + l]);
     for (std::size_t i = 0; i < size_; ++i) at_[i] = y[i] + z[k * size_ + i];
     if (!jacobian_(k, at_.data(), full_.data())) return false;
     matrix.block(row, row, n, n) -= h * Eigen::Map<const Eigen::MatrixXd>(full_.data(), n, n);

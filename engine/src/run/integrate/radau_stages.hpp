@@ -11,17 +11,20 @@ namespace bgsim {
 
 /// With Z the stages' increments, F their rates and A the coefficients, Newton's step d for Z = h A F(Z) is
 ///
-///     (A^-1 x I - h diag(J_0, J_1, ...)) d = h F - A^-1 Z,
+///     (A^-1 x M - h diag(J_0, J_1, ...)) d = h F - (A^-1 x M) Z,
 ///
-/// s n equations for s stages. They do not fall apart as those with one matrix for all stages do (radau_systems.hpp).
+/// with M as in RadauSystems, s n equations for s stages. They do not fall apart as those with one matrix for all
+/// stages do (radau_systems.hpp).
 class RadauStages {
  public:
   using Stages = std::span<std::vector<double>>;
   /// Rates, or the Jacobian as a full matrix, column by column, of stage k at @p x; false where there are none.
   using AtStage = std::function<bool(std::size_t k, const double* x, double* out)>;
 
+  /// @param states   of the unknowns, the first ones
   /// @param inverse  A^-1 by rows; must outlive this
-  RadauStages(std::size_t size, std::size_t stages, const double* inverse, AtStage rates, AtStage jacobian);
+  RadauStages(std::size_t size, std::size_t states, std::size_t stages, const double* inverse, AtStage rates,
+              AtStage jacobian);
   ~RadauStages();
   RadauStages(const RadauStages&) = delete;
   RadauStages& operator=(const RadauStages&) = delete;
@@ -46,7 +49,7 @@ class RadauStages {
   void divide(std::vector<double>& right);
   [[nodiscard]] double norm(const std::vector<double>& x, const double* weight) const;
 
-  std::size_t size_, stages_;
+  std::size_t size_, states_, stages_;
   const double* inverse_;
   AtStage rates_, jacobian_;
   int iterations_ = 0;

@@ -23,20 +23,24 @@ using small::SmallLu;
 template <std::size_t N>
 class SmallSystems final : public RadauSystems {
  public:
-  explicit SmallSystems(const RadauEigenvalues& eigenvalues)
-      : gamma_(eigenvalues.gamma), pairs_(eigenvalues.pairs), complex_(pairs_.size()) {}
+  SmallSystems(std::size_t states, const RadauEigenvalues& eigenvalues)
+      : gamma_(eigenvalues.gamma), pairs_(eigenvalues.pairs), complex_(pairs_.size()) {
+    std::fill_n(mass_.begin(), states, 1.0);
+  }
 
   [[nodiscard]] bool dense() const override { return true; }
 
   bool factor(double h, const double* jacobian) override {
     for (std::size_t i = 0; i < N; ++i)
-      for (std::size_t j = 0; j < N; ++j) real_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? gamma_ : 0.0);
+      for (std::size_t j = 0; j < N; ++j)
+        real_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? gamma_ * mass_[i] : 0.0);
     if (!real_.factor()) return false;
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       const double alpha = pairs_[k].real(), beta = pairs_[k].imag();
       for (std::size_t i = 0; i < N; ++i)
         for (std::size_t j = 0; j < N; ++j)
-          complex_[k].a[i * N + j] = {-h * jacobian[j * N + i] + (i == j ? alpha : 0.0), i == j ? beta : 0.0};
+          complex_[k].a[i * N + j] = {-h * jacobian[j * N + i] + (i == j ? alpha * mass_[i] : 0.0),
+                                      i == j ? beta * mass_[i] : 0.0};
       if (!complex_[k].factor()) return false;
     }
     return true;
@@ -62,14 +66,16 @@ class SmallSystems final : public RadauSystems {
  private:
   double gamma_;
   std::vector<std::complex<double>> pairs_;
+  std::array<double, N> mass_{};
   SmallLu<double, N> real_;
   std::vector<SmallLu<Pair, N>> complex_;
 };
 
 class DenseSystems final : public RadauSystems {
  public:
-  DenseSystems(std::size_t size, const RadauEigenvalues& eigenvalues)
+  DenseSystems(std::size_t size, std::size_t states, const RadauEigenvalues& eigenvalues)
       : n_(size),
+        states_(states),
         gamma_(eigenvalues.gamma),
         pairs_(eigenvalues.pairs),
         real_(size),
@@ -86,12 +92,12 @@ class DenseSystems final : public RadauSystems {
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       std::copy(real, real + n_ * n_, complex_[k].real());
       std::fill(complex_[k].imaginary(), complex_[k].imaginary() + n_ * n_, 0.0);
-      for (std::size_t i = 0; i < n_ * n_; i += n_ + 1) {
+      for (std::size_t i = 0; i < n_ * states_; i += n_ + 1) {
         complex_[k].real()[i] += pairs_[k].real();
         complex_[k].imaginary()[i] = pairs_[k].imag();
       }
     }
-    for (std::size_t i = 0; i < n_ * n_; i += n_ + 1) real[i] += gamma_;
+    for (std::size_t i = 0; i < n_ * states_; i += n_ + 1) real[i] += gamma_;
     return real_.factor() && std::all_of(complex_.begin(), complex_.end(), [](auto& lu) { return lu.factor(); });
   }
 
@@ -99,7 +105,7 @@ class DenseSystems final : public RadauSystems {
   void solve_complex(std::size_t pair, double* v, double* w) override { complex_[pair].solve(v, w); }
 
  private:
-  std::size_t n_;
+  std::size_t n_, states_;
   double gamma_;
   std::vector<std::complex<double>> pairs_;
   ColumnLu<false> real_;
@@ -108,8 +114,8 @@ class DenseSystems final : public RadauSystems {
 
 class SparseSystems final : public RadauSystems {
  public:
-  SparseSystems(const Sparsity& pattern, const RadauEigenvalues& eigenvalues)
-      : places_(pattern),
+  SparseSystems(const Sparsity& pattern, std::size_t states, const RadauEigenvalues& eigenvalues)
+      : places_(pattern, states),
         n_(static_cast<Eigen::Index>(pattern.size)),
         gamma_(eigenvalues.gamma),
         pairs_(eigenvalues.pairs),
@@ -127,7 +133,7 @@ class SparseSystems final : public RadauSystems {
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       std::complex<double>* const complex = complex_matrix_[k].valuePtr();
       std::copy(real, real + places_.matrix.nonZeros(), complex);
-      for (const Eigen::Index at : places_.diagonal) complex[at] += pairs_[k];
+      for (const Eigen::Index at : places_.of_states) complex[at] += pairs_[k];
     }
     places_.shift(gamma_);
     if (!real_.factorize(places_.matrix)) return false;
@@ -167,30 +173,31 @@ class SparseSystems final : public RadauSystems {
 }  // namespace
 }  // namespace radau
 
-std::unique_ptr<RadauSystems> make_radau_systems(const Sparsity& pattern, const RadauEigenvalues& eigenvalues) {
+std::unique_ptr<RadauSystems> make_radau_systems(const Sparsity& pattern, std::size_t states,
+                                                 const RadauEigenvalues& eigenvalues) {
   // Ladders of 70 and 100 states take half as long as by sparse matrices, those of 200 as long (bench methods
   // --random).
   constexpr std::size_t kFullStates = 100;
   switch (pattern.size) {
     case 1:
-      return std::make_unique<radau::SmallSystems<1>>(eigenvalues);
+      return std::make_unique<radau::SmallSystems<1>>(states, eigenvalues);
     case 2:
-      return std::make_unique<radau::SmallSystems<2>>(eigenvalues);
+      return std::make_unique<radau::SmallSystems<2>>(states, eigenvalues);
     case 3:
-      return std::make_unique<radau::SmallSystems<3>>(eigenvalues);
+      return std::make_unique<radau::SmallSystems<3>>(states, eigenvalues);
     case 4:
-      return std::make_unique<radau::SmallSystems<4>>(eigenvalues);
+      return std::make_unique<radau::SmallSystems<4>>(states, eigenvalues);
     case 5:
-      return std::make_unique<radau::SmallSystems<5>>(eigenvalues);
+      return std::make_unique<radau::SmallSystems<5>>(states, eigenvalues);
     case 6:
-      return std::make_unique<radau::SmallSystems<6>>(eigenvalues);
+      return std::make_unique<radau::SmallSystems<6>>(states, eigenvalues);
     case 7:
-      return std::make_unique<radau::SmallSystems<7>>(eigenvalues);
+      return std::make_unique<radau::SmallSystems<7>>(states, eigenvalues);
     case 8:
-      return std::make_unique<radau::SmallSystems<8>>(eigenvalues);
+      return std::make_unique<radau::SmallSystems<8>>(states, eigenvalues);
     default:
-      if (pattern.size <= kFullStates) return std::make_unique<radau::DenseSystems>(pattern.size, eigenvalues);
-      return std::make_unique<radau::SparseSystems>(pattern, eigenvalues);
+      if (pattern.size <= kFullStates) return std::make_unique<radau::DenseSystems>(pattern.size, states, eigenvalues);
+      return std::make_unique<radau::SparseSystems>(pattern, states, eigenvalues);
   }
 }
 

@@ -20,7 +20,9 @@ struct RadauEigenvalues {
 /// In the basis of its eigenvectors Newton's equations of the stages, s n unknowns, fall apart into a real system of n
 /// and a complex one for each pair:
 ///
-///     (gamma I - h J) u = r,    ((alpha + i beta) I - h J) (v + i w) = p + i q
+///     (gamma M - h J) u = r,    ((alpha + i beta) M - h J) (v + i w) = p + i q
+///
+/// for M y' = f(t, y), where M is 1 on the diagonal for states and 0 for the loops' variables behind them.
 ///
 /// @cite hairer1996 IV.8 (transformation by J. C. Butcher and T. A. Bickart)
 class RadauSystems {
@@ -43,6 +45,8 @@ class RadauSystems {
 
 /// Written out for up to eight states, dense up to a hundred, sparse (with complete pivoting left out, columns
 /// ordered to keep the fill-in low) beyond.
-std::unique_ptr<RadauSystems> make_radau_systems(const Sparsity& pattern, const RadauEigenvalues& eigenvalues);
+/// @param states  of the pattern's unknowns, the first ones
+std::unique_ptr<RadauSystems> make_radau_systems(const Sparsity& pattern, std::size_t states,
+                                                 const RadauEigenvalues& eigenvalues);
 
 }  // namespace bgsim

@@ -1,5 +1,6 @@
 #include "run/integrate/real_system.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -15,11 +16,14 @@ namespace {
 template <std::size_t N>
 class SmallReal final : public RealSystem {
  public:
+  explicit SmallReal(std::size_t states) { std::fill_n(mass_.begin(), states, 1.0); }
+
   [[nodiscard]] bool dense() const override { return true; }
 
   bool factor(double shift, double h, const double* jacobian) override {
     for (std::size_t i = 0; i < N; ++i)
-      for (std::size_t j = 0; j < N; ++j) lu_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? shift : 0.0);
+      for (std::size_t j = 0; j < N; ++j)
+        lu_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? shift * mass_[i] : 0.0);
     return lu_.factor();
   }
 
@@ -31,12 +35,13 @@ class SmallReal final : public RealSystem {
   }
 
  private:
+  std::array<double, N> mass_{};
   small::SmallLu<double, N> lu_;
 };
 
 class DenseReal final : public RealSystem {
  public:
-  explicit DenseReal(std::size_t size) : n_(size), lu_(size) {}
+  DenseReal(std::size_t size, std::size_t states) : n_(size), states_(states), lu_(size) {}
 
   [[nodiscard]] bool dense() const override { return true; }
 
@@ -46,20 +51,20 @@ class DenseReal final : public RealSystem {
       a[i] = -h * jacobian[i];
       if (!std::isfinite(a[i])) return false;
     }
-    for (std::size_t i = 0; i < n_ * n_; i += n_ + 1) a[i] += shift;
+    for (std::size_t i = 0; i < n_ * states_; i += n_ + 1) a[i] += shift;
     return lu_.factor();
   }
 
   void solve(double* u) override { lu_.solve(u); }
 
  private:
-  std::size_t n_;
+  std::size_t n_, states_;
   ColumnLu<false> lu_;
 };
 
 class SparseReal final : public RealSystem {
  public:
-  explicit SparseReal(const Sparsity& pattern) : places_(pattern) { lu_.analyze(places_.matrix); }
+  SparseReal(const Sparsity& pattern, std::size_t states) : places_(pattern, states) { lu_.analyze(places_.matrix); }
 
   [[nodiscard]] bool dense() const override { return false; }
 
@@ -83,28 +88,28 @@ class SparseReal final : public RealSystem {
 
 }  // namespace
 
-std::unique_ptr<RealSystem> make_real_system(const Sparsity& pattern) {
+std::unique_ptr<RealSystem> make_real_system(const Sparsity& pattern, std::size_t states) {
   constexpr std::size_t kFullStates = 100;  // make_radau_systems() says why
   switch (pattern.size) {
     case 1:
-      return std::make_unique<SmallReal<1>>();
+      return std::make_unique<SmallReal<1>>(states);
     case 2:
-      return std::make_unique<SmallReal<2>>();
+      return std::make_unique<SmallReal<2>>(states);
     case 3:
-      return std::make_unique<SmallReal<3>>();
+      return std::make_unique<SmallReal<3>>(states);
     case 4:
-      return std::make_unique<SmallReal<4>>();
+      return std::make_unique<SmallReal<4>>(states);
     case 5:
-      return std::make_unique<SmallReal<5>>();
+      return std::make_unique<SmallReal<5>>(states);
     case 6:
-      return std::make_unique<SmallReal<6>>();
+      return std::make_unique<SmallReal<6>>(states);
     case 7:
-      return std::make_unique<SmallReal<7>>();
+      return std::make_unique<SmallReal<7>>(states);
     case 8:
-      return std::make_unique<SmallReal<8>>();
+      return std::make_unique<SmallReal<8>>(states);
     default:
-      if (pattern.size <= kFullStates) return std::make_unique<DenseReal>(pattern.size);
-      return std::make_unique<SparseReal>(pattern);
+      if (pattern.size <= kFullStates) return std::make_unique<DenseReal>(pattern.size, states);
+      return std::make_unique<SparseReal>(pattern, states);
   }
 }
 

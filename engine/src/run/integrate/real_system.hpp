@@ -8,7 +8,7 @@
 
 namespace bgsim {
 
-/// (shift I - h J) u = r, as the real one of RadauSystems is, which has a complex one beside it.
+/// (shift M - h J) u = r, as the real one of RadauSystems is, which has a complex one beside it.
 class RealSystem {
  public:
   virtual ~RealSystem() = default;
@@ -27,6 +27,7 @@ class RealSystem {
 };
 
 /// Written out for up to eight states, dense up to a hundred, sparse beyond, as make_radau_systems() does.
-std::unique_ptr<RealSystem> make_real_system(const Sparsity& pattern);
+/// @param states  of the pattern's unknowns, the first ones
+std::unique_ptr<RealSystem> make_real_system(const Sparsity& pattern, std::size_t states);
 
 }  // namespace bgsim

@@ -24,10 +24,11 @@ using RodasControl = PredictiveControl<5, 6>;
 
 class RodasIntegrator final : public ImplicitSteps {
  public:
-  RodasIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs)
-      : ImplicitSteps(program, evaluator, tolerances, inputs),
-        system_(make_real_system(program.jacobian_pattern)),
-        jacobian_(program, evaluator, tolerances, system_->dense()) {
+  RodasIntegrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances, const RunInputs& inputs,
+                  Loops loops)
+      : ImplicitSteps(program, evaluator, tolerances, inputs, loops),
+        system_(make_real_system(pattern_of(program, loops), states_)),
+        jacobian_(program, evaluator, tolerances, system_->dense(), loops) {
     order_ = kDegree;
     slope_.assign(size_, 0.0);
     right_.assign(size_, 0.0);
@@ -36,7 +37,7 @@ class RodasIntegrator final : public ImplicitSteps {
   }
 
   bool restart(double t, const double* x, const Branch& branch, double limit) override {
-    begin_at(t, x, branch, limit);
+    if (!begin_at(t, x, branch, limit)) return fault(t);
     jacobian_.begin();
     seen_ = false;
     factored_ = 0.0;
@@ -173,7 +174,7 @@ class RodasIntegrator final : public ImplicitSteps {
     if (!slopes_by_time_) return;
     if (loops_) probe_ = branch_;
     Branch& branch = loops_ ? probe_ : branch_;
-    if (!special_rates_ && evaluator_.time_slopes(time_, y_.data(), branch, slope_.data())) return;
+    if (!special_rates_ && tears_ == 0 && evaluator_.time_slopes(time_, y_.data(), branch, slope_.data())) return;
     // Over less the rounding of what holds a block at rest moves it; this is wrong by 1e-4 h^4 and a third derivative.
     constexpr double kPart = 1.0 / 64.0, kRoundings = 1024.0;
     const double move = std::min(std::max(kPart * h, kRoundings * kEps * std::abs(time_)), 0.5 * (limit_ - time_));
@@ -203,7 +204,8 @@ class RodasIntegrator final : public ImplicitSteps {
       }
       rate = increment_.data();
     }
-    for (std::size_t i = 0; i < size_; ++i) right_[i] = h * rate[i] + sum_of<K>(rodas::kRight[K], i);
+    for (std::size_t i = 0; i < size_; ++i)
+      right_[i] = h * rate[i] + (i < states_ ? sum_of<K>(rodas::kRight[K], i) : 0.0);
     if (rodas::kTime[K] != 0.0 && slopes_by_time_)
       for (std::size_t i = 0; i < size_; ++i) right_[i] += rodas::kTime[K] * h * h * slope_[i];
     if constexpr (K + 1 == rodas::kStages) raw_ = right_;
@@ -248,7 +250,7 @@ class RodasIntegrator final : public ImplicitSteps {
     for (std::size_t i = 0; i < size_; ++i) {
       const double slope =
           increment_[i] + (1.0 - 2.0 * u) * bend(i, u) + u * (1.0 - u) * (dense_[1][i] + 2.0 * u * dense_[2][i]);
-      right_[i] = h * right_[i] - slope;
+      right_[i] = h * right_[i] - (i < states_ ? slope : 0.0);
     }
     system_->solve(right_.data());
     const double size = rodas::kLargestBubble / rodas::bubble(u) * norm(right_);
@@ -299,8 +301,8 @@ class RodasIntegrator final : public ImplicitSteps {
 }  // namespace
 
 std::unique_ptr<Integrator> make_rodas_integrator(const Program& program, Evaluator& evaluator, Tolerances& tolerances,
-                                                  const RunInputs& inputs) {
-  return std::make_unique<RodasIntegrator>(program, evaluator, tolerances, inputs);
+                                                  const RunInputs& inputs, Loops loops) {
+  return std::make_unique<RodasIntegrator>(program, evaluator, tolerances, inputs, loops);
 }
 
 }  // namespace bgsim

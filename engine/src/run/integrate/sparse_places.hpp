@@ -1,4 +1,4 @@
-/// Where the entries of a pattern are in a compressed matrix that has the whole diagonal, too.
+/// Where the entries of a pattern are in a compressed matrix that has the diagonal of the states, too.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -11,18 +11,19 @@
 namespace bgsim {
 
 struct SparsePlaces {
-  explicit SparsePlaces(const Sparsity& pattern) {
-    const auto n = static_cast<Eigen::Index>(pattern.size);
+  /// @param states  of the pattern's unknowns, the first ones
+  SparsePlaces(const Sparsity& pattern, std::size_t states) {
+    const auto n = static_cast<Eigen::Index>(pattern.size), with_diagonal = static_cast<Eigen::Index>(states);
     std::vector<Eigen::Triplet<double>> places;
-    places.reserve(pattern.row.size() + pattern.size);
+    places.reserve(pattern.row.size() + states);
     each(pattern,
          [&](Eigen::Index row, Eigen::Index column) { places.emplace_back(to_int(row), to_int(column), 1.0); });
-    for (Eigen::Index i = 0; i < n; ++i) places.emplace_back(to_int(i), to_int(i), 1.0);
+    for (Eigen::Index i = 0; i < with_diagonal; ++i) places.emplace_back(to_int(i), to_int(i), 1.0);
     matrix.resize(n, n);
     matrix.setFromTriplets(places.begin(), places.end());
     entries.reserve(pattern.row.size());
     each(pattern, [&](Eigen::Index row, Eigen::Index column) { entries.push_back(find(row, column)); });
-    for (Eigen::Index i = 0; i < n; ++i) diagonal.push_back(find(i, i));
+    for (Eigen::Index i = 0; i < with_diagonal; ++i) of_states.push_back(find(i, i));
   }
 
   /// -h J into `matrix`. False if it is not finite.
@@ -35,14 +36,15 @@ struct SparsePlaces {
     }
     return true;
   }
-  /// Adds to the diagonal.
+  /// Adds to the diagonal of the states.
   void shift(double by) {
     double* const values = matrix.valuePtr();
-    for (const Eigen::Index at : diagonal) values[at] += by;
+    for (const Eigen::Index at : of_states) values[at] += by;
   }
 
   Eigen::SparseMatrix<double> matrix;
-  std::vector<Eigen::Index> entries, diagonal;  ///< among its values: of the pattern's entries, of the diagonal
+  std::vector<Eigen::Index> entries,
+      of_states;  ///< among its values: of the pattern's entries, of the states' diagonal
 
  private:
   static int to_int(Eigen::Index i) { return static_cast<int>(i); }

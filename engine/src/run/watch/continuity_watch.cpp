@@ -23,6 +23,8 @@ ContinuityWatch::ContinuityWatch(Evaluator& evaluator, double span, double relat
       guards_(evaluator.program().must_not_jump.empty() ? 0 : evaluator.guard_count()),
       earlier_guards_(guards_.size()) {
   const std::size_t count = evaluator.program().must_not_jump.size();
+  const std::vector<bool>& set = evaluator.program().jumps_if_set;
+  watches_sets_ = std::find(set.begin(), set.end(), true) != set.end();
   for (auto* values : {&before_, &after_, &beside_, &before_bounds_, &after_bounds_, &beside_bounds_, &variation_})
     values->resize(count);
 }
@@ -74,12 +76,21 @@ double ContinuityWatch::lateness(const Branch& branch) const {
 }
 
 std::optional<Diagnostic> ContinuityWatch::after(double t, const double* x, const Branch& branch) {
+  return compare(t, x, branch, false);
+}
+
+std::optional<Diagnostic> ContinuityWatch::after_sets(double t, const double* x, const Branch& branch) {
+  return compare(t, x, branch, true);
+}
+
+std::optional<Diagnostic> ContinuityWatch::compare(double t, const double* x, const Branch& branch, bool sets_alone) {
   // Right at a border a quotient may be 0/0. Where the values are not finite the run itself has to say so.
   if (!known_ || !evaluate(t, x, branch, after_, after_bounds_)) return std::nullopt;
   vary(t, x, branch, kShort * span_, after_);
   constexpr double kRoundings = 100.0, kOfVariation = 1e-3;
   const double of_variation = kOfVariation + 2.0 * lateness(branch) / (kShort * span_);
   for (std::size_t i = 0; i < before_.size(); ++i) {
+    if (sets_alone && !evaluator_.program().jumps_if_set[i]) continue;
     const double bounds = kRoundings * (before_bounds_[i] + after_bounds_[i]);
     const double allowed = relative_ * std::max(std::abs(before_[i]), std::abs(after_[i])) +
                            of_variation * variation_[i] + (std::isfinite(bounds) ? bounds : 0.0);

@@ -18,10 +18,15 @@ class ContinuityWatch {
   void before(double t, const double* x, const Branch& branch);
   /// BG402 if one of them is another one after it.
   std::optional<Diagnostic> after(double t, const double* x, const Branch& branch);
+  /// The same where events set signals: of these alone, since what follows from a state that is set jumps with it.
+  std::optional<Diagnostic> after_sets(double t, const double* x, const Branch& branch);
+  /// Whether there are any such signals.
+  [[nodiscard]] bool watches_sets() const { return watches_sets_; }
   /// The same for a model without states, wherever modes change between two times.
   std::optional<Diagnostic> between(double from, double to, const std::function<bool(double, Branch&)>& modes_at);
 
  private:
+  std::optional<Diagnostic> compare(double t, const double* x, const Branch& branch, bool sets_alone);
   bool evaluate(double t, const double* x, const Branch& branch, std::vector<double>& values,
                 std::vector<double>& bounds);
   [[nodiscard]] double lateness(const Branch& branch) const;
@@ -35,7 +40,7 @@ class ContinuityWatch {
   std::vector<double> guards_, earlier_guards_;  ///< before the change, and a short time earlier
   std::vector<double> modes_;                    ///< before the change
   Branch branch_;
-  bool known_ = false;
+  bool known_ = false, watches_sets_ = false;
 };
 
 }  // namespace bgsim

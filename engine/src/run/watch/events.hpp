@@ -203,6 +203,7 @@ class EventWatch {
   void keep_start(const StepEnds& ends, const Branch& branch);
   void forget_onsets(const ProgramEvent& event);
   [[nodiscard]] bool may_set_out(std::size_t guard) const;
+  bool sets_out_in_rounding(const StepEnds& ends, const Branch& branch);
   bool find_onsets(const Integrator& integrator, const StepEnds& ends);
   [[nodiscard]] bool crosses_at_once(double t, const Branch& branch) const;
   void keep_onsets(double t, std::vector<double>& values) const;

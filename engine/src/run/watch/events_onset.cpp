@@ -54,6 +54,24 @@ bool EventWatch::may_set_out(std::size_t guard) const {
   return !(rest_[guard] > 0.0) && !followed_[guard] && !stiction_.held(guard);
 }
 
+/// Whether a guard that was 0 where the stretch began is rounding's at the end of the first step: a side taken from
+/// that would be kept, and the crossing to the other one found later, where nothing is 0 any more.
+bool EventWatch::sets_out_in_rounding(const StepEnds& ends, const Branch& branch) {
+  constexpr double kEps = std::numeric_limits<double>::epsilon(), kRoundings = 4.0;
+  if (onsets_.known || ends.begin != onsets_.from) return false;
+  Branch there = branch;
+  std::vector<double> moved(ends.states_at_end, ends.states_at_end + program_.state_names.size());
+  if (!evaluator_.guards(ends.end, moved.data(), there, at_probe_.data())) return false;
+  for (std::size_t k = 0; k < moved.size(); ++k) moved[k] *= 1.0 + (k % 2 == 0 ? kEps : -kEps);
+  std::vector<double> beside(side_.size());
+  if (!evaluator_.guards(ends.end * (1.0 + kEps), moved.data(), there, beside.data())) return false;
+  for (std::size_t i = 0; i < side_.size(); ++i)
+    if (values_[i] == 0.0 && may_set_out(i) &&
+        std::abs(at_probe_[i]) <= kRoundings * std::abs(beside[i] - at_probe_[i]))
+      return true;
+  return false;
+}
+
 /// Takes the sides of the guards that were 0 where the stretch began from their series. Those without one are measured
 /// by what they are at the end of the step that is searched: what is next to nothing beside that is rounding's.
 /// @return whether a step in which a guard has crossed is to be searched again.

@@ -46,6 +46,14 @@ EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& en
     decided = decided && !idle_[i] && side_[i] != 0 && slack(i) == 0.0;
   }
   if (probe_.modes != integrator.branch().modes) probe_ = integrator.branch();
+  if (sets_out_in_rounding(ends, integrator.branch()) && find_onsets(integrator, ends) &&
+      crosses_at_once(ends.begin, integrator.branch())) {
+    probe_ = integrator.branch();
+    event_time_ = ends.begin;
+    screened_ = false;
+    return Search::found;
+  }
+  setting_out_ = ends.end <= onsets_.until;
   screened_ = decided && functions_.screened(ends, integrator.branch(), candidates_);
   const bool watched = passed_ <= changed_at_ + kStepsToReturn;
   if (screened_ && !(watched && evaluate(integrator, ends.end, end_))) return Search::none;

@@ -6,11 +6,11 @@
 
 namespace bgsim {
 
-ModeOrder::ModeOrder(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool implicit)
+ModeOrder::ModeOrder(const Program& program, Evaluator& evaluator, const RunInputs& inputs)
     : program_(program),
       evaluator_(evaluator),
       span_(inputs.stop - inputs.start),
-      possible_((inputs.method == Method::automatic || inputs.method == Method::bdf) && !implicit &&
+      possible_((inputs.method == Method::automatic || inputs.method == Method::bdf) && program.plan.explicit_form &&
                 inputs.max_order == 0 && program.state_names.size() <= kDenseStates) {}
 
 bool ModeOrder::look(double t, const double* x, const Branch& branch, std::uint64_t steps) {

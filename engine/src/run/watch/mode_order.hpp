@@ -10,7 +10,7 @@ namespace bgsim {
 /// Looks at the eigenvalues now and then: seldom, so that the cost does not show in a run. For `actuator` (theory.md).
 class ModeOrder {
  public:
-  ModeOrder(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool implicit);
+  ModeOrder(const Program& program, Evaluator& evaluator, const RunInputs& inputs);
 
   void begin(double t) { looked_at_time_ = t; }
   /// At an accepted step. True if the order has to fall now: the integrator has to start again with order().

@@ -264,44 +264,71 @@ bool Stiction::guard_rates(const std::vector<std::size_t>& guards, double t, con
   return along_flow(guards, t, x, branch, out) || differences(guards, t, x, branch, out);
 }
 
-/// By the slopes of the guards' expressions. False where they have none, or where they depend on loops.
+/// By the slopes of the guards' expressions, enclosed over next to no time. False where they have none (at a kink, or
+/// the beginning of a root), or where they depend on loops.
 bool Stiction::along_flow(const std::vector<std::size_t>& guards, double t, const double* x, const Branch& branch,
                           Eigen::VectorXd& out) {
-  constexpr double kMoment = 1e-12;  // of the scene, over which slopes are enclosed
+  constexpr double kMoment = 1e-12;  // of the scene
+  constexpr double kSharp = 1e-6, kOfTerms = 1e-9;
   if (!enclosure_) enclosure_.emplace(program_, parameters_, guards_that_can_rest(program_));
   if (!enclosure_->tears().empty()) return false;
   enclosure_->set_modes(branch.modes);
   const double end = std::max(t + kMoment * span_, std::nextafter(t, std::numeric_limits<double>::infinity()));
   const double half = (end - t) / 2;
-  jets_.clear();
-  for (const std::uint32_t i : enclosure_->states()) {
-    const double moves = half * std::abs(rates_[i]);
-    jets_.push_back({x[i], Range(x[i] - moves, x[i] + moves), Range(rates_[i], rates_[i]), rates_[i], Range(0.0, 0.0)});
-  }
-  enclosure_->evaluate(t, end, jets_, {});
+  const auto slopes_for = [&](double least_part) {
+    jets_.clear();
+    for (const std::uint32_t i : enclosure_->states()) {
+      const double ends[] = {least_part * rates_[i], rates_[i]}, moves = half * std::abs(rates_[i]);
+      jets_.push_back({x[i], Range(x[i] - moves, x[i] + moves),
+                       Range(std::min(ends[0], ends[1]), std::max(ends[0], ends[1])), rates_[i], Range(0.0, 0.0)});
+    }
+    enclosure_->evaluate(t, end, jets_, {});
+  };
+  slopes_for(1.0);
+  widths_.resize(guards.size());
+  bool sharp = true;
   for (std::size_t k = 0; k < guards.size(); ++k) {
     const Jet& guard = (*enclosure_)[root_[guards[k]]];
-    if (!std::isfinite(guard.curve.lower()) || !std::isfinite(guard.curve.upper())) return false;
-    out[static_cast<Eigen::Index>(k)] = guard.middle_slope;
+    const Range slope = guard.slope;
+    widths_[k] = slope.upper() - slope.lower();
+    if (!std::isfinite(widths_[k])) return false;
+    // Without a bend the slope itself is known: what balances it to 0 is to be 0.
+    const bool known = std::isfinite(guard.curve.lower()) && std::isfinite(guard.curve.upper());
+    out[static_cast<Eigen::Index>(k)] = known ? guard.middle_slope : slope.lower() + widths_[k] / 2;
+    if (known) widths_[k] = 0.0;
+    sharp = sharp && widths_[k] <= kSharp * std::max(std::abs(slope.lower()), std::abs(slope.upper()));
+  }
+  if (sharp) return true;
+  slopes_for(-1.0);  // as large as the terms whose sum may be 0
+  for (std::size_t k = 0; k < guards.size(); ++k) {
+    const Range terms = (*enclosure_)[root_[guards[k]]].slope;
+    if (!(widths_[k] <= kOfTerms * std::max(std::abs(terms.lower()), std::abs(terms.upper())))) return false;
   }
   return true;
 }
 
-/// By a small step along the flow: of digits only where the states that the guard depends on have tolerances of one
-/// kind.
+/// By a small step along the flow to either side, or to one where they have no value on the other: of digits only where
+/// the states that the guard depends on have tolerances of one kind.
 bool Stiction::differences(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch,
                            Eigen::VectorXd& out) {
   constexpr double kTolerances = 1e3;
-  if (!evaluator_.guards(t, x, branch, guards_.data())) return false;
   double step = 1e-3 * span_;
   for (std::size_t i = 0; i < rates_.size(); ++i) {
     const double tolerance = tolerances_.absolute(i);
     if (rates_[i] != 0.0 && tolerance > 0.0) step = std::min(step, kTolerances * tolerance / std::abs(rates_[i]));
   }
-  for (std::size_t i = 0; i < rates_.size(); ++i) moved_[i] = x[i] + step * rates_[i];
-  if (!evaluator_.guards(t + step, moved_.data(), branch, moved_guards_.data())) return false;
+  const auto guards_at = [&](double by, std::vector<double>& values) {
+    for (std::size_t i = 0; i < rates_.size(); ++i) moved_[i] = x[i] + by * rates_[i];
+    return evaluator_.guards(t + by, moved_.data(), branch, values.data());
+  };
+  if (!guards_at(step, moved_guards_)) return false;
+  double over = 2.0 * step;
+  if (!guards_at(-step, guards_)) {
+    over = step;
+    if (!guards_at(0.0, guards_)) return false;
+  }
   for (std::size_t k = 0; k < guards.size(); ++k)
-    out[static_cast<Eigen::Index>(k)] = (moved_guards_[guards[k]] - guards_[guards[k]]) / step;
+    out[static_cast<Eigen::Index>(k)] = (moved_guards_[guards[k]] - guards_[guards[k]]) / over;
   return true;
 }
 

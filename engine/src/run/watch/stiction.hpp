@@ -97,6 +97,7 @@ class Stiction {
   std::optional<Enclosure> enclosure_;  ///< of the guards that can be held, made when one is
   std::vector<std::size_t> root_;       ///< by guard, in the enclosure
   std::vector<Jet> jets_;
+  std::vector<double> widths_;        ///< scratch
   std::vector<std::size_t> held_;     ///< guards whose modes balance() finds
   std::vector<std::size_t> surplus_;  ///< guards that stay where they are if those do; their modes rest
   std::vector<double> rates_, moved_, guards_, moved_guards_;
