@@ -1,6 +1,8 @@
 // Radau IIA and Rodas5P with the loops' variables as unknowns beside the states: M y' = f(t, y), with M singular.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "support/circuit.hpp"
 #include "support/run.hpp"
@@ -67,4 +69,35 @@ TEST_CASE("the error of a run with loops as unknowns falls with its tolerance") 
     if (before > 0.0) CHECK(error < before / 3.0);  // of a hundred that the tolerance falls by: it is far below that
     before = error;
   }
+}
+
+TEST_CASE("a network whose loops cannot be eliminated is run by Radau IIA and Rodas5P", "[long]") {
+  // A grid of turbulent pipes between three tanks, of which nothing but the states can be solved for by themselves.
+  std::vector<Part> parts{{"s", "Se", "n0_0", "0", R"x("effort": "10*sin(3*t)")x"},
+                          {"out", "R", "n8_8", "0", resistor("1")}};
+  const auto node = [](int i, int j) { return "n" + std::to_string(i) + "_" + std::to_string(j); };
+  const std::string law = R"x("law": "e = 2*f*abs(f) + 0.1*f")x";
+  for (int i = 0; i < 9; ++i)
+    for (int j = 0; j < 9; ++j) {
+      const std::string at = std::to_string(i) + std::to_string(j);
+      if (i < 8) parts.push_back({"a" + at, "R", node(i, j), node(i + 1, j), law});
+      if (j < 8) parts.push_back({"b" + at, "R", node(i, j), node(i, j + 1), law});
+    }
+  for (int k = 0; k < 3; ++k)
+    parts.push_back({"c" + std::to_string(k), "C", node(k + 2, 3), "0",
+                     R"("capacitance": 0.5, "initial": {"q": )" + std::to_string(k + 1) + "}"});
+  const std::string text = circuit(parts, R"("u": "c0.e", "q": "c2.q", "f": "out.f")", R"("stop": 1, "samples": 21)");
+  const RunResult exact = run_text(text, with_method(Method::ida, 1e-9));
+  REQUIRE(exact.stop == StopReason::completed);
+  for (const Method method : {Method::radau, Method::radau9, Method::rodas5p}) {
+    const RunResult result = run_text(text, with_method(method, 1e-7));
+    INFO(result.report.method);
+    REQUIRE(result.stop == StopReason::completed);
+    CHECK_THAT(result.report.method, Contains("sparse"));
+    // A thousand tolerances: between turbulent pipes a flow is the root of what the potentials are wrong by.
+    CHECK(largest_difference(exact, result) < 1e-4);
+  }
+  const RunResult refused = run_text(text, with_method(Method::dirk5));
+  REQUIRE(refused.failure);
+  CHECK(refused.failure->code == "BG610");
 }

@@ -107,13 +107,18 @@ TEST_CASE("a field given by an energy has that as its bound, and a modulated sto
 
 TEST_CASE("a contact is proved if its gap stands and what it hits alone does not gain") {
   const auto stop = [](const std::string& keys) {
-    const Study study = Study::from_text(model_text(R"x("elements": { "mass": { "kind": "I", "inertance": 1 },
-      "wall": { "kind": "contact", )x" + keys + R"x( }, "move": { "kind": "1" } },
+    const Study study =
+        Study::from_text(model_text(R"x("parameters": { "width": 0.3 }, "signals": { "room": "width/3" },
+      "elements": { "mass": { "kind": "I", "inertance": 1 },
+      "wall": { "kind": "contact", )x" +
+                                    keys + R"x( }, "move": { "kind": "1" } },
       "bonds": [ { "from": "move", "to": "mass" }, { "from": "move", "to": "wall" } ],
       "outputs": { "v": "mass.f" }, "scenes": { "s": { "stop": 1 } })x"));
     return passivity(study.model(), prepare_scene(study.model(), "")).others.at(0).proof;
   };
   CHECK(stop(R"("gap": 1)") == Proof::proved);
+  CHECK(stop(R"("gap": "2*width")") == Proof::proved);  // of a parameter
+  CHECK(stop(R"("gap": "room")") == Proof::proved);     // of a signal of parameters
   CHECK(stop(R"("gap": 1, "restitution": 0.5)") == Proof::proved);
   CHECK(stop(R"x("gap": "1 + 0.1*sin(t)")x") == Proof::undecided);
 }

@@ -52,7 +52,9 @@ class Ranges {
             known.emplace(id.value,
                           found == own.end() ? of_symbol(symbol) : x[static_cast<std::size_t>(found - own.begin())]);
           } else if (node.op == Op::der) {
-            known.emplace(id.value, kAllNumbers);
+            const Range& argument = known.at(node.a);
+            const bool constant = argument.lower() == argument.upper() || number(ExprId(node.a));
+            known.emplace(id.value, constant ? Range(0.0, 0.0) : kAllNumbers);
           } else {
             const int n = arity(node.op);
             const Table* table = is_table(node.op) ? pool_.tables()[node.b].get() : nullptr;

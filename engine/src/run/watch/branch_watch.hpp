@@ -22,7 +22,8 @@ class BranchWatch {
   ///
   /// @return  the jump in it, if there is one: to a solution on the other side of a fold, where the determinant of the
   ///          loop's equations has the other sign, or a change that stays however short the time in which it happens.
-  ///          What rounding of the loop's terms can have moved is no change.
+  ///          What rounding of the loop's terms can have moved is no change, and what goes on as fast behind it is no
+  ///          jump: from rest a step may be as short as time can be told.
   /// @note  Cost: a comparison for each loop variable; some ten solutions of the loops where one changes by a tenth or
   ///        more within a step.
   std::optional<Diagnostic> check(Integrator& integrator);
@@ -42,6 +43,7 @@ class BranchWatch {
   [[nodiscard]] Change change(const std::vector<double>& from, const std::vector<double>& to,
                               const std::vector<double>& rounding) const;
   [[nodiscard]] std::vector<double> rounding_at(double t);
+  bool goes_on(Integrator& integrator, double from, double to, std::size_t tear);
   bool solve(Integrator& integrator, double t, const std::vector<double>& start, std::vector<double>& solution);
   [[nodiscard]] const ProgramBlock& block_of(std::size_t tear) const;
 
