@@ -72,4 +72,20 @@ TEST_CASE("a loop at rest that a step sets in motion has no end there") {
         CHECK(last(run, "q2") == Approx(last(later, "q2")).margin(100.0 * relative));  // a hundred tolerances
       }
   }
+  // In small units a first step does not even move the time: c1 + c2 of 1e-6 s, with q^3 next to nothing.
+  for (const Method method : {Method::automatic, Method::bdf, Method::erk5})
+    for (const double relative : {1e-5, 1e-8, 1e-11}) {
+      INFO(facts_of(method).name << " at " << relative);
+      const RunResult run = run_text(R"x({"bgsim": 1, "name": "small", "elements": {
+          "s": {"kind": "Se", "effort": "1e-6*step(t - 1)"}, "j": {"kind": "1"}, "r": {"kind": "R", "resistance": 1},
+          "z": {"kind": "0"}, "c1": {"kind": "C", "law": "e = 1e6*q"}, "c2": {"kind": "C", "law": "e = 1e6*q + 1e18*q^3"}},
+          "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "r"}, {"from": "j", "to": "z"},
+                    {"from": "z", "to": "c1"}, {"from": "z", "to": "c2"}],
+          "outputs": {"q2": "c2.q"}, "scenes": {"run": {"stop": 5, "samples": 6}}})x",
+                                     with_method(method, relative));
+      REQUIRE(run.stop == StopReason::completed);
+      // 1e6 q + 1e18 q^3 = 1e-6: q = 1e-12 (1 - 1e-12). A thousand tolerances: explicit steps go at the border of what
+      // is stable.
+      CHECK(last(run, "q2") == Approx(1e-12).epsilon(1000.0 * relative + 2e-12));
+    }
 }

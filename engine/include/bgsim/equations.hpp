@@ -74,7 +74,7 @@ struct Continuous {
   SymbolId derivative;
   ExprId value;
   Diagnostic fault;     ///< BG402, for when it does
-  bool is_set = false;  ///< by events: a signal with memory that the content of a dependent store follows
+  bool is_set = false;  ///< by events: a signal, or a source that follows what they set
 };
 
 struct OutputEquation {

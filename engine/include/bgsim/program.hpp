@@ -232,7 +232,7 @@ struct Program {
   std::vector<ProgramBlock> blocks;
   std::vector<Relation> relations;
   std::vector<Diagnostic> must_not_jump;  ///< what is said if a quantity jumps whose derivative the rates contain
-  std::vector<bool> jumps_if_set;         ///< by `must_not_jump`: it is a signal that events set
+  std::vector<bool> jumps_if_set;         ///< by `must_not_jump`: events set it, or what it follows
   std::vector<ExprId> sources;  ///< the largest expressions of time and parameters alone in rates and loops, not frozen
   std::vector<std::uint32_t>
       guarded;  ///< relations that are not time_only: result i of `guards` is of relation guarded[i]

@@ -63,7 +63,7 @@ void TotalDerivatives::differentiate_symbol(const Pending& pending) {
   const SymbolId of_symbol = system_.pool.symbol_of(pending.argument), unknown = pending.unknown;
   const SystemSymbol symbol = system_.symbols[of_symbol.index()];
   if (symbol.kind == SystemSymbol::Kind::state) {
-    const State state = system_.states[symbol.index];
+    const State& state = system_.states[symbol.index];
     look_at_sets(state, pending);
     return define(system_, unknown, state.rate, state.element, place_of(model_, state));
   }
@@ -74,6 +74,7 @@ void TotalDerivatives::differentiate_symbol(const Pending& pending) {
   depth_[unknown] = level;
   if (level > kMostDerivatives) return report_index(equation, symbol.name);
   const Place line = line_of(model_, equation);
+  look_at_source(equation, line, pending);
   if (!equation.implicit)
     return define(system_, unknown, total(equation.expression, line, pending), equation.element, equation.place);
   // 0 = F(u, ...) gives F_u u' + sum F_o o' = 0
@@ -94,7 +95,7 @@ void TotalDerivatives::differentiate_symbol(const Pending& pending) {
 ExprId TotalDerivatives::total(ExprId expression, Place place, const Pending& pending) {
   ExprPool& pool = system_.pool;
   const auto is_variable = [this](SymbolId s) { return varies(s); };
-  if (jumps_with(pool, expression, is_variable) || follows_delay(expression, pending.wish))
+  if (jumps_with(pool, expression, is_variable) || follows_delay(expression))
     look_at_borders(expression, place, pending);
   ExprId sum = pool.constant(0.0);
   for (const auto& [symbol, partial] : gradient(pool, expression, is_variable))
@@ -118,9 +119,11 @@ void TotalDerivatives::look_at_borders(ExprId expression, Place place, const Pen
   system_.continuous.push_back({pending.unknown, expression, std::move(fault)});
 }
 
-/// What a dependent store holds follows a signal with memory: it would jump with it, by an impulse.
+/// What a dependent store holds follows a signal that events set: it would jump with it, by an impulse. Of a signal
+/// with memory, whose rate is 0, the impulses are all that its derivative is.
 void TotalDerivatives::look_at_sets(const State& state, const Pending& pending) {
-  if (in_pieces_ || pending.wish.store.empty() || !state.signal.valid()) return;
+  const bool memory = system_.pool.is_constant(state.rate, 0.0);
+  if (in_pieces_ || !state.signal.valid() || (pending.wish.store.empty() && !memory)) return;
   const auto sets = [&](const ModelEvent& event) {
     return std::any_of(event.sets.begin(), event.sets.end(),
                        [&](const ModelEvent::Set& set) { return set.signal == state.signal; });
@@ -130,9 +133,20 @@ void TotalDerivatives::look_at_sets(const State& state, const Pending& pending) 
                                 jump_fault(state.name, place_of(model_, state), pending.wish), true});
 }
 
-/// The same of a delayed signal, which has the jumps of what is delayed.
-bool TotalDerivatives::follows_delay(ExprId expression, const Wish& wish) const {
-  if (wish.store.empty()) return false;
+/// The same where a source follows a store that an event sets. (A dependent store that bonds tie to that store is set
+/// with it.)
+void TotalDerivatives::look_at_source(const Equation& equation, Place line, const Pending& pending) {
+  if (in_pieces_ || pending.wish.store.empty() || model_.events.empty() || !equation.element.valid() ||
+      !is_source(model_.elements[equation.element.index()].kind))
+    return;
+  const auto name = [this](SymbolId s) { return system_.symbols[s.index()].name; };
+  system_.continuous.push_back({pending.unknown, equation.expression,
+                                jump_fault(readable_text(system_.pool, equation.expression, name), line, pending.wish),
+                                true});
+}
+
+/// A delayed signal has the jumps of what is delayed.
+bool TotalDerivatives::follows_delay(ExprId expression) const {
   const std::vector<ExprId> nodes = reachable(system_.pool, {&expression, 1});
   return std::any_of(nodes.begin(), nodes.end(), [this](ExprId e) {
     const ExprNode& node = system_.pool[e];

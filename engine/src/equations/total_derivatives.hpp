@@ -40,7 +40,8 @@ class TotalDerivatives {
   [[nodiscard]] bool varies(SymbolId symbol) const;
   void look_at_borders(ExprId expression, Place place, const Pending& pending);
   void look_at_sets(const State& state, const Pending& pending);
-  [[nodiscard]] bool follows_delay(ExprId expression, const Wish& wish) const;
+  void look_at_source(const Equation& equation, Place line, const Pending& pending);
+  [[nodiscard]] bool follows_delay(ExprId expression) const;
   void report_index(const Equation& equation, const std::string& name);
 
   const Model& model_;

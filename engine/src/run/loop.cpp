@@ -85,7 +85,7 @@ bool Run::start_here(double limit) {
   if (!integrator_->restart(t_, x_.data(), branch_, events_.limit(t_, defects_.limit(t_, limit))))
     return eliminate_loops() ? start_here(limit) : fail(fault_failure(integrator_->last_fault()));
   tolerances_.accept(t_, {integrator_->end(), tolerances_.size()});
-  loops_.begin(integrator_->branch());
+  loops_.begin(*integrator_);
   fresh_ = false;
   return true;
 }

@@ -39,7 +39,7 @@ RunResult simulate(const Program& program, const RunInputs& inputs, const Simula
 }
 
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock) {
-  if (inputs.parameters.size() < program.model->parameters.size())  // those that tell the sides of diodes
+  if (inputs.parameters.size() < program.model->parameters.size())  // those of the sides of diodes
     throw std::invalid_argument("a scene with diodes or contacts is run by Simulation::simulate");
   if (options.measures && (!options.resume.empty() || options.snapshot))
     throw std::invalid_argument("a snapshot does not hold what the outputs are measured to be");

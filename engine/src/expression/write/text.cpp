@@ -170,7 +170,8 @@ class TextWriter : public ExpressionWriter {
       text_ += name_(SymbolId(node.a));
     } else {
       const bool delayed = is_table(node.op) && pool_.table(TableId(node.b)).delayed;
-      text_ += delayed ? "delayed" : name_of(node.op);
+      const std::string name(name_of(node.op));
+      text_ += delayed ? "delayed" + name.substr(std::string("table").size()) : name;  // delayed_slope
       text_ += "(";
       if (delayed)
         text_ += pool_.table(TableId(node.b)).column + ", ";

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -14,7 +15,9 @@ namespace bgsim {
 class ResidualRounding {
  public:
   ResidualRounding(const Program& program, Evaluator& evaluator, Tolerances& tolerances)
-      : program_(program), evaluator_(evaluator), tolerances_(tolerances) {}
+      : program_(program), evaluator_(evaluator), tolerances_(tolerances), needed_(program.blocks.size(), false) {
+    for (const std::uint32_t block : program.rates.solves) needed_[block] = true;
+  }
 
   /// Shows it to the tolerances, with the loops eliminated where that can be done, so that errors of their variables
   /// that cancel do.
@@ -51,8 +54,8 @@ class ResidualRounding {
     else
       shake(t, y);
     for (double& change : changes_) change = std::isfinite(change) ? change : 0.0;
-    for (std::size_t b = 0; program_.plan.explicit_form && b < program_.blocks.size(); ++b)
-      if (std::find(program_.rates.solves.begin(), program_.rates.solves.end(), b) == program_.rates.solves.end())
+    for (std::size_t b = 0; program_.plan.explicit_form && b < needed_.size(); ++b)
+      if (!needed_[b])
         std::fill_n(changes_.begin() + program_.blocks[b].first_tear, program_.blocks[b].size,
                     std::numeric_limits<double>::infinity());
     tolerances_.see_loops(changes_);
@@ -79,6 +82,7 @@ class ResidualRounding {
   const Program& program_;
   Evaluator& evaluator_;
   Tolerances& tolerances_;
+  std::vector<bool> needed_;  ///< by loop: rates solve it
   // Scratch
   Branch inside_;
   std::vector<double> entries_, rounding_, rates_, solved_, changes_, shaken_;

@@ -43,8 +43,8 @@ struct SparsePlaces {
   }
 
   Eigen::SparseMatrix<double> matrix;
-  std::vector<Eigen::Index> entries,
-      of_states;  ///< among its values: of the pattern's entries, of the states' diagonal
+  std::vector<Eigen::Index> entries;    ///< of the pattern, among its values
+  std::vector<Eigen::Index> of_states;  ///< the states' diagonal, the same
 
  private:
   static int to_int(Eigen::Index i) { return static_cast<int>(i); }

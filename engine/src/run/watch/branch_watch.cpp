@@ -21,9 +21,10 @@ BranchWatch::BranchWatch(const Program& program, Evaluator& evaluator, double st
   if (any_) orientation_.assign(program.blocks.size(), 0);
 }
 
-void BranchWatch::begin(const Branch& branch) {
+void BranchWatch::begin(const Integrator& integrator) {
   if (!any_) return;
-  last_ = branch.tears;
+  last_ = integrator.branch().tears;
+  last_states_.assign(integrator.end(), integrator.end() + program_.state_names.size());
   for (std::size_t b = 0; b < orientation_.size(); ++b) orientation_[b] = evaluator_.orientation(b);
   for (std::size_t i = 0; i < last_.size(); ++i) largest_[i] = std::max(largest_[i], std::abs(last_[i]));
 }
@@ -61,13 +62,16 @@ std::vector<double> BranchWatch::rounding_at(double t) {
   return bounds;
 }
 
-/// Whether the variable moves on by half as much and more as between these times if the states do so once more: behind
-/// a fold it does not.
+/// Whether the variable changes by half as much and more again if the states change once more as they did between these
+/// times: after a fold it does not.
 bool BranchWatch::goes_on(Integrator& integrator, double from, double to, std::size_t tear) {
   constexpr double kAsFast = 0.5;
   std::vector<double> solution;
-  if (!solve(integrator, from, low_, solution)) return false;
-  const std::vector<double> before = y_;
+  std::vector<double> before = last_states_;
+  if (from != integrator.previous()) {  // a step may be shorter than the roundings of its times
+    if (!solve(integrator, from, low_, solution)) return false;
+    before = y_;
+  }
   if (!solve(integrator, to, high_, solution)) return false;
   std::vector<double> rates(program_.state_names.size()), ahead(rates.size());
   for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i] = y_[i] + (y_[i] - before[i]);
@@ -119,7 +123,7 @@ std::optional<Diagnostic> BranchWatch::check(Integrator& integrator) {
     if (left.size > std::max(kLarge, kShrinks * whole) && !goes_on(integrator, from, to, left.tear))
       jump = branch_failure(block_of(left.tear), program_.tear_names[left.tear], to, low_[left.tear], high_[left.tear]);
   }
-  if (!jump) begin(integrator.branch());
+  if (!jump) begin(integrator);
   return jump;
 }
 

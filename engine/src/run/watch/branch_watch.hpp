@@ -16,14 +16,14 @@ class BranchWatch {
   BranchWatch(const Program& program, Evaluator& evaluator, double start, double stop);
 
   /// From here on: the solution of the loops after a restart, which a change of modes may have put anywhere.
-  void begin(const Branch& branch);
+  void begin(const Integrator& integrator);
   /// The integrator's last step. To be called before anything else is evaluated: its last evaluation is that of the
   /// step's end, or nearly so.
   ///
   /// @return  the jump in it, if there is one: to a solution on the other side of a fold, where the determinant of the
   ///          loop's equations has the other sign, or a change that stays however short the time in which it happens.
-  ///          What rounding of the loop's terms can have moved is no change, and what goes on as fast behind it is no
-  ///          jump: from rest a step may be as short as time can be told.
+  ///          What rounding of the loop's terms can have moved is no change, and what goes on changing as fast after it
+  ///          is no jump: the first step of a motion from rest may have the length of a rounding of the time.
   /// @note  Cost: a comparison for each loop variable; some ten solutions of the loops where one changes by a tenth or
   ///        more within a step.
   std::optional<Diagnostic> check(Integrator& integrator);
@@ -53,6 +53,7 @@ class BranchWatch {
   double ripe_;                   ///< time from which it is known what is large
   std::vector<bool> watched_;     ///< by tear: of a nonlinear loop
   std::vector<int> orientation_;  ///< by block
+  std::vector<double> last_states_;
   std::vector<double> last_, now_, low_, high_, middle_, largest_, y_;
   Branch probe_;
 };

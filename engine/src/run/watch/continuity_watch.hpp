@@ -18,9 +18,10 @@ class ContinuityWatch {
   void before(double t, const double* x, const Branch& branch);
   /// BG402 if one of them is another one after it.
   std::optional<Diagnostic> after(double t, const double* x, const Branch& branch);
-  /// The same where events set signals: of these alone, since what follows from a state that is set jumps with it.
+  /// The same where events set states: of Program::jumps_if_set alone, since what bonds tie to such a state is set with
+  /// it.
   std::optional<Diagnostic> after_sets(double t, const double* x, const Branch& branch);
-  /// Whether there are any such signals.
+  /// Whether there are any of these.
   [[nodiscard]] bool watches_sets() const { return watches_sets_; }
   /// The same for a model without states, wherever modes change between two times.
   std::optional<Diagnostic> between(double from, double to, const std::function<bool(double, Branch&)>& modes_at);

@@ -264,8 +264,8 @@ bool Stiction::guard_rates(const std::vector<std::size_t>& guards, double t, con
   return along_flow(guards, t, x, branch, out) || differences(guards, t, x, branch, out);
 }
 
-/// By the slopes of the guards' expressions, enclosed over next to no time. False where they have none (at a kink, or
-/// the beginning of a root), or where they depend on loops.
+/// By the slopes of the guards' expressions, enclosed over a short time. False where they have none (at a kink, or the
+/// beginning of a root), or where they depend on loops.
 bool Stiction::along_flow(const std::vector<std::size_t>& guards, double t, const double* x, const Branch& branch,
                           Eigen::VectorXd& out) {
   constexpr double kMoment = 1e-12;  // of the scene
