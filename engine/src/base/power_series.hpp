@@ -47,6 +47,13 @@ struct PowerSeries {
     if (known != kExact) s.known += power;
     return s;
   }
+  /// Times 2^exponent, without rounding.
+  [[nodiscard]] PowerSeries times_two_to(int exponent) const {
+    PowerSeries s = *this;
+    for (double& c : s.coefficient) c = std::ldexp(c, exponent);
+    for (double& c : s.rounding) c = std::ldexp(c, exponent);
+    return s;
+  }
   /// The same, known below h^power at most.
   [[nodiscard]] PowerSeries known_below(int power) const {
     PowerSeries s = *this;

@@ -11,14 +11,18 @@
 #include "run/complementarity.hpp"
 #include "run/failures.hpp"
 #include "run/jump.hpp"
+#include "run/seen_resistances.hpp"
 
 namespace bgsim {
 namespace {
 
+constexpr int kDecades = 3;         ///< from one resistance of a scan to the next
 constexpr std::size_t kOrders = 3;  ///< f, f', f''
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// Of the terms that a value is the sum of: what is left of a sum that is zero, after some hundred operations.
 constexpr double kOfTerms = 256.0 * kEpsilon;
+/// Of the largest slope of a row: what rounding leaves of one that is zero.
+constexpr double kOfSlopes = 16.0 * kEpsilon;
 
 class Sides {
  public:
@@ -58,7 +62,8 @@ class Sides {
     }
   }
 
-  DiodeSides run(bool one) {
+  DiodeSides run(bool one, double span) {
+    if (span > 0.0) scan_resistances(span);
     if (choose_resistances() && look_at_contacts()) {
       if (one) leave_the_fastest();
       iterate();
@@ -213,6 +218,28 @@ class Sides {
     }
   }
 
+  /// Resistances at which something is seen of the circuits, whatever an effort and a flow of 1 are beside their own.
+  void scan_resistances(double span) {
+    constexpr int kFarthest = 36, kStep = 3;  // powers of ten; what is beyond is beyond the units of any model
+    std::vector<std::vector<SlopesThrough>> scans(n_);
+    for (int power = -kFarthest; power <= kFarthest; power += kStep) {
+      const double r = std::pow(10.0, power);
+      for (DiodeState& diode : result_.diodes) diode.resistance = r;
+      if (!linearize()) {  // a law that has no value there
+        result_.failure.reset();
+        continue;
+      }
+      for (std::size_t i = 0; i < n_; ++i) {
+        SlopesThrough at{r, {}};
+        for (std::size_t k = 0; k < kOrders; ++k) at.slopes[k] = slope_[(i * kOrders + k) * n_ + i];
+        if (std::abs(at.slopes[0]) <= kOfSlopes / r) at.slopes[0] = 0.0;
+        scans[i].push_back(at);
+      }
+    }
+    const std::vector<double> seen = seen_resistances(scans, span);
+    for (std::size_t i = 0; i < n_; ++i) result_.diodes[i].resistance = seen[i];
+  }
+
   /// Resistances of about what the diodes see, so that neither of both is lost in rounding.
   bool choose_resistances() {
     // In a row or side by side diodes see each other, and a share of 1/n says nothing of the circuit.
@@ -261,7 +288,7 @@ class Sides {
         std::array<double, kOrders> slope{}, rounding{};
         for (std::size_t k = 0; k < kOrders; ++k) {
           slope[k] = slope_[(i * kOrders + k) * n_ + j];
-          rounding[k] = slope[k] == 0.0 ? 0.0 : 16.0 * kEpsilon * largest[k];
+          rounding[k] = slope[k] == 0.0 ? 0.0 : kOfSlopes * largest[k];
           right[k] += slope[k] * threshold(j);
           right_rounding[k] += kOfTerms * std::abs(slope[k] * threshold(j));
         }
@@ -293,7 +320,34 @@ class Sides {
       for (const auto& [j, z] : problem.z[i])
         if (!away_[j] && rebound(j) > 0.0) problem.r[i] = problem.r[i] - z * PowerSeries::number(rebound(j));
     }
+    scale(problem);
     return problem;
+  }
+
+  /// Flows and efforts as parts of what each diode's own come to, so that neither the units nor the part of the model
+  /// that a diode is in decides what is large: by powers of two, since these do not round.
+  void scale(Complementarity& problem) {
+    const auto exponent = [](double size) { return size > 0.0 ? std::ilogb(size) : 0; };
+    flow_exponent_.assign(n_, 0);
+    effort_exponent_.assign(n_, 0);
+    for (std::size_t i = 0; i < n_; ++i) {
+      const double r = result_.diodes[i].resistance;
+      flow_exponent_[i] = exponent(effort_size_[i] / r);
+      effort_exponent_[i] = flow_exponent_[i] + exponent(r);
+    }
+    for (std::size_t i = 0; i < n_; ++i) {
+      const int row = -flow_exponent_[i];
+      for (auto& [j, value] : problem.z[i])
+        value = value.times_two_to(row + (away_[j] ? effort_exponent_ : flow_exponent_)[j]);
+      for (auto& [j, value] : problem.w[i])
+        value = value.times_two_to(row + (away_[j] ? flow_exponent_ : effort_exponent_)[j]);
+      problem.r[i] = problem.r[i].times_two_to(row);
+    }
+  }
+  void scale_back(ComplementarySides& sides) {
+    for (std::size_t i = 0; i < n_; ++i)
+      sides.value[i] =
+          sides.value[i].times_two_to((sides.takes_z[i] != away_[i] ? flow_exponent_ : effort_exponent_)[i]);
   }
 
   [[nodiscard]] double rebound(std::size_t diode) const { return restitution_[diode] * closing_[diode]; }
@@ -313,6 +367,7 @@ class Sides {
         fail(impossible(sides));
         return;
       }
+      scale_back(sides);
       for (std::size_t i = 0; i < n_; ++i)
         if (away_[i]) sides.takes_z[i] = !sides.takes_z[i];
       for (std::size_t i = 0; i < n_; ++i)
@@ -462,6 +517,7 @@ class Sides {
   std::vector<double> resolution_;              ///< by state
   std::vector<double> slope_, at_zero_, size_;  ///< rows: by diode, then order; in the direction that diodes pass
   std::vector<double> off_, effort_size_;
+  std::vector<int> flow_exponent_, effort_exponent_;  ///< by diode: powers of two of the problem's units
   struct Contact {
     std::size_t signal = 0, state = 0;  ///< its integrals in position_; its displacement among the states
   };
@@ -478,8 +534,8 @@ class Sides {
 
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
-                       std::vector<DiodeState> before, KeptEvaluators& evaluators, bool one) {
-  return Sides(network, parameters, t, stored, resolution, std::move(before), evaluators).run(one);
+                       std::vector<DiodeState> before, KeptEvaluators& evaluators, double span, bool one) {
+  return Sides(network, parameters, t, stored, resolution, std::move(before), evaluators).run(one, span);
 }
 
 }  // namespace bgsim

@@ -81,10 +81,12 @@ struct DiodeSides {
 ///
 /// Fails with BG622 where no sides are possible.
 /// @param resolution  of a state: by how much it may be off
+/// @param span        duration of the scene; where it is not 0, the resistances that the network is seen through are
+///                    looked for: once for each network. They are part of the result.
 /// @param one         of the contacts that close, that which closes fastest takes an impulse, as if the others did not
 ///                    touch; of equally fast ones the first
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
-                       std::vector<DiodeState> before, KeptEvaluators& evaluators, bool one = false);
+                       std::vector<DiodeState> before, KeptEvaluators& evaluators, double span, bool one = false);
 
 }  // namespace bgsim

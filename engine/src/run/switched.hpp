@@ -40,6 +40,7 @@ struct SwitchedStart {
   std::vector<bool> diodes;  ///< by switch: it is a diode
   Stored stored;             ///< of every store and integral, before the first mode ties any of them to each other
   std::optional<Diagnostic> failure = {};  ///< BG622: the diodes have no sides
+  std::vector<double> resistances = {};    ///< by diode: through which its network is seen; empty: not looked for
 };
 
 /// Runs a scene from mode to mode. Within a mode this is simulate() of that mode's program. Where a switch leaves its

@@ -28,15 +28,27 @@ double SwitchedRun::resolution_of(const StateInfo& state) const {
   return found == tolerance_.end() ? 0.0 : kOfTolerance * found->second;
 }
 
+Mode SwitchedRun::mode_of_switches() const {
+  Mode switches = mode_;
+  for (std::size_t i = 0; i < switches.size(); ++i)
+    if (is_diode_[i]) switches[i] = false;
+  return switches;
+}
+
 bool SwitchedRun::settle_diodes() {
   if (diodes_.empty()) return true;
   try {
     const DiodeNetwork& network = network_of_(mode_);
     const auto resolution = [this](const StateInfo& state) { return resolution_of(state); };
-    DiodeSides sides =
-        diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_, one_at_a_time());
+    std::vector<double>& seen = resistances_[mode_of_switches()];
+    const double scan = seen.empty() ? inputs_.stop - inputs_.start : 0.0;
+    for (std::size_t i = 0; i < seen.size(); ++i) diodes_[i].resistance = seen[i];
+    DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_,
+                                   scan, one_at_a_time());
+    seen.clear();
+    for (const DiodeState& diode : sides.diodes) seen.push_back(diode.resistance);
     if (!goes_on_alone(sides))
-      sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_);
+      sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, sides.diodes, evaluators_, 0.0);
     if (sides.failure)
       return (may_try(network, sides) && try_sides(resolution, may_be_tried(network))) ||
              fail(std::move(*sides.failure));

@@ -51,6 +51,7 @@ class SwitchedRun {
         diodes_(static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true))),
         contacts_(diodes_.size()) {
     stored_.t = inputs.start;
+    if (!start.resistances.empty()) resistances_[mode_of_switches()] = start.resistances;
   }
 
   RunResult execute();
@@ -129,6 +130,8 @@ class SwitchedRun {
 
   /// Puts the diodes on the sides that the circuit makes them.
   bool settle_diodes();
+  /// The sides of the switches; all diodes at none.
+  [[nodiscard]] Mode mode_of_switches() const;
 
   /// Whether impacts of this instant still take place one after the other.
   [[nodiscard]] bool one_at_a_time() const;
@@ -250,6 +253,13 @@ class SwitchedRun {
     void carry(Archive& archive);
   };
 
+  struct Seen {
+    Mode switches;
+    std::vector<double> resistances;
+    template <class Archive>
+    void carry(Archive& archive);
+  };
+
   const ProgramOfMode& program_of_;
   const NetworkOfMode& network_of_;
   const ImpactOfMode& impact_of_;
@@ -277,6 +287,8 @@ class SwitchedRun {
   EventMemory events_;  ///< empty before the first stretch
   KeptEvaluators evaluators_;
   std::vector<DiodeState> diodes_;
+  /// By the sides of the switches alone: the resistances that each network is seen through.
+  std::map<Mode, std::vector<double>> resistances_;
   std::vector<ContactHistory> contacts_;     ///< by diode
   std::vector<std::optional<double>> kick_;  ///< by diode: see DiodeSides::kick
   std::vector<double> closing_;              ///< by diode: see DiodeSides::closing

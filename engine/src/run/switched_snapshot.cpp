@@ -127,6 +127,12 @@ void SwitchedRun::Departure::carry(Archive& archive) {
 }
 
 template <class Archive>
+void SwitchedRun::Seen::carry(Archive& archive) {
+  archive("switches", switches);
+  archive("resistances", resistances);
+}
+
+template <class Archive>
 void SwitchedRun::Sequence::carry(Archive& archive) {
   archive("t", t);
   archive("first", first);
@@ -167,6 +173,14 @@ void SwitchedRun::carry(Archive& archive) {
   archive("earlier row", earlier_row_);
   archive("steps", steps_);
   archive("diodes", diodes_);
+  std::vector<Seen> seen;
+  for (const auto& [switches, resistances] : resistances_) seen.push_back({switches, resistances});
+  archive("seen", seen);
+  resistances_.clear();
+  for (const Seen& at : seen) {
+    archive.check(at.switches.size() == mode_.size() && at.resistances.size() == diodes);
+    resistances_[at.switches] = at.resistances;
+  }
   archive("contacts", contacts_);
   archive.check(diodes_.size() == diodes && contacts_.size() == diodes);
   by_diode("kick", kick_);
@@ -257,6 +271,7 @@ bool SwitchedRun::resume() {
   const nlohmann::ordered_json state =
       state_of_snapshot(options_.resume, own_fingerprint(), kept_by(options_), sources);
   stored_.values.clear();
+  resistances_.clear();
   std::uint64_t given = 0;
   double t = 0.0;
   const auto stretch = state.find("stretch");

@@ -317,7 +317,8 @@ void ModePrograms::put_diodes(const RunInputs& inputs, DelayedPrograms& own, Swi
     const std::vector<DiodeState> before(count);
     KeptEvaluators evaluators;
     const DiodeSides sides = diode_sides(own.of(network(start.mode)), inputs.parameters, inputs.start, start.stored,
-                                         exact, before, evaluators);
+                                         exact, before, evaluators, inputs.stop - inputs.start);
+    for (const DiodeState& diode : sides.diodes) start.resistances.push_back(diode.resistance);
     if (!sides.failure) {
       put([&](std::size_t diode) { return sides.diodes[diode].conducts; });
       return;
@@ -375,15 +376,41 @@ void ModePrograms::begin_without_switches(const Made& without, const RunInputs& 
   }
 }
 
+namespace {
+
+/// What is sampled or latched at the start is so from the start on: conditions see nothing of what signals with memory
+/// hold before. Taken as the run takes it, in the order of the priorities.
+bool take_memory(Evaluator& evaluator, const RunInputs& inputs, std::vector<double>& x, Branch& branch) {
+  const Program& program = evaluator.program();
+  std::vector<std::size_t> events = inputs.starting_events;
+  const auto priority = [&](std::size_t event) { return program.events[event].priority; };
+  std::stable_sort(events.begin(), events.end(),
+                   [&](std::size_t a, std::size_t b) { return priority(a) > priority(b); });
+  std::vector<double> values(program.event_values.results.size());
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    // Those of one priority take place together, each from what was before.
+    if ((i == 0 || priority(events[i]) != priority(events[i - 1])) &&
+        !(evaluator.initialize_modes(inputs.start, x.data(), branch) &&
+          evaluator.event_values(inputs.start, x.data(), branch, values.data())))
+      return false;
+    const ProgramEvent& event = program.events[events[i]];
+    for (std::size_t k = 0; k < event.sets.size(); ++k)
+      if (event.sets[k].state) x[*event.sets[k].state] = values[event.first_value + k];
+  }
+  return true;
+}
+
+}  // namespace
+
 /// On the sides that their conditions say, where these know no switch.
 void ModePrograms::put_switches(const Made& without, const RunInputs& inputs, DelayedPrograms& own,
                                 SwitchedStart& start) const {
   const Program& program = own.of(without.program);
   Evaluator evaluator(program, completed(inputs.parameters));
-  const std::vector<double> x = initial_states(evaluator, inputs);
+  std::vector<double> x = initial_states(evaluator, inputs);
   Branch branch = first_branch(program);
   std::vector<double> closes(program.switch_elements.size());
-  if (!evaluator.initialize_modes(inputs.start, x.data(), branch) ||
+  if (!take_memory(evaluator, inputs, x, branch) || !evaluator.initialize_modes(inputs.start, x.data(), branch) ||
       !evaluator.switches(inputs.start, x.data(), branch, closes.data()))
     return;
   const std::vector<ElementId> all = switches_of(*model_);
