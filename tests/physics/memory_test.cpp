@@ -179,3 +179,41 @@ TEST_CASE("a condition chooses between a sample and a number") {
   CHECK(u[3] == Approx(5.25).epsilon(1e-12));
   CHECK(u[4] == Approx(7.0).epsilon(1e-12));
 }
+
+TEST_CASE("signals with memory of one instant change together before any other condition is looked at") {
+  // Two capacitors behind a switch that no consistent instant closes, and an event of the same condition.
+  const auto run = [](const std::string& signals, const std::string& condition) {
+    return completed(model("\"Ts\": 0.1", signals + R"x(, "n": {"integral": "0"})x",
+                           R"x("elements": {"z1": {"kind": "0"}, "z2": {"kind": "0"}, "j": {"kind": "1"},
+            "c1": {"kind": "C", "capacitance": 1, "initial": {"q": 1}}, "c2": {"kind": "C", "capacitance": 1, "initial": {"q": 0}},
+            "s": {"kind": "Sw", "closed": ")x" +
+                               condition + R"x("}},
+          "bonds": [{"from": "z1", "to": "c1"}, {"from": "z1", "to": "j"}, {"from": "j", "to": "z2"}, {"from": "z2", "to": "c2"},
+            {"from": "j", "to": "s"}],
+          "events": {"e": {"when": ")x" +
+                               condition + R"x(", "set": {"n": "pre(n) + 1"}}})x",
+                           R"x("q1": "c1.q", "n": "n")x", R"x("stop": 1.05, "samples": 22)x"));
+  };
+  struct Row {
+    std::string signals, condition;
+  };
+  const std::string counter = R"x("a": {"value": "previous(a) + 1", "every": "Ts"})x";
+  for (const Row& row :
+       {Row{counter + R"x(, "b": {"value": "a", "every": "Ts"})x", "a > b + 0.5 or b > a + 0.5"},
+        Row{counter, "a < previous(a) + 0.5"},
+        Row{R"x("a": {"value": "1 - previous(a)", "every": "Ts"}, "l": {"set": "a > 0.5", "reset": "a <= 0.5"})x",
+            "(a > 0.5 and not l) or (l and a <= 0.5)"}}) {
+    INFO(row.condition);
+    const RunResult result = run(row.signals, row.condition);
+    CHECK(result.report.mode_changes == 0);
+    CHECK(last(result, "q1") == 1.0);
+    // Before the first sample the second condition holds: that is not the start.
+    CHECK(last(result, "n") == 0.0);
+  }
+  // True from one sample to the next, the condition becomes true once: sin(7*t) rises four times, and goes on rising.
+  const RunResult rising =
+      completed(model("\"Ts\": 0.1", R"x("u": {"value": "sin(7*t)", "every": "Ts"}, "n": {"integral": "0"})x",
+                      kSource + R"x(, "events": {"e": {"when": "u > previous(u)", "set": {"n": "pre(n) + 1"}}})x",
+                      R"x("n": "n")x", R"x("stop": 3.05, "samples": 22)x"));
+  CHECK(last(rising, "n") == 4.0);
+}

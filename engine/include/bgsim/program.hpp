@@ -164,6 +164,7 @@ struct ProgramEvent {
   };
   std::vector<Set> sets;
   std::uint32_t first_value = 0;  ///< among the results of Program::event_values
+  bool memory = false;            ///< a sample or a change of a latch, and no event of the file
 };
 
 /// A delayed signal.

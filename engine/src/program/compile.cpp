@@ -114,7 +114,7 @@ class Compiler {
     delayed_before_ = freeze_list(order_.delayed_before);
     for (std::size_t i = 0; i < system_.events.size(); ++i) {
       const ModelEvent& event = program_.model->events[i];
-      ProgramEvent compiled{event.name, event.priority, event.place, {}, values_of_events};
+      ProgramEvent compiled{event.name, event.priority, event.place, {}, values_of_events, event.at_start};
       for (std::size_t k = 0; k < event.sets.size(); ++k) {
         const EventEquation::Set& set = system_.events[i].sets[k];
         compiled.sets.push_back({set.state, set.name, event.sets[k].place});

@@ -50,7 +50,7 @@ bool EventJumps::begin(double t, const double* x, Branch& branch, std::vector<st
   return true;
 }
 
-bool EventJumps::look(double t, const double* x, Branch& branch) {
+bool EventJumps::look(double t, const double* x, Branch& branch, bool memory) {
   due_.clear();
   if (!any()) return true;
   if (!evaluator_.event_conditions(t, x, branch, conditions_.data())) {
@@ -59,6 +59,7 @@ bool EventJumps::look(double t, const double* x, Branch& branch) {
   }
   double highest = 0.0;
   for (std::size_t i = 0; i < conditions_.size(); ++i) {
+    if (memory && !program_.events[i].memory) continue;
     if (conditions_[i] == 0.0) memory_.armed[i] = true;
     if (!memory_.starts[i] && (conditions_[i] == 0.0 || !memory_.armed[i])) continue;
     const double priority = program_.events[i].priority;

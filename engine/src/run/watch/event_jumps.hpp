@@ -1,6 +1,7 @@
 /// The events of a model: stores that are set at the instant at which a condition becomes true.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,7 +46,15 @@ class EventJumps {
   /// At the start of a run. A condition that holds there does not become true; a note says so. False: failure().
   bool begin(double t, const double* x, Branch& branch, std::vector<std::string>& notes);
   /// Finds what is due at (t, x), of these those of the highest priority, and what it sets. False: failure().
-  bool look(double t, const double* x, Branch& branch);
+  /// @param memory  of samples and latches alone: signals with memory of one instant change together, and no other
+  ///                condition is looked at while some of them have changed and others have not.
+  bool look(double t, const double* x, Branch& branch, bool memory);
+  /// Whether some take place at the start of the run and have not yet.
+  [[nodiscard]] bool starting() const {
+    return std::any_of(memory_.starts.begin(), memory_.starts.end(), [](bool starts) { return starts; });
+  }
+  /// Whether those that are due are samples or latches.
+  [[nodiscard]] bool of_memory() const { return !due_.empty() && program_.events[due_.front()].memory; }
   /// Events that are due, by position in Program::events.
   [[nodiscard]] const std::vector<std::size_t>& due() const { return due_; }
   /// Sets what the event @p event sets, as found by look().
