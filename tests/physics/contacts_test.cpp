@@ -422,3 +422,53 @@ TEST_CASE("a mass strikes a stop beside a loop of junctions that no impulse goes
     for (std::size_t i = 0; i < beam.trace.times.size(); ++i)
       CHECK(beam.trace.columns[c][i] == Approx(field.trace.columns[c][i]).epsilon(0.0).margin(1e-11));
 }
+
+TEST_CASE("a mass that a spring throws leaves once, and flies on at the speed of its release") {
+  // The contact opens without a speed where the spring is free: v = x sqrt(k/(m1 + m2)). Its gap begins with t^3.
+  for (const Method method : {Method::erk5, Method::erk8, Method::dirk5, Method::automatic, Method::ida})
+    for (int k = 0; k < 25; ++k) {
+      const double m1 = 1.0 + 0.12 * k, m2 = 0.2 + 0.07 * ((7 * k) % 25), spring = 500.0 + 180.0 * ((11 * k) % 25);
+      INFO(facts_of(method).name << ", " << k);
+      const RunResult run =
+          Study::from_text(R"x({"bgsim": 1, "name": "catapult", "elements": {"a": {"kind": "1"}, "b": {"kind": "1"},
+              "m1": {"kind": "I", "inertance": )x" +
+                           number_text(m1) + R"x(}, "m2": {"kind": "I", "inertance": )x" + number_text(m2) +
+                           R"x(}, "k": {"kind": "C", "law": "e = )x" + number_text(spring) +
+                           R"x(*q", "initial": {"q": -0.3}}, "z": {"kind": "0"}, "c": {"kind": "contact", "gap": 0}},
+              "bonds": [{"from": "a", "to": "m1"}, {"from": "b", "to": "m2"}, {"from": "a", "to": "k"},
+                        {"from": "a", "to": "z"}, {"from": "z", "to": "b"}, {"from": "z", "to": "c"}],
+              "outputs": {"v": "b.f"}, "scenes": {"run": {"stop": 0.12, "samples": 13}}})x")
+              .scene("run", with_method(method, 1e-6))
+              .simulate(untimed());
+      INFO((run.failure ? run.failure->situation : ""));
+      REQUIRE(run.stop == StopReason::completed);
+      // Five hundred tolerances: erk8 takes the release from a polynomial over a step of a third of the motion.
+      CHECK(last(run, "v") == Approx(0.3 * std::sqrt(spring / (m1 + m2))).epsilon(5e-4));
+    }
+}
+
+TEST_CASE("a follower lifts off its cam and comes back, by methods whose closed contacts drift") {
+  const std::string text = R"x({"bgsim": 1, "name": "cam", "elements": {"j": {"kind": "1"},
+      "m": {"kind": "I", "inertance": 0.3}, "k": {"kind": "C", "capacitance": "1/800"}, "f": {"kind": "Se", "effort": 50},
+      "c": {"kind": "contact", "gap": "-0.006*(1 - cos(200*t))"}},
+      "bonds": [{"from": "j", "to": "m"}, {"from": "j", "to": "k"}, {"from": "f", "to": "j"}, {"from": "j", "to": "c"}],
+      "outputs": {"q": "c.q", "off": "c.q + 0.006*(1 - cos(200*t))"}, "scenes": {"run": {"stop": 0.05, "samples": 101}}})x";
+  const auto run = [&](Method method, double relative) {
+    RunResult result = Study::from_text(text).scene("run", with_method(method, relative)).simulate(untimed());
+    INFO((result.failure ? result.failure->situation : ""));
+    REQUIRE(result.stop == StopReason::completed);
+    return result;
+  };
+  const RunResult exact = run(Method::radau13, 1e-11);
+  for (const Method method : {Method::dirk2, Method::dirk4, Method::dirk5, Method::erk5, Method::erk8, Method::bdf})
+    for (const double relative : {1e-4, 1e-6}) {
+      INFO(facts_of(method).name << " at " << relative);
+      const RunResult result = run(method, relative);
+      const std::vector<double> q = column(result, "q"), off = column(result, "off"), reference = column(exact, "q");
+      for (std::size_t i = 0; i < q.size(); ++i) {
+        // Parts of a range of 0.012: a hundred tolerances.
+        CHECK(q[i] == Approx(reference[i]).epsilon(0).margin(100.0 * relative * 0.012));
+        CHECK(off[i] < 100.0 * relative * 0.012);
+      }
+    }
+}

@@ -16,7 +16,6 @@
 namespace bgsim {
 namespace {
 
-constexpr int kDecades = 3;         ///< from one resistance of a scan to the next
 constexpr std::size_t kOrders = 3;  ///< f, f', f''
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// Of the terms that a value is the sum of: what is left of a sum that is zero, after some hundred operations.
@@ -154,7 +153,9 @@ class Sides {
   /// Which contacts touch, and at what speed they close. False if one is beyond its gap.
   bool look_at_contacts() {
     // One that has come to its gap is there as far as the tolerance says; the rest is rounding.
-    constexpr double kBeyond = 1e-9, kFar = 1e-6, kTouching = 1e3;
+    // Where it was closed the displacement has followed the gap by integration: a method's drift is some hundred
+    // tolerances. (A gap that jumps is refused as der(gap) is asked for.)
+    constexpr double kBeyond = 1e-9, kFar = 1e-6, kTouching = 1e3, kClosed = 1e6;
     // What all ways are resolved to: balls of a cradle that only touch have no way of their own, and a room of
     // roundings.
     double longest = 0.0;
@@ -168,17 +169,19 @@ class Sides {
       const double room = rates_[position_[contacts_[i].signal]], q = x_[contacts_[i].state];
       const double size = std::abs(q) + std::abs(room + q);
       const bool touches = result_.diodes[i].touches;
-      // The time of an event is known to its rounding.
-      const double moves = std::abs(rates_[flow(i, 0)]) * std::abs(t_);
+      // The time of an event is known to its rounding, and the flow to that of its terms.
+      const double moves = size_[i * kOrders] * std::abs(t_);
       const double off = resolution_[contacts_[i].state] + 8.0 * kEpsilon * (size + moves + longest);
-      way_rounding_[i] = 8.0 * kEpsilon * (size + longest);
-      if (room < (touches ? -std::max(kTouching * off, kFar * size) : -std::max(off, kBeyond * size)))
+      way_rounding_[i] = 8.0 * kEpsilon * (size + moves + longest);
+      const double times = result_.diodes[i].conducts ? kTouching : kClosed;
+      if (room < (touches ? -std::max(times * off, kFar * size) : -std::max(off, kBeyond * size)))
         return fail_for_good(diagnostic_of(
             "BG625",
             "at t = " + number_text(t_) + " the contact " + in_quotes(network_.names[i]) +
                 " is beyond its gap: q = " + number_text(q, 6) + ", the gap is " + number_text(room + q, 6),
             element_of(i).place, "the displacement of a contact is at most its gap",
-            "let it begin with \"initial\": { \"q\": ... } at or below the gap; a gap must not jump"));
+            touches ? "another method (radau), or a smaller relative tolerance, keeps it there"
+                    : "let it begin with \"initial\": { \"q\": ... } at or below the gap; a gap must not jump"));
       away_[i] = !touches && room > off;
       if (away_[i]) {
         result_.diodes[i].source = 0.0;

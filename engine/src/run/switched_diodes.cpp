@@ -46,9 +46,9 @@ bool SwitchedRun::settle_diodes() {
     DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_,
                                    scan, one_at_a_time());
     seen.clear();
-    for (const DiodeState& diode : sides.diodes) seen.push_back(diode.resistance);
+    for (std::size_t i = 0; i < diodes_.size(); ++i) seen.push_back(diodes_[i].resistance = sides.diodes[i].resistance);
     if (!goes_on_alone(sides))
-      sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, sides.diodes, evaluators_, 0.0);
+      sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_, 0.0);
     if (sides.failure)
       return (may_try(network, sides) && try_sides(resolution, may_be_tried(network))) ||
              fail(std::move(*sides.failure));
@@ -182,7 +182,7 @@ double SwitchedRun::lift_off_band(std::size_t i, const Element& contact) const {
   constexpr double kOfResolution = 1e-6;
   if (!diodes_[i].touches || flight_.empty() || flight_[i] != 0.0) return 0.0;
   const StateInfo displacement{{}, {}, 0, contact.contact->displacement};
-  return std::max(kOfResolution * resolution_of(displacement), std::numeric_limits<double>::min());
+  return std::max({kOfResolution * resolution_of(displacement), least_flight_[i], std::numeric_limits<double>::min()});
 }
 
 bool SwitchedRun::hold_bands(const Program& program) {

@@ -157,8 +157,11 @@ RunInputs SwitchedRun::inputs_here(const Program& program) {
   if (short_flight_ && inputs_.method != Method::automatic && !std::exchange(noted_flights_, true))
     result_.report.notes.push_back(
         "what follows where a contact opens, and rebounds that are short beside the tolerance, is integrated by "
-        "Radau: "
-        "multistep methods, which begin with order 1, lose it");
+        "Radau: " +
+        std::string(facts_of(inputs_.method).family == MethodFamily::multistep
+                        ? "multistep methods, which begin with order 1, lose it"
+                        : "what " + std::string(facts_of(inputs_.method).name) +
+                              " interpolates within a step is not as good as its ends"));
   inputs.initial.clear();
   for (std::size_t i = 0; i < program.states.size(); ++i) {
     const StateInfo& state = program.states[i];
@@ -227,13 +230,16 @@ bool SwitchedRun::chatters(const Program& program) {
   if (changes_.size() < kInARow || changes_.back() < stored_.t) return false;
   const double gap = (changes_.back() - changes_.front()) / kInARow;
   if (gap > kNear * (inputs_.stop - inputs_.start)) return false;
-  fail(diagnostic_of("BG604",
-                     "the switches change sides without end near t = " + number_text(stored_.t) + ": " +
-                         std::to_string(kInARow) + " changes of the mode within " +
-                         number_text(changes_.back() - changes_.front(), 3) + ", at last to \"" +
-                         mode_text(*program.model, mode_) + "\"",
-                     place_of_switches(program), "between two changes of the mode the time goes on",
-                     "give the switch two thresholds that are apart: \"close\" and \"open\""));
+  fail(diagnostic_of(
+      "BG604",
+      "the switches change sides without end near t = " + number_text(stored_.t) + ": " + std::to_string(kInARow) +
+          " changes of the mode within " + number_text(changes_.back() - changes_.front(), 3) + ", at last to \"" +
+          mode_text(*program.model, mode_) + "\"",
+      place_of_switches(program), "between two changes of the mode the time goes on",
+      std::find(is_diode_.begin(), is_diode_.end(), false) == is_diode_.end()
+          ? "another method (radau), or a smaller relative tolerance, resolves how diodes and contacts leave "
+            "their sides"
+          : "give the switch two thresholds that are apart: \"close\" and \"open\""));
   return true;
 }
 

@@ -114,7 +114,8 @@ class SwitchedRun {
                    std::optional<double> loss);
 
   /// Whether a contact opens, or rebounds not much further than the tolerance of its displacement. Multistep methods
-  /// begin with order 1 and steps that suit the tolerance, and lose such a flight; one-step methods do not.
+  /// begin with order 1 and steps that suit the tolerance, and lose such a flight; one-step methods do not. Where a
+  /// contact opens without a speed, those that interpolate within a step lose it, too.
   [[nodiscard]] bool flies_short(const Program& program) const;
 
   /// Puts the displacements of contacts that touch to their gaps.
