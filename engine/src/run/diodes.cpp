@@ -154,7 +154,7 @@ class Sides {
   bool look_at_contacts() {
     // One that has come to its gap is there as far as the tolerance says; the rest is rounding.
     // Where it was closed the displacement has followed the gap by integration: a method's drift is some hundred
-    // tolerances. (A gap that jumps is refused as der(gap) is asked for.)
+    // tolerances. (A gap that jumps under a closed contact is refused with BG402.)
     constexpr double kBeyond = 1e-9, kFar = 1e-6, kTouching = 1e3, kClosed = 1e6;
     // What all ways are resolved to: balls of a cradle that only touch have no way of their own, and a room of
     // roundings.
@@ -173,15 +173,17 @@ class Sides {
       const double moves = size_[i * kOrders] * std::abs(t_);
       const double off = resolution_[contacts_[i].state] + 8.0 * kEpsilon * (size + moves + longest);
       way_rounding_[i] = 8.0 * kEpsilon * (size + moves + longest);
-      const double times = result_.diodes[i].conducts ? kTouching : kClosed;
+      const bool closed = touches && !result_.diodes[i].conducts;
+      const double times = closed ? kClosed : kTouching;
       if (room < (touches ? -std::max(times * off, kFar * size) : -std::max(off, kBeyond * size)))
         return fail_for_good(diagnostic_of(
             "BG625",
             "at t = " + number_text(t_) + " the contact " + in_quotes(network_.names[i]) +
                 " is beyond its gap: q = " + number_text(q, 6) + ", the gap is " + number_text(room + q, 6),
             element_of(i).place, "the displacement of a contact is at most its gap",
-            touches ? "another method (radau), or a smaller relative tolerance, keeps it there"
-                    : "let it begin with \"initial\": { \"q\": ... } at or below the gap; a gap must not jump"));
+            closed ? "a gap must not jump; another method (radau), or a smaller relative tolerance, keeps the contact "
+                     "there"
+                   : "let it begin with \"initial\": { \"q\": ... } at or below the gap; a gap must not jump"));
       away_[i] = !touches && room > off;
       if (away_[i]) {
         result_.diodes[i].source = 0.0;
