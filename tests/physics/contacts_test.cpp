@@ -442,8 +442,14 @@ TEST_CASE("a mass that a spring throws leaves once, and flies on at the speed of
               .simulate(untimed());
       INFO((run.failure ? run.failure->situation : ""));
       REQUIRE(run.stop == StopReason::completed);
-      // Five hundred tolerances: erk8 takes the release from a polynomial over a step of a third of the motion.
-      CHECK(last(run, "v") == Approx(0.3 * std::sqrt(spring / (m1 + m2))).epsilon(5e-4));
+      CHECK(run.report.mode_changes == 1);
+      // Thirty tolerances. By erk8, which takes the release from a polynomial over a third of the motion, a hundred and
+      // fifty, and the run says so.
+      const bool noted = std::any_of(run.report.notes.begin(), run.report.notes.end(), [](const std::string& note) {
+        return note.find("are estimated to be wrong by more than") != std::string::npos;
+      });
+      const double least = method == Method::erk8 && noted ? 1.5e-4 : 3e-5;
+      CHECK(last(run, "v") == Approx(0.3 * std::sqrt(spring / (m1 + m2))).epsilon(least));
     }
 }
 
@@ -471,4 +477,17 @@ TEST_CASE("a follower lifts off its cam and comes back, by methods whose closed 
         CHECK(off[i] < 100.0 * relative * 0.012);
       }
     }
+}
+
+TEST_CASE("a gap that jumps under a closed contact is refused, however little it jumps") {
+  for (const std::string jump : {"-0.1", "0.1", "-1e-4", "-1e-9", "1e-9"}) {
+    INFO(jump);
+    const Study study = Study::from_text(
+        R"x({"bgsim": 1, "name": "jump", "elements": {"j": {"kind": "1"}, "m": {"kind": "I", "inertance": 2},
+            "w": {"kind": "Se", "effort": 19.62}, "c": {"kind": "contact", "gap": "if(t > 0.3, )x" +
+        jump + R"x(, 0)", "initial": {"q": 0}}},
+            "bonds": [{"from": "w", "to": "j"}, {"from": "j", "to": "m"}, {"from": "j", "to": "c"}],
+            "outputs": {"v": "m.f"}, "scenes": {"run": {"stop": 1, "samples": 3}}})x");
+    CHECK_THROWS_WITH(study.scene().simulate(untimed()), Catch::Contains("BG402"));
+  }
 }

@@ -209,7 +209,16 @@ TEST_CASE("signals with memory of one instant change together before any other c
     CHECK(last(result, "q1") == 1.0);
     // Before the first sample the second condition holds: that is not the start.
     CHECK(last(result, "n") == 0.0);
+    for (const std::string& note : result.report.notes) CHECK(note.find("holds at the start") == std::string::npos);
   }
+  // What holds with the first samples holds at the start, and does not become true there: the report says so.
+  const RunResult from_start =
+      completed(model("\"Ts\": 0.1", R"x("u": {"value": "1", "every": "Ts"}, "n": {"integral": "0"})x",
+                      kSource + R"x(, "events": {"e": {"when": "u > 0.5", "set": {"n": "pre(n) + 1"}}})x",
+                      R"x("n": "n")x", R"x("stop": 1.05, "samples": 22)x"));
+  CHECK(last(from_start, "n") == 0.0);
+  REQUIRE_FALSE(from_start.report.notes.empty());
+  CHECK(from_start.report.notes.front().find("\"e\" holds at the start") != std::string::npos);
   // True from one sample to the next, the condition becomes true once: sin(7*t) rises four times, and goes on rising.
   const RunResult rising =
       completed(model("\"Ts\": 0.1", R"x("u": {"value": "sin(7*t)", "every": "Ts"}, "n": {"integral": "0"})x",

@@ -11,7 +11,7 @@
 #include "run/complementarity.hpp"
 #include "run/failures.hpp"
 #include "run/jump.hpp"
-#include "run/seen_resistances.hpp"
+#include "run/seen_resistance.hpp"
 
 namespace bgsim {
 namespace {
@@ -20,8 +20,6 @@ constexpr std::size_t kOrders = 3;  ///< f, f', f''
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// Of the terms that a value is the sum of: what is left of a sum that is zero, after some hundred operations.
 constexpr double kOfTerms = 256.0 * kEpsilon;
-/// Of the largest slope of a row: what rounding leaves of one that is zero.
-constexpr double kOfSlopes = 16.0 * kEpsilon;
 
 class Sides {
  public:
@@ -153,9 +151,7 @@ class Sides {
   /// Which contacts touch, and at what speed they close. False if one is beyond its gap.
   bool look_at_contacts() {
     // One that has come to its gap is there as far as the tolerance says; the rest is rounding.
-    // Where it was closed the displacement has followed the gap by integration: a method's drift is some hundred
-    // tolerances. (A gap that jumps under a closed contact is refused with BG402.)
-    constexpr double kBeyond = 1e-9, kFar = 1e-6, kTouching = 1e3, kClosed = 1e6;
+    constexpr double kBeyond = 1e-9, kFar = 1e-6, kTouching = 1e3;
     // What all ways are resolved to: balls of a cradle that only touch have no way of their own, and a room of
     // roundings.
     double longest = 0.0;
@@ -173,17 +169,16 @@ class Sides {
       const double moves = size_[i * kOrders] * std::abs(t_);
       const double off = resolution_[contacts_[i].state] + 8.0 * kEpsilon * (size + moves + longest);
       way_rounding_[i] = 8.0 * kEpsilon * (size + moves + longest);
+      // The displacement of a closed one is the integral of der(gap), and a jump of the gap refused with BG402: what
+      // is left of the difference is the method's, and put to 0.
       const bool closed = touches && !result_.diodes[i].conducts;
-      const double times = closed ? kClosed : kTouching;
-      if (room < (touches ? -std::max(times * off, kFar * size) : -std::max(off, kBeyond * size)))
+      if (!closed && room < (touches ? -std::max(kTouching * off, kFar * size) : -std::max(off, kBeyond * size)))
         return fail_for_good(diagnostic_of(
             "BG625",
             "at t = " + number_text(t_) + " the contact " + in_quotes(network_.names[i]) +
                 " is beyond its gap: q = " + number_text(q, 6) + ", the gap is " + number_text(room + q, 6),
             element_of(i).place, "the displacement of a contact is at most its gap",
-            closed ? "a gap must not jump; another method (radau), or a smaller relative tolerance, keeps the contact "
-                     "there"
-                   : "let it begin with \"initial\": { \"q\": ... } at or below the gap; a gap must not jump"));
+            "let it begin with \"initial\": { \"q\": ... } at or below the gap; a gap must not jump"));
       away_[i] = !touches && room > off;
       if (away_[i]) {
         result_.diodes[i].source = 0.0;
@@ -237,12 +232,11 @@ class Sides {
       for (std::size_t i = 0; i < n_; ++i) {
         SlopesThrough at{r, {}};
         for (std::size_t k = 0; k < kOrders; ++k) at.slopes[k] = slope_[(i * kOrders + k) * n_ + i];
-        if (std::abs(at.slopes[0]) <= kOfSlopes / r) at.slopes[0] = 0.0;
+        if (std::abs(at.slopes[0]) <= kOfTerms / r) at.slopes[0] = 0.0;
         scans[i].push_back(at);
       }
     }
-    const std::vector<double> seen = seen_resistances(scans, span);
-    for (std::size_t i = 0; i < n_; ++i) result_.diodes[i].resistance = seen[i];
+    for (std::size_t i = 0; i < n_; ++i) result_.diodes[i].resistance = seen_resistance(scans[i], span);
   }
 
   /// Resistances of about what the diodes see, so that neither of both is lost in rounding.
@@ -293,7 +287,7 @@ class Sides {
         std::array<double, kOrders> slope{}, rounding{};
         for (std::size_t k = 0; k < kOrders; ++k) {
           slope[k] = slope_[(i * kOrders + k) * n_ + j];
-          rounding[k] = slope[k] == 0.0 ? 0.0 : kOfSlopes * largest[k];
+          rounding[k] = slope[k] == 0.0 ? 0.0 : 16.0 * kEpsilon * largest[k];
           right[k] += slope[k] * threshold(j);
           right_rounding[k] += kOfTerms * std::abs(slope[k] * threshold(j));
         }

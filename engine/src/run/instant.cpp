@@ -58,25 +58,34 @@ bool Run::take_state_event() {
   return false;
 }
 
-/// At one instant: switches first, then the events of the model that are due, until neither does anything. Samples and
-/// latches that are due change one after the other, and switches and the events of the file see all of them changed.
-/// False if the run ends here.
+/// Samples and latches that are due change one after the other: switches and the events of the file see all of them
+/// changed. False if the run ends here.
+bool Run::settle_memory() {
+  while (jumps_.any()) {
+    if (!events_.prepare(t_, x_.data(), branch_)) return fail_with_fault();
+    if (!jumps_.look(t_, x_.data(), branch_, true)) return fail(*jumps_.failure());
+    if (jumps_.due().empty()) return true;
+    if (!take_events()) return false;
+  }
+  return true;
+}
+
+/// At one instant: switches first, then the events of the model that are due, until neither does anything. False if the
+/// run ends here.
 bool Run::settle_instant() {
   std::optional<std::size_t> latest;
-  bool turned = false, memory = jumps_.starting();  // what is sampled at the start is so from the start on
+  bool turned = false;
   if (auto full = log_->full(t_)) return fail(std::move(*full));
-  while (memory || stays_in_mode()) {
+  while (stays_in_mode()) {
     if (!jumps_.any()) return true;
     if (!events_.prepare(t_, x_.data(), branch_)) return fail_with_fault();
-    if (!jumps_.look(t_, x_.data(), branch_, memory)) return fail(*jumps_.failure());
+    if (!jumps_.look(t_, x_.data(), branch_, false)) return fail(*jumps_.failure());
     if (!jumps_.due().empty()) {
       if (turned && jumps_.repeats(t_))
         return fail(jumps_.endless(t_, "it is due again as soon as it has taken place"));
       latest = jumps_.due().front();
-      memory = jumps_.of_memory();
-      if (!take_events()) return false;
-    } else if (memory) {
-      memory = false;
+      const bool memory = jumps_.of_memory();
+      if (!take_events() || (memory && !settle_memory())) return false;
     } else if (latest && events_.turn_back(t_, x_.data(), branch_)) {
       turned = true;
       log_->look(t_, branch_);

@@ -12,8 +12,7 @@ namespace bgsim {
 
 bool Run::integrate() {
   const bool resumed = !options_.resume.empty();
-  if (!resumed && !known_events_ && !jumps_.begin(t_, x_.data(), branch_, result_.report.notes))
-    return fail(*jumps_.failure());
+  if (!resumed && !known_events_ && !begin_events()) return false;
   if (!resumed && !settle_instant()) return false;
   if (!resumed && !emit_here()) return false;
   if (!(inputs_.stop > t_)) return !resumed || choose_integrator();
@@ -67,6 +66,13 @@ bool Run::integrate_to(double limit) {
     if (!take_step() || !goes_on()) return false;
   }
   return true;
+}
+
+/// What is sampled or latched at the start is so from the start on.
+bool Run::begin_events() {
+  if (!jumps_.begin(t_, x_.data(), branch_)) return fail(*jumps_.failure());
+  return settle_memory() &&
+         (jumps_.begin_others(t_, x_.data(), branch_, result_.report.notes) || fail(*jumps_.failure()));
 }
 
 /// The integrator at the run's point. While signs are held at their border, the rates are what balances them.

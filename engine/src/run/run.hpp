@@ -134,6 +134,8 @@ class Run {
   void give_loops();
   void follow_stiffness();
   bool change_form(bool implicit);
+  bool begin_events();
+  bool settle_memory();
   bool settle_instant();
   bool stays_in_mode();
   bool take_events();

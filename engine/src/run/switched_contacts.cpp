@@ -83,17 +83,13 @@ void SwitchedRun::log_impacts(const std::vector<ElementId>& elements, const Mode
 
 bool SwitchedRun::flies_short(const Program& program) const {
   constexpr double kTolerances = 1e5;
-  const MethodFamily family = facts_of(inputs_.method).family;
-  const bool multistep = family == MethodFamily::multistep || inputs_.method == Method::automatic;
-  // Where a gap begins with the third power of the time, what they make of it within a step goes below 0 again.
-  const bool interpolates = family == MethodFamily::explicit_runge_kutta || family == MethodFamily::diagonally_implicit;
-  if (!multistep && !interpolates) return false;
+  if (facts_of(inputs_.method).family != MethodFamily::multistep && inputs_.method != Method::automatic) return false;
   if (!program.plan.explicit_form) return false;
   const std::vector<ElementId> elements = diode_elements(*program.model);
   for (std::size_t i = 0; i < flight_.size(); ++i) {
     const bool opens = diodes_[i].touches && diodes_[i].conducts && flight_[i] == 0.0;  // without a speed
     if (opens) return true;
-    if (!multistep || !(flight_[i] > 0.0)) continue;
+    if (!(flight_[i] > 0.0)) continue;
     const SignalId displacement = program.model->elements[elements[i].index()].contact->displacement;
     const auto tolerance = tolerance_.find(Key{ElementId{}.value, 0, displacement.value});
     if (tolerance == tolerance_.end() || flight_[i] < kTolerances * tolerance->second) return true;

@@ -114,8 +114,7 @@ class SwitchedRun {
                    std::optional<double> loss);
 
   /// Whether a contact opens, or rebounds not much further than the tolerance of its displacement. Multistep methods
-  /// begin with order 1 and steps that suit the tolerance, and lose such a flight; one-step methods do not. Where a
-  /// contact opens without a speed, those that interpolate within a step lose it, too.
+  /// begin with order 1 and steps that suit the tolerance, and lose such a flight; one-step methods do not.
   [[nodiscard]] bool flies_short(const Program& program) const;
 
   /// Puts the displacements of contacts that touch to their gaps.

@@ -8,6 +8,7 @@
 #include "graph/law_numbers.hpp"
 #include "run/stored.hpp"
 #include "run/tried_sides.hpp"
+#include "run/watch/event_jumps.hpp"
 
 namespace bgsim {
 
@@ -378,26 +379,16 @@ void ModePrograms::begin_without_switches(const Made& without, const RunInputs& 
 
 namespace {
 
-/// What is sampled or latched at the start is so from the start on: conditions see nothing of what signals with memory
-/// hold before. Taken as the run takes it, in the order of the priorities.
+/// What is sampled or latched at the start is so from the start on: taken as the run takes it.
 bool take_memory(Evaluator& evaluator, const RunInputs& inputs, std::vector<double>& x, Branch& branch) {
-  const Program& program = evaluator.program();
-  std::vector<std::size_t> events = inputs.starting_events;
-  const auto priority = [&](std::size_t event) { return program.events[event].priority; };
-  std::stable_sort(events.begin(), events.end(),
-                   [&](std::size_t a, std::size_t b) { return priority(a) > priority(b); });
-  std::vector<double> values(program.event_values.results.size());
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    // Those of one priority take place together, each from what was before.
-    if ((i == 0 || priority(events[i]) != priority(events[i - 1])) &&
-        !(evaluator.initialize_modes(inputs.start, x.data(), branch) &&
-          evaluator.event_values(inputs.start, x.data(), branch, values.data())))
-      return false;
-    const ProgramEvent& event = program.events[events[i]];
-    for (std::size_t k = 0; k < event.sets.size(); ++k)
-      if (event.sets[k].state) x[*event.sets[k].state] = values[event.first_value + k];
+  EventJumps jumps(evaluator.program(), evaluator, inputs);
+  if (!jumps.begin(inputs.start, x.data(), branch)) return false;
+  while (jumps.look(inputs.start, x.data(), branch, true)) {
+    if (jumps.due().empty()) return true;
+    for (const std::size_t event : jumps.due()) jumps.set(event, x);
+    if (!jumps.taken(inputs.start) || !evaluator.initialize_modes(inputs.start, x.data(), branch)) return false;
   }
-  return true;
+  return false;
 }
 
 }  // namespace
@@ -410,7 +401,7 @@ void ModePrograms::put_switches(const Made& without, const RunInputs& inputs, De
   std::vector<double> x = initial_states(evaluator, inputs);
   Branch branch = first_branch(program);
   std::vector<double> closes(program.switch_elements.size());
-  if (!take_memory(evaluator, inputs, x, branch) || !evaluator.initialize_modes(inputs.start, x.data(), branch) ||
+  if (!evaluator.initialize_modes(inputs.start, x.data(), branch) || !take_memory(evaluator, inputs, x, branch) ||
       !evaluator.switches(inputs.start, x.data(), branch, closes.data()))
     return;
   const std::vector<ElementId> all = switches_of(*model_);

@@ -34,16 +34,27 @@ EventJumps::EventJumps(const Program& program, Evaluator& evaluator, const RunIn
              inputs.start};
 }
 
-bool EventJumps::begin(double t, const double* x, Branch& branch, std::vector<std::string>& notes) {
+bool EventJumps::see_conditions(double t, const double* x, Branch& branch) {
+  if (evaluator_.event_conditions(t, x, branch, conditions_.data())) return true;
+  failure_ = fault_failure(evaluator_.fault());
+  return false;
+}
+
+bool EventJumps::begin(double t, const double* x, Branch& branch) {
   if (!any()) return true;
-  if (!evaluator_.event_conditions(t, x, branch, conditions_.data())) {
-    failure_ = fault_failure(evaluator_.fault());
-    return false;
-  }
+  if (!see_conditions(t, x, branch)) return false;
+  for (std::size_t i = 0; i < conditions_.size(); ++i) memory_.armed[i] = conditions_[i] == 0.0;
+  for (const std::size_t i : starting_) memory_.starts[i] = true;
+  return true;
+}
+
+bool EventJumps::begin_others(double t, const double* x, Branch& branch, std::vector<std::string>& notes) {
+  if (!any()) return true;
+  if (!see_conditions(t, x, branch)) return false;
   for (std::size_t i = 0; i < conditions_.size(); ++i) {
+    if (program_.events[i].memory) continue;
     memory_.armed[i] = conditions_[i] == 0.0;
-    memory_.starts[i] = std::find(starting_.begin(), starting_.end(), i) != starting_.end();
-    if (!memory_.armed[i] && !memory_.starts[i])
+    if (!memory_.armed[i])
       notes.push_back("the condition of the event \"" + program_.events[i].name +
                       "\" holds at the start: it takes place when it has been false and becomes true");
   }
@@ -52,11 +63,7 @@ bool EventJumps::begin(double t, const double* x, Branch& branch, std::vector<st
 
 bool EventJumps::look(double t, const double* x, Branch& branch, bool memory) {
   due_.clear();
-  if (!any()) return true;
-  if (!evaluator_.event_conditions(t, x, branch, conditions_.data())) {
-    failure_ = fault_failure(evaluator_.fault());
-    return false;
-  }
+  if (!any() || !see_conditions(t, x, branch)) return !failure_;
   double highest = 0.0;
   for (std::size_t i = 0; i < conditions_.size(); ++i) {
     if (memory && !program_.events[i].memory) continue;

@@ -1,7 +1,6 @@
 /// The events of a model: stores that are set at the instant at which a condition becomes true.
 #pragma once
 
-#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,16 +42,15 @@ class EventJumps {
   EventJumps(const Program& program, Evaluator& evaluator, const RunInputs& inputs);
 
   [[nodiscard]] bool any() const { return !program_.events.empty(); }
-  /// At the start of a run. A condition that holds there does not become true; a note says so. False: failure().
-  bool begin(double t, const double* x, Branch& branch, std::vector<std::string>& notes);
+  /// At the start of a run: of samples and latches. False: failure().
+  bool begin(double t, const double* x, Branch& branch);
+  /// Of the other events, once signals with memory are what they are at the start. A condition that holds there does
+  /// not become true; a note says so. False: failure().
+  bool begin_others(double t, const double* x, Branch& branch, std::vector<std::string>& notes);
   /// Finds what is due at (t, x), of these those of the highest priority, and what it sets. False: failure().
   /// @param memory  of samples and latches alone: signals with memory of one instant change together, and no other
   ///                condition is looked at while some of them have changed and others have not.
   bool look(double t, const double* x, Branch& branch, bool memory);
-  /// Whether some take place at the start of the run and have not yet.
-  [[nodiscard]] bool starting() const {
-    return std::any_of(memory_.starts.begin(), memory_.starts.end(), [](bool starts) { return starts; });
-  }
   /// Whether those that are due are samples or latches.
   [[nodiscard]] bool of_memory() const { return !due_.empty() && program_.events[due_.front()].memory; }
   /// Events that are due, by position in Program::events.
@@ -105,6 +103,8 @@ class EventJumps {
   [[nodiscard]] Diagnostic accumulation(std::size_t event, const Series& series) const;
   [[nodiscard]] Diagnostic accumulated(std::size_t event, const std::string& where, const std::string& how) const;
   bool conflicts();
+  /// Of all events. False: failure().
+  bool see_conditions(double t, const double* x, Branch& branch);
 
   const Program& program_;
   Evaluator& evaluator_;

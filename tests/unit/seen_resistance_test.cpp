@@ -1,5 +1,5 @@
 // At which resistance in series with a source something is seen of a circuit, by circuits whose slopes are known.
-#include "run/seen_resistances.hpp"
+#include "run/seen_resistance.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -18,7 +18,7 @@ std::vector<SlopesThrough> scan(const Slopes& slopes) {
   return result;
 }
 
-double seen(const Slopes& slopes, double span) { return seen_resistances({scan(slopes)}, span).front(); }
+double seen(const Slopes& slopes, double span) { return seen_resistance(scan(slopes), span); }
 
 /// A resistance.
 Slopes resistance(double value) {
