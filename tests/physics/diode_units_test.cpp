@@ -48,6 +48,11 @@ std::vector<Scaled> models() {
            "c": {"kind": "C", "capacitance": "3*C"}, "r": {"kind": "R", "resistance": "2*R"})x" +
            junctions("n j o"),
        "s>n n>in n>j j>out j>o o>c o>r", R"x("q": "c.q/Q")x", 20},
+      {"a pump with two valves, and an orifice that empties what is behind them between two strokes",
+       R"x("s": {"kind": "Sf", "flow": "F*sin(t/T)"}, "in": {"kind": "D", "passes": "out"}, "out": {"kind": "D"},
+           "c": {"kind": "C", "capacitance": "C"}, "r": {"kind": "R", "law": "e = E*(f/F)*abs(f/F)"})x" +
+           junctions("n j o k"),
+       "s>n n>in n>j j>out j>o o>c o>k k>r", R"x("q": "c.q/Q")x", 15},
       {"a bridge behind a line",
        R"x("s": {"kind": "Se", "effort": "3*E*sin(t/T)"}, "l": {"kind": "I", "inertance": "0.5*I"},
            "rs": {"kind": "R", "resistance": "0.1*R"}, "d1": {"kind": "D"}, "d2": {"kind": "D"},

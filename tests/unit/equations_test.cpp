@@ -204,6 +204,25 @@ TEST_CASE("a nonlinear loop is solved to rounding from a start far away") {
   CHECK(y[0] == Approx(1e-14 * std::expm1(y[1] / 0.025852)).epsilon(1e-11));  // the exponent magnifies rounding 27-fold
 }
 
+TEST_CASE("an orifice that was at rest is followed to the flow that it has next, however far away") {
+  // Its slope there, 2 k |f|, says nothing of that: from f = 4e-64 Newton's step is 1e40 times too long.
+  const CompiledModel p = compile_text(model_text(
+      R"~("elements": { "c": { "kind": "C", "capacitance": 1 }, "r": { "kind": "R", "law": "e = 1e10*f*abs(f)" } },
+    "bonds": [ { "from": "c", "to": "r" } ], "outputs": { "f": "r.f" }, )~" +
+      std::string(kScene)));
+  REQUIRE(p.program.blocks.size() == 1);
+  Evaluator evaluator(p.program, p.inputs.parameters);
+  for (const double last : {0.0, 4.4e-64, -3.4e-51, 1e-5})
+    for (const double e : {1e-110, -1e-80, 4.7e-36, 1e5}) {
+      INFO("from f = " << last << " to e = " << e);
+      Branch branch = first_branch(p.program);
+      branch.tears = {last};
+      double f = 0.0;
+      REQUIRE(evaluator.outputs(0.0, &e, branch, &f));
+      CHECK(f == Approx(std::copysign(std::sqrt(std::abs(e) / 1e10), e)).epsilon(1e-14));  // rounding of three steps
+    }
+}
+
 TEST_CASE("a loop of gain one is reported as singular, with its elements") {
   // The source gives what the resistor takes, plus one: no flow satisfies both.
   const CompiledModel p = compile_text(model_text(

@@ -101,7 +101,8 @@ struct Evaluator::Impl {
   /// Copies results; false (and a fault worded with @p what) if one is not finite.
   bool take(const Routine& routine, double* values, const char* what, const std::vector<std::string>& names);
 
-  LoopOutcome solve(std::size_t block);
+  enum class From : std::uint8_t { last_solution, guess };
+  LoopOutcome solve(std::size_t block, From from = From::last_solution);
   LoopOutcome solve_linear(std::size_t block);
   enum class Steps : std::uint8_t { relative, resolved };
   static constexpr int kMostIterations = 300;  ///< an exponential law gives up one decade of its argument at a time
@@ -111,6 +112,9 @@ struct Evaluator::Impl {
   LoopOutcome solve_limited(std::size_t block, bool from_zero);
   LoopOutcome solve_smoothed(std::size_t block);
   LoopOutcome solve_bracketed(std::size_t block);
+  LoopOutcome solve_downhill(std::size_t block);
+  double residual_at(std::size_t block, double at);
+  LoopOutcome bisect(std::size_t block, double low, double high);
   LoopOutcome factorize_smoothed(std::size_t block);
   /// The code of a loop, with rounded kinks where `smoothing` is set.
   void run_loop(const Routine& routine) {

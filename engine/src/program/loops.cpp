@@ -74,7 +74,7 @@ LoopOutcome Evaluator::Impl::factorize_partials(std::size_t block, double singul
   return scratch.matrix.factorize(scratch.partials, b.explicit_row, singular);
 }
 
-LoopOutcome Evaluator::Impl::solve(std::size_t block) {
+LoopOutcome Evaluator::Impl::solve(std::size_t block, From from) {
   ++counts.loop_solves;
   if (program.blocks[block].linear) return solve_linear(block);
   const std::span<double> z = tears_of(block);
@@ -104,6 +104,8 @@ LoopOutcome Evaluator::Impl::solve(std::size_t block) {
   std::copy(scratch.start.begin(), scratch.start.end(), z.begin());
   for (const bool from_zero : {false, true})
     if (solve_limited(block, from_zero) == LoopOutcome::solved) return LoopOutcome::solved;
+  std::copy(scratch.start.begin(), scratch.start.end(), z.begin());
+  if (from == From::last_solution && solve_downhill(block) == LoopOutcome::solved) return LoopOutcome::solved;
   if (solve_smoothed(block) == LoopOutcome::solved) return LoopOutcome::solved;
   std::copy(scratch.failed.begin(), scratch.failed.end(), z.begin());
   return outcome;
@@ -279,7 +281,7 @@ bool Evaluator::explore_loops(double t, const double* x, Branch& branch, std::ve
     const std::span<double> z = impl.tears_of(b);
     for (const double start : starts()) {
       std::fill(z.begin(), z.end(), start);
-      const LoopOutcome this_one = impl.solve(b);
+      const LoopOutcome this_one = impl.solve(b, Impl::From::guess);
       if (start == 0.0) outcome = this_one;
       if (this_one != LoopOutcome::solved) continue;
       if (solutions.empty()) first_start = start;

@@ -25,15 +25,18 @@ class Sides {
  public:
   Sides(const DiodeNetwork& network, std::vector<double> parameters, double t, const Stored& stored,
         const std::function<double(const StateInfo&)>& resolution, std::vector<DiodeState> before,
-        KeptEvaluators& evaluators)
+        KeptEvaluators& evaluators, DiodeSight& sight, double span)
       : network_(network),
         parameters_(std::move(parameters)),
         t_(t),
         stored_(stored),
         evaluators_(evaluators),
+        sight_(sight),
+        span_(span),
         n_(network.resistances.size()),
         states_(network.program.states.size()) {
     result_.diodes = std::move(before);
+    resistance_.assign(n_, 1.0);
     parameters_.resize(network.program.model->parameters.size(), 0.0);
     position_.resize((1 + kOrders) * n_ + 2 * network.contacts);
     for (const StateInfo& state : network.program.states) resolution_.push_back(resolution(state));
@@ -59,8 +62,7 @@ class Sides {
     }
   }
 
-  DiodeSides run(bool one, double span) {
-    if (span > 0.0) scan_resistances(span);
+  DiodeSides run(bool one) {
     if (choose_resistances() && look_at_contacts()) {
       if (one) leave_the_fastest();
       iterate();
@@ -70,6 +72,13 @@ class Sides {
 
  private:
   [[nodiscard]] double sign(std::size_t diode) const { return network_.out[diode] ? -1.0 : 1.0; }
+  [[nodiscard]] double source_value(std::size_t diode) const {
+    return result_.diodes[diode].effort - resistance_[diode] * result_.diodes[diode].flow;
+  }
+  /// Of a diode's own flow, or a derivative of it, by its source.
+  [[nodiscard]] double own_slope(std::size_t diode, std::size_t order) const {
+    return slope_[(diode * kOrders + order) * n_ + diode];
+  }
   [[nodiscard]] std::size_t source(std::size_t diode) const { return position_[diode]; }
   [[nodiscard]] std::size_t flow(std::size_t diode, std::size_t order) const {
     return position_[n_ + kOrders * diode + order];
@@ -90,12 +99,12 @@ class Sides {
 
   /// Flows and their derivatives as they depend on the sources, at the present ones.
   bool linearize() {
-    for (std::size_t i = 0; i < n_; ++i) parameters_[network_.resistances[i].index()] = result_.diodes[i].resistance;
+    for (std::size_t i = 0; i < n_; ++i) parameters_[network_.resistances[i].index()] = resistance_[i];
     Evaluator& evaluator = evaluators_.of(network_.program, parameters_);
     const Jump jump = jump_into(evaluator, t_, stored_);
     if (jump.failure) return fail(*jump.failure);
     x_ = jump.x;
-    for (std::size_t i = 0; i < n_; ++i) x_[source(i)] = sign(i) * result_.diodes[i].source;
+    for (std::size_t i = 0; i < n_; ++i) x_[source(i)] = sign(i) * source_value(i);
     Branch branch = first_branch(network_.program);
     rates_.assign(states_, 0.0);
     const Sparsity& pattern = network_.program.jacobian_pattern;
@@ -143,7 +152,7 @@ class Sides {
         if (!rounding.empty()) off_[row] += rounding[flow(i, k)];
         size_[row] += std::abs(value - linear[row]);
         at_zero_[row] = sign(i) * value;
-        for (std::size_t j = 0; j < n_; ++j) at_zero_[row] -= slope_[row * n_ + j] * result_.diodes[j].source;
+        for (std::size_t j = 0; j < n_; ++j) at_zero_[row] -= slope_[row * n_ + j] * source_value(j);
       }
     return true;
   }
@@ -181,7 +190,7 @@ class Sides {
             "let it begin with \"initial\": { \"q\": ... } at or below the gap; a gap must not jump"));
       away_[i] = !touches && room > off;
       if (away_[i]) {
-        result_.diodes[i].source = 0.0;
+        result_.diodes[i].effort = result_.diodes[i].flow = 0.0;
         continue;
       }
       result_.room[i] = room;
@@ -214,41 +223,65 @@ class Sides {
     for (std::size_t i = 0; i < n_ && fastest < n_; ++i) {
       if (!network_.displacements[i].valid() || away_[i] || i == fastest) continue;
       away_[i] = true;
-      restitution_[i] = closing_[i] = result_.diodes[i].source = 0.0;
+      restitution_[i] = closing_[i] = result_.diodes[i].effort = result_.diodes[i].flow = 0.0;
     }
   }
 
   /// Resistances at which something is seen of the circuits, whatever an effort and a flow of 1 are beside their own.
-  void scan_resistances(double span) {
+  void scan_resistances() {
     constexpr int kFarthest = 36, kStep = 3;  // powers of ten; what is beyond is beyond the units of any model
     std::vector<std::vector<SlopesThrough>> scans(n_);
     for (int power = -kFarthest; power <= kFarthest; power += kStep) {
       const double r = std::pow(10.0, power);
-      for (DiodeState& diode : result_.diodes) diode.resistance = r;
+      resistance_.assign(n_, r);
       if (!linearize()) {  // a law that has no value there
         result_.failure.reset();
         continue;
       }
       for (std::size_t i = 0; i < n_; ++i) {
         SlopesThrough at{r, {}};
-        for (std::size_t k = 0; k < kOrders; ++k) at.slopes[k] = slope_[(i * kOrders + k) * n_ + i];
+        for (std::size_t k = 0; k < kOrders; ++k) at.slopes[k] = own_slope(i, k);
         if (std::abs(at.slopes[0]) <= kOfTerms / r) at.slopes[0] = 0.0;
         scans[i].push_back(at);
       }
     }
-    for (std::size_t i = 0; i < n_; ++i) result_.diodes[i].resistance = seen_resistance(scans[i], span);
+    for (std::size_t i = 0; i < n_; ++i) resistance_[i] = seen_resistance(scans[i], span_);
+  }
+
+  /// Whether the slopes at the resistances chosen last have become other ones since, as those of laws that are not
+  /// linear do: the circuit may have another size now.
+  [[nodiscard]] bool has_moved() const {
+    constexpr double kSame = 1e-9;
+    for (std::size_t i = 0; i < n_; ++i)
+      for (std::size_t k = 0; k < kOrders; ++k) {
+        const double before = sight_.slopes[i * kOrders + k], now = std::abs(own_slope(i, k));
+        if (std::abs(now - before) > kSame * (now + before)) return true;
+      }
+    return false;
+  }
+
+  bool choose_resistances() {
+    if (sight_.resistances.empty()) {
+      scan_resistances();
+    } else {
+      resistance_ = sight_.resistances;
+      if (!linearize()) return false;
+      if (has_moved()) scan_resistances();
+    }
+    return adapt_resistances();
   }
 
   /// Resistances of about what the diodes see, so that neither of both is lost in rounding.
-  bool choose_resistances() {
+  bool adapt_resistances() {
     // In a row or side by side diodes see each other, and a share of 1/n says nothing of the circuit.
     const double small = std::min(1e-2, 0.5 / static_cast<double>(n_));
-    for (int step = 0; step < 6; ++step) {
+    constexpr int kMost = 6;
+    for (int step = 0; step < kMost; ++step) {
       if (!linearize()) return false;
       bool changed = false;
       for (std::size_t i = 0; i < n_; ++i) {
-        double& r = result_.diodes[i].resistance;
-        const double share = -slope_[i * kOrders * n_ + i] * r;  // of r in what the source sees
+        double& r = resistance_[i];
+        const double share = -own_slope(i, 0) * r;  // of r in what the source sees
         if (share < small && share > 1e-15) {
           r /= std::max(share, 1e-12);
           changed = true;
@@ -257,9 +290,14 @@ class Sides {
           changed = true;
         }
       }
-      if (!changed) return true;
+      if (!changed) break;
+      if (step == kMost - 1 && !linearize()) return false;
     }
-    return linearize();
+    sight_.resistances = resistance_;
+    sight_.slopes.clear();
+    for (std::size_t i = 0; i < n_; ++i)
+      for (std::size_t k = 0; k < kOrders; ++k) sight_.slopes.push_back(std::abs(own_slope(i, k)));
+    return true;
   }
 
   [[nodiscard]] Complementarity problem() {
@@ -281,7 +319,7 @@ class Sides {
           largest[k] = std::max(largest[k], std::abs(slope_[(i * kOrders + k) * n_ + j]));
       // With a resistance of r in series no slope is larger than 1/r; a row that is nothing but rounding is so beside
       // that: the flow into a part that nothing else connects.
-      largest[0] = std::max(largest[0], 1.0 / result_.diodes[i].resistance);
+      largest[0] = std::max(largest[0], 1.0 / resistance_[i]);
       std::array<double, kOrders> right{}, right_rounding{};
       for (std::size_t j = 0; j < n_; ++j) {
         std::array<double, kOrders> slope{}, rounding{};
@@ -293,7 +331,7 @@ class Sides {
         }
         if (i != j && slope == std::array<double, kOrders>{}) continue;
         const PowerSeries f = PowerSeries::of<kOrders>(slope, rounding, false);
-        PowerSeries z = f * PowerSeries::number(result_.diodes[j].resistance);
+        PowerSeries z = f * PowerSeries::number(resistance_[j]);
         if (i == j) z = z + PowerSeries::number(1.0);
         // A contact that is away has no effort and any flow: the other way round than what is held.
         problem.w[i].push_back({j, away_[j] ? z : f});
@@ -308,8 +346,8 @@ class Sides {
       }
       constexpr double kOfSize = 1e-6, kTimes = 10.0;
       const double flow_size = size_[i * kOrders] + std::abs(right[0]);
-      const double r = result_.diodes[i].resistance;
-      effort_size_[i] = r * flow_size + std::abs(threshold(i)) + std::abs(result_.diodes[i].source);
+      const double r = resistance_[i];
+      effort_size_[i] = r * flow_size + std::abs(threshold(i)) + std::abs(source_value(i));
       result_.flow_error[i] = kTimes * (off_[i * kOrders] + kOfTerms * flow_size);
       result_.effort_error[i] = kTimes * (r * off_[i * kOrders] + kOfTerms * effort_size_[i]);
       result_.flow_off[i] = kOfSize * flow_size + result_.flow_error[i];
@@ -330,7 +368,7 @@ class Sides {
     flow_exponent_.assign(n_, 0);
     effort_exponent_.assign(n_, 0);
     for (std::size_t i = 0; i < n_; ++i) {
-      const double r = result_.diodes[i].resistance;
+      const double r = resistance_[i];
       flow_exponent_[i] = exponent(effort_size_[i] / r);
       effort_exponent_[i] = flow_exponent_[i] + exponent(r);
     }
@@ -353,7 +391,8 @@ class Sides {
   [[nodiscard]] double threshold(std::size_t diode) const { return diodes_[4 * diode + 2]; }
 
   void iterate() {
-    constexpr int kMostSteps = 50;
+    constexpr int kMostSteps = 50, kMostScans = 3;
+    int scans = 0;
     for (int step = 0; step < kMostSteps; ++step) {
       std::vector<bool> first(n_), held(n_);
       for (std::size_t i = 0; i < n_; ++i) {
@@ -376,6 +415,10 @@ class Sides {
         }
       if (take(sides, held)) return;
       if (!linearize()) return;
+      if (has_moved() && scans++ < kMostScans) {
+        scan_resistances();
+        if (!adapt_resistances()) return;
+      }
     }
     fail(
         diagnostic_of("BG622", "at t = " + number_text(t_) + " the sides of the diodes could not be found", {},
@@ -391,13 +434,13 @@ class Sides {
       DiodeState& diode = result_.diodes[i];
       const double value = sides.value[i].finite_part();
       const double flow = (sides.takes_z[i] ? value : 0.0) + rebound(i), short_of = sides.takes_z[i] ? 0.0 : value;
-      const double source = threshold(i) - diode.resistance * flow - short_of;
+      const double before = source_value(i), source = threshold(i) - resistance_[i] * flow - short_of;
       next_conducts_.resize(n_);
       next_conducts_[i] = sides.takes_z[i];
       if (!std::isfinite(source)) continue;
-      same = same &&
-             std::abs(source - diode.source) <= kSame * (std::abs(source) + std::abs(diode.source) + effort_size_[i]);
-      diode.source = source;
+      same = same && std::abs(source - before) <= kSame * (std::abs(source) + std::abs(before) + effort_size_[i]);
+      diode.effort = threshold(i) - short_of;
+      diode.flow = flow;
     }
     // Only the sides matter. Where laws are flat at 0, as an orifice's, sources converge slowly.
     constexpr int kMostTimes = 3;
@@ -510,9 +553,12 @@ class Sides {
   double t_;
   const Stored& stored_;
   KeptEvaluators& evaluators_;
+  DiodeSight& sight_;
+  double span_;
   std::size_t n_, states_;
   std::vector<std::size_t> position_;  ///< by added integral: which state
   std::vector<double> x_, rates_, diodes_;
+  std::vector<double> resistance_;              ///< by diode: r
   std::vector<double> resolution_;              ///< by state
   std::vector<double> slope_, at_zero_, size_;  ///< rows: by diode, then order; in the direction that diodes pass
   std::vector<double> off_, effort_size_;
@@ -533,8 +579,9 @@ class Sides {
 
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
-                       std::vector<DiodeState> before, KeptEvaluators& evaluators, double span, bool one) {
-  return Sides(network, parameters, t, stored, resolution, std::move(before), evaluators).run(one, span);
+                       std::vector<DiodeState> before, KeptEvaluators& evaluators, DiodeSight& sight, double span,
+                       bool one) {
+  return Sides(network, parameters, t, stored, resolution, std::move(before), evaluators, sight, span).run(one);
 }
 
 }  // namespace bgsim

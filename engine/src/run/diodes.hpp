@@ -37,12 +37,17 @@ struct ImpactProgram {
 /// Of a diode or contact, in the order of the model.
 struct DiodeState {
   bool conducts = false;
-  std::optional<bool> may_begin;  ///< its fire holds, or it has none; not known at the start of a run
-  bool pinned = false;            ///< "conducts" without a flow, only since nothing else determines its effort
-  double source = 0.0;            ///< s, where it is known, else 0
-  double resistance = 1.0;
-  bool touches = false;  ///< a contact is closed, or has come to its gap
-  bool sticks = false;   ///< a contact does not rebound here
+  std::optional<bool> may_begin;    ///< its fire holds, or it has none; not known at the start of a run
+  bool pinned = false;              ///< "conducts" without a flow, only since nothing else determines its effort
+  double effort = 0.0, flow = 0.0;  ///< where they are known, else 0
+  bool touches = false;             ///< a contact is closed, or has come to its gap
+  bool sticks = false;              ///< a contact does not rebound here
+};
+
+/// Through which resistances a network is seen, kept from one time to the next. Empty: not looked for yet.
+struct DiodeSight {
+  std::vector<double> resistances;  ///< by diode: r
+  std::vector<double> slopes;       ///< by diode, then order: of its flow and two derivatives by its source, magnitudes
 };
 
 struct DiodeSides {
@@ -81,12 +86,13 @@ struct DiodeSides {
 ///
 /// Fails with BG622 where no sides are possible.
 /// @param resolution  of a state: by how much it may be off
-/// @param span        duration of the scene; where it is not 0, the resistances that the network is seen through are
-///                    looked for: once for each network. They are part of the result.
+/// @param sight       of the network; looked for where it is empty, or its laws have moved far from where it was
+/// @param span        duration of the scene
 /// @param one         of the contacts that close, that which closes fastest takes an impulse, as if the others did not
 ///                    touch; of equally fast ones the first
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
-                       std::vector<DiodeState> before, KeptEvaluators& evaluators, double span, bool one = false);
+                       std::vector<DiodeState> before, KeptEvaluators& evaluators, DiodeSight& sight, double span,
+                       bool one = false);
 
 }  // namespace bgsim

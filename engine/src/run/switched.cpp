@@ -61,7 +61,9 @@ bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) 
   if (delays_ && stored_.t > inputs_.start) run.know_delays(std::move(*delays_));
   delays_.reset();
   const RunResult part = run.execute();
-  for (std::size_t i = 0; i < program->states.size(); ++i) {
+  // The clock of a mode without states is no state of the model: the network of the diodes has others by its number.
+  const bool only_clock = has_only_clock(*program);
+  for (std::size_t i = 0; i < program->states.size() && !only_clock; ++i) {
     double& scale = scale_[key(program->states[i])];
     scale = std::max(scale, run.largest(i));
     if (part.report.steps > 0) tolerance_[key(program->states[i])] = run.tolerance(i);
@@ -76,7 +78,7 @@ bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) 
   if (part.stop != StopReason::completed || !run.left_mode()) return false;
   if (stored_.values.size() != program->states.size() + program->dependent.size())
     return fail(no_jump_failure("what the dependent stores hold has no value", stored_.t));
-  if (program->state_names.size() == 1 && program->state_names.front() == kModeClock)
+  if (only_clock)
     std::erase_if(stored_.values, [&](const auto& value) { return value.signal == program->states.front().signal; });
   if (run.left_by_states()) changes_.push_back(stored_.t);
   take_diodes(run.diodes());

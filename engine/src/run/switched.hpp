@@ -33,6 +33,9 @@ struct SwitchedPrograms {
 
 /// Name of the state of a mode in which nothing is stored: the time, so that the run looks for events.
 inline constexpr const char* kModeClock = "(clock)";
+inline bool has_only_clock(const Program& program) {
+  return program.state_names.size() == 1 && program.state_names.front() == kModeClock;
+}
 
 /// Where a switched run begins.
 struct SwitchedStart {
@@ -40,7 +43,7 @@ struct SwitchedStart {
   std::vector<bool> diodes;  ///< by switch: it is a diode
   Stored stored;             ///< of every store and integral, before the first mode ties any of them to each other
   std::optional<Diagnostic> failure = {};  ///< BG622: the diodes have no sides
-  std::vector<double> resistances = {};    ///< by diode: through which its network is seen; empty: not looked for
+  DiodeSight sight = {};                   ///< of the network of the first mode
 };
 
 /// Runs a scene from mode to mode. Within a mode this is simulate() of that mode's program. Where a switch leaves its

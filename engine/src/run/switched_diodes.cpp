@@ -16,7 +16,8 @@ void SwitchedRun::take_diodes(const std::vector<double>& values) {
     DiodeState& diode = diodes_[i];
     diode.conducts = mode_[next++];
     const bool contact = network.displacements[i].valid();
-    diode.source = values[4 * i] - (contact ? 0.0 : diode.resistance * values[4 * i + 1]);
+    diode.effort = values[4 * i];
+    diode.flow = contact ? 0.0 : values[4 * i + 1];
     diode.may_begin = values[4 * i + 3] != 0.0;
   }
 }
@@ -40,15 +41,13 @@ bool SwitchedRun::settle_diodes() {
   try {
     const DiodeNetwork& network = network_of_(mode_);
     const auto resolution = [this](const StateInfo& state) { return resolution_of(state); };
-    std::vector<double>& seen = resistances_[mode_of_switches()];
-    const double scan = seen.empty() ? inputs_.stop - inputs_.start : 0.0;
-    for (std::size_t i = 0; i < seen.size(); ++i) diodes_[i].resistance = seen[i];
+    DiodeSight& sight = sights_[mode_of_switches()];
+    const double span = inputs_.stop - inputs_.start;
     DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_,
-                                   scan, one_at_a_time());
-    seen.clear();
-    for (std::size_t i = 0; i < diodes_.size(); ++i) seen.push_back(diodes_[i].resistance = sides.diodes[i].resistance);
+                                   sight, span, one_at_a_time());
     if (!goes_on_alone(sides))
-      sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_, 0.0);
+      sides =
+          diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_, sight, span);
     if (sides.failure)
       return (may_try(network, sides) && try_sides(resolution, may_be_tried(network))) ||
              fail(std::move(*sides.failure));
@@ -131,7 +130,7 @@ bool SwitchedRun::try_sides(const std::function<double(const StateInfo&)>& resol
   for (std::size_t i = 0; i < diodes_.size(); ++i) {
     diodes_[i].conducts = sides->conducts[i];
     diodes_[i].pinned = false;
-    diodes_[i].source = 0.0;
+    diodes_[i].effort = diodes_[i].flow = 0.0;
   }
   flow_off_ = flow_error_ = std::move(sides->flow_error);
   effort_off_ = effort_error_ = std::move(sides->effort_error);

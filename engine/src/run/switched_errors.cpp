@@ -55,7 +55,7 @@ void SwitchedRun::take_errors(const Program& program, Run& run, const RunResult&
   if (!errors_) return lose_errors(part.report.errors.why_not, part.report.errors.possible);
   if (errors_->exact.values.size() != program.states.size() + program.dependent.size())
     return lose_errors("what the stores hold at t = " + number_text(stored_.t, 6) + " could not be evaluated", true);
-  if (program.state_names.size() == 1 && program.state_names.front() == kModeClock)
+  if (has_only_clock(program))
     std::erase_if(errors_->exact.values,
                   [&](const auto& value) { return value.signal == program.states.front().signal; });
 }

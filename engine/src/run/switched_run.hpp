@@ -51,7 +51,7 @@ class SwitchedRun {
         diodes_(static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true))),
         contacts_(diodes_.size()) {
     stored_.t = inputs.start;
-    if (!start.resistances.empty()) resistances_[mode_of_switches()] = start.resistances;
+    if (!diodes_.empty()) sights_[mode_of_switches()] = start.sight;
   }
 
   RunResult execute();
@@ -255,7 +255,7 @@ class SwitchedRun {
 
   struct Seen {
     Mode switches;
-    std::vector<double> resistances;
+    DiodeSight sight;
     template <class Archive>
     void carry(Archive& archive);
   };
@@ -287,8 +287,7 @@ class SwitchedRun {
   EventMemory events_;  ///< empty before the first stretch
   KeptEvaluators evaluators_;
   std::vector<DiodeState> diodes_;
-  /// By the sides of the switches alone: the resistances that each network is seen through.
-  std::map<Mode, std::vector<double>> resistances_;
+  std::map<Mode, DiodeSight> sights_;        ///< by the sides of the switches alone
   std::vector<ContactHistory> contacts_;     ///< by diode
   std::vector<std::optional<double>> kick_;  ///< by diode: see DiodeSides::kick
   std::vector<double> closing_;              ///< by diode: see DiodeSides::closing

@@ -54,8 +54,8 @@ void carry(Archive& archive, DiodeState& diode) {
   archive("conducts", diode.conducts);
   archive("may begin", diode.may_begin);
   archive("pinned", diode.pinned);
-  archive("source", diode.source);
-  archive("resistance", diode.resistance);
+  archive("effort", diode.effort);
+  archive("flow", diode.flow);
   archive("touches", diode.touches);
   archive("sticks", diode.sticks);
 }
@@ -129,7 +129,8 @@ void SwitchedRun::Departure::carry(Archive& archive) {
 template <class Archive>
 void SwitchedRun::Seen::carry(Archive& archive) {
   archive("switches", switches);
-  archive("resistances", resistances);
+  archive("resistances", sight.resistances);
+  archive("slopes", sight.slopes);
 }
 
 template <class Archive>
@@ -174,12 +175,14 @@ void SwitchedRun::carry(Archive& archive) {
   archive("steps", steps_);
   archive("diodes", diodes_);
   std::vector<Seen> seen;
-  for (const auto& [switches, resistances] : resistances_) seen.push_back({switches, resistances});
+  for (const auto& [switches, sight] : sights_) seen.push_back({switches, sight});
   archive("seen", seen);
-  resistances_.clear();
+  sights_.clear();
   for (const Seen& at : seen) {
-    archive.check(at.switches.size() == mode_.size() && at.resistances.size() == diodes);
-    resistances_[at.switches] = at.resistances;
+    const std::size_t size = at.sight.resistances.size();
+    archive.check(at.switches.size() == mode_.size() && (size == diodes || size == 0));
+    archive.check(at.sight.slopes.size() == 3 * size);
+    sights_[at.switches] = at.sight;
   }
   archive("contacts", contacts_);
   archive.check(diodes_.size() == diodes && contacts_.size() == diodes);
@@ -271,7 +274,7 @@ bool SwitchedRun::resume() {
   const nlohmann::ordered_json state =
       state_of_snapshot(options_.resume, own_fingerprint(), kept_by(options_), sources);
   stored_.values.clear();
-  resistances_.clear();
+  sights_.clear();
   std::uint64_t given = 0;
   double t = 0.0;
   const auto stretch = state.find("stretch");

@@ -318,8 +318,7 @@ void ModePrograms::put_diodes(const RunInputs& inputs, DelayedPrograms& own, Swi
     const std::vector<DiodeState> before(count);
     KeptEvaluators evaluators;
     const DiodeSides sides = diode_sides(own.of(network(start.mode)), inputs.parameters, inputs.start, start.stored,
-                                         exact, before, evaluators, inputs.stop - inputs.start);
-    for (const DiodeState& diode : sides.diodes) start.resistances.push_back(diode.resistance);
+                                         exact, before, evaluators, start.sight, inputs.stop - inputs.start);
     if (!sides.failure) {
       put([&](std::size_t diode) { return sides.diodes[diode].conducts; });
       return;
