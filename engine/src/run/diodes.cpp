@@ -248,8 +248,8 @@ class Sides {
     for (std::size_t i = 0; i < n_; ++i) resistance_[i] = seen_resistance(scans[i], span_);
   }
 
-  /// Whether the slopes at the resistances chosen last have become other ones since, as those of laws that are not
-  /// linear do: the circuit may have another size now.
+  /// Whether the slopes at the resistances chosen last are other ones now, as those of laws that are not linear are:
+  /// the circuit may have another size.
   [[nodiscard]] bool has_moved() const {
     constexpr double kSame = 1e-9;
     for (std::size_t i = 0; i < n_; ++i)
@@ -391,8 +391,7 @@ class Sides {
   [[nodiscard]] double threshold(std::size_t diode) const { return diodes_[4 * diode + 2]; }
 
   void iterate() {
-    constexpr int kMostSteps = 50, kMostScans = 3;
-    int scans = 0;
+    constexpr int kMostSteps = 50;
     for (int step = 0; step < kMostSteps; ++step) {
       std::vector<bool> first(n_), held(n_);
       for (std::size_t i = 0; i < n_; ++i) {
@@ -415,10 +414,6 @@ class Sides {
         }
       if (take(sides, held)) return;
       if (!linearize()) return;
-      if (has_moved() && scans++ < kMostScans) {
-        scan_resistances();
-        if (!adapt_resistances()) return;
-      }
     }
     fail(
         diagnostic_of("BG622", "at t = " + number_text(t_) + " the sides of the diodes could not be found", {},

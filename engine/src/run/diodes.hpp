@@ -86,7 +86,7 @@ struct DiodeSides {
 ///
 /// Fails with BG622 where no sides are possible.
 /// @param resolution  of a state: by how much it may be off
-/// @param sight       of the network; looked for where it is empty, or its laws have moved far from where it was
+/// @param sight       of the network; looked for where it is empty, or the slopes of its laws have changed
 /// @param span        duration of the scene
 /// @param one         of the contacts that close, that which closes fastest takes an impulse, as if the others did not
 ///                    touch; of equally fast ones the first
