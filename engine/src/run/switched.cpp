@@ -126,6 +126,7 @@ const Program* SwitchedRun::enter_mode() {
       if (hold_or_try(*program, tried)) return program;
       if (result_.failure) return nullptr;
       settled = true;
+      program = nullptr;  // of the mode that was left now
       continue;
     }
     if (!store_jumped(*program, parameters_, x_)) return nullptr;

@@ -6,6 +6,11 @@
 #include "run/failures.hpp"
 
 namespace bgsim {
+namespace {
+
+constexpr double kLarge = 0.1;  ///< part of its magnitude by which a loop variable may change unasked
+
+}  // namespace
 
 BranchWatch::BranchWatch(const Program& program, Evaluator& evaluator, double start, double stop)
     : program_(program), evaluator_(evaluator) {
@@ -42,16 +47,22 @@ BranchWatch::Change BranchWatch::change(const std::vector<double>& from, const s
   return most;
 }
 
+/// The loops' solution at the states y_.
 bool BranchWatch::solve(Integrator& integrator, double t, const std::vector<double>& start,
                         std::vector<double>& solution) {
-  y_.resize(integrator.size());
-  integrator.interpolate(t, y_.data());
   probe_ = integrator.branch();
   probe_.tears = start;
   std::vector<double> rates(program_.state_names.size());
   if (!evaluator_.rates(t, y_.data(), probe_, rates.data())) return false;
   solution = probe_.tears;
   return true;
+}
+
+bool BranchWatch::solve_at(Integrator& integrator, double t, const std::vector<double>& start,
+                           std::vector<double>& solution) {
+  y_.resize(integrator.size());
+  integrator.interpolate(t, y_.data());
+  return solve(integrator, t, start, solution);
 }
 
 /// How far two solutions beside each other can be apart by rounding, where the last one was found.
@@ -69,10 +80,10 @@ bool BranchWatch::goes_on(Integrator& integrator, double from, double to, std::s
   std::vector<double> solution;
   std::vector<double> before = last_states_;
   if (from != integrator.previous()) {  // a step may be shorter than the roundings of its times
-    if (!solve(integrator, from, low_, solution)) return false;
+    if (!solve_at(integrator, from, low_, solution)) return false;
     before = y_;
   }
-  if (!solve(integrator, to, high_, solution)) return false;
+  if (!solve_at(integrator, to, high_, solution)) return false;
   std::vector<double> rates(program_.state_names.size()), ahead(rates.size());
   for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i] = y_[i] + (y_[i] - before[i]);
   return evaluator_.rates(to + (to - from), ahead.data(), probe_, rates.data()) &&
@@ -85,10 +96,30 @@ const ProgramBlock& BranchWatch::block_of(std::size_t tear) const {
   });
 }
 
-std::optional<Diagnostic> BranchWatch::check(Integrator& integrator) {
-  constexpr double kLarge = 0.1;    // part of its magnitude by which a loop variable may change unasked
+/// Between low_ and high_, of which the change is large: halves the way from @p from to @p to where most of it is,
+/// until it is small there. What is left of it as a part of @p whole, where it stays large however short the way.
+template <class SolveAt>
+std::optional<BranchWatch::Change> BranchWatch::narrow(double& from, double& to, const std::vector<double>& rounding,
+                                                       SolveAt solve_in_between) {
   constexpr double kShrinks = 0.7;  // what is smooth, even a square root at zero, changes less in half the time
   constexpr int kHalvings = 40;
+  const double small = std::max(kLarge, kShrinks * change(low_, high_, rounding).size);
+  for (int halvings = 0; halvings < kHalvings && change(low_, high_, rounding).size > small; ++halvings) {
+    const double middle = from + (to - from) / 2;
+    if (!(middle > from && middle < to) || !solve_in_between(middle)) break;
+    if (change(low_, middle_, rounding).size > change(middle_, high_, rounding).size) {
+      to = middle;
+      high_ = middle_;
+    } else {
+      from = middle;
+      low_ = middle_;
+    }
+  }
+  const Change left = change(low_, high_, rounding);
+  return left.size > small ? std::optional(left) : std::nullopt;
+}
+
+std::optional<Diagnostic> BranchWatch::check(Integrator& integrator) {
   if (!any_) return std::nullopt;
   now_ = integrator.branch().tears;
   std::optional<Diagnostic> jump;
@@ -99,32 +130,39 @@ std::optional<Diagnostic> BranchWatch::check(Integrator& integrator) {
     jump = branch_failure(block, program_.tear_names[tear], integrator.time(), last_[tear], now_[tear]);
   }
   if (jump) return jump;
-  if (integrator.time() > ripe_ && change(last_, now_, {}).size > kLarge &&
-      solve(integrator, integrator.time(), last_, now_)) {
-    const std::vector<double> rounding = rounding_at(integrator.time());
-    double from = integrator.previous(), to = integrator.time();
-    low_ = last_;
-    high_ = now_;
-    const double whole = change(low_, high_, rounding).size;
-    int halvings = 0;
-    for (; halvings < kHalvings && change(low_, high_, rounding).size > std::max(kLarge, kShrinks * whole);
-         ++halvings) {
-      const double middle = from + (to - from) / 2;
-      if (!(middle > from && middle < to) || !solve(integrator, middle, low_, middle_)) break;
-      if (change(low_, middle_, rounding).size > change(middle_, high_, rounding).size) {
-        to = middle;
-        high_ = middle_;
-      } else {
-        from = middle;
-        low_ = middle_;
-      }
-    }
-    const Change left = change(low_, high_, rounding);
-    if (left.size > std::max(kLarge, kShrinks * whole) && !goes_on(integrator, from, to, left.tear))
-      jump = branch_failure(block_of(left.tear), program_.tear_names[left.tear], to, low_[left.tear], high_[left.tear]);
-  }
+  if (integrator.time() > ripe_ && change(last_, now_, {}).size > kLarge) jump = look_between(integrator);
   if (!jump) begin(integrator);
   return jump;
+}
+
+std::optional<Diagnostic> BranchWatch::look_between(Integrator& integrator) {
+  const double previous = integrator.previous();
+  if (!solve_at(integrator, integrator.time(), last_, now_)) return std::nullopt;
+  const std::vector<double> rounding = rounding_at(integrator.time());
+  const auto failure = [&](const Change& left, double t) {
+    return branch_failure(block_of(left.tear), program_.tear_names[left.tear], t, low_[left.tear], high_[left.tear]);
+  };
+  // The last evaluation was that of the step's end, or nearly so, and a multistep method's polynomial need not begin at
+  // the last states. What lies between is within the tolerance, but a law may be ever so steep there.
+  low_ = last_;
+  std::copy(last_states_.begin(), last_states_.end(), y_.begin());
+  if (previous < integrator.time() && solve(integrator, previous, last_, low_) &&
+      solve_at(integrator, previous, low_, high_)) {
+    const std::vector<double> begin = high_, states = y_;
+    const auto on_the_way = [&](double part) {
+      for (std::size_t i = 0; i < last_states_.size(); ++i)
+        y_[i] = last_states_[i] + part * (states[i] - last_states_[i]);
+      return solve(integrator, previous, low_, middle_);
+    };
+    double from = 0.0, to = 1.0;
+    if (change(low_, high_, rounding).size > kLarge)
+      if (const auto left = narrow(from, to, rounding, on_the_way)) return failure(*left, previous);
+    low_ = begin;
+  }
+  high_ = now_;
+  double from = previous, to = integrator.time();
+  const auto left = narrow(from, to, rounding, [&](double t) { return solve_at(integrator, t, low_, middle_); });
+  return left && !goes_on(integrator, from, to, left->tear) ? std::optional(failure(*left, to)) : std::nullopt;
 }
 
 }  // namespace bgsim

@@ -45,6 +45,10 @@ class BranchWatch {
   [[nodiscard]] std::vector<double> rounding_at(double t);
   bool goes_on(Integrator& integrator, double from, double to, std::size_t tear);
   bool solve(Integrator& integrator, double t, const std::vector<double>& start, std::vector<double>& solution);
+  bool solve_at(Integrator& integrator, double t, const std::vector<double>& start, std::vector<double>& solution);
+  template <class SolveAt>
+  std::optional<Change> narrow(double& from, double& to, const std::vector<double>& rounding, SolveAt solve_in_between);
+  std::optional<Diagnostic> look_between(Integrator& integrator);
   [[nodiscard]] const ProgramBlock& block_of(std::size_t tear) const;
 
   const Program& program_;
