@@ -9,6 +9,7 @@
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
 #include "run/complementarity.hpp"
+#include "run/diode_failures.hpp"
 #include "run/failures.hpp"
 #include "run/jump.hpp"
 #include "run/seen_resistance.hpp"
@@ -125,6 +126,7 @@ class Sides {
     at_zero_.assign(kOrders * n_, 0.0);
     size_.assign(kOrders * n_, 0.0);
     off_.assign(kOrders * n_, 0.0);
+    shift_.assign(kOrders * n_ * states_, 0.0);
     std::vector<std::size_t> row_of(states_, kOrders * n_), source_of(states_, n_);
     for (std::size_t i = 0; i < n_; ++i) {
       source_of[source(i)] = i;
@@ -138,7 +140,7 @@ class Sides {
         const double term = values[static_cast<std::size_t>(at)] * x_[column];
         linear[row] += term;
         size_[row] += std::abs(term);
-        off_[row] += std::abs(values[static_cast<std::size_t>(at)]) * resolution_[column];
+        shift_[row * states_ + column] = std::abs(values[static_cast<std::size_t>(at)]) * resolution_[column];
         if (source_of[column] < n_) {
           const std::size_t j = source_of[column];
           slope_[row * n_ + j] = sign(row / kOrders) * sign(j) * values[static_cast<std::size_t>(at)];
@@ -154,7 +156,34 @@ class Sides {
         at_zero_[row] = sign(i) * value;
         for (std::size_t j = 0; j < n_; ++j) at_zero_[row] -= slope_[row * n_ + j] * source_value(j);
       }
+    shift(evaluator, branch);
     return true;
+  }
+
+  /// What states that are off make of the flows: by the slopes, but no more than they change by. Where a law begins
+  /// with a slope without bound, a flow moves by the root of what a store is off, and its slope there says any number.
+  void shift(Evaluator& evaluator, const Branch& branch) {
+    constexpr double kMatters = 1e-3;  // of the sizes of flows; below that slopes are good enough
+    std::vector<double> moved = x_, moved_rates(states_);
+    for (std::size_t column = 0; column < states_; ++column) {
+      bool matters = false;
+      for (std::size_t row = 0; row < kOrders * n_; ++row)
+        matters = matters || shift_[row * states_ + column] > kMatters * size_[row];
+      std::vector<double> most(kOrders * n_, matters ? 0.0 : std::numeric_limits<double>::infinity());
+      for (const double side : {1.0, -1.0}) {
+        if (!matters) break;
+        moved[column] = x_[column] + side * resolution_[column];
+        Branch there = branch;
+        if (!evaluator.rates(t_, moved.data(), there, moved_rates.data())) continue;
+        for (std::size_t row = 0; row < kOrders * n_; ++row) {
+          const std::size_t k = flow(row / kOrders, row % kOrders);
+          most[row] = std::max(most[row], std::abs(moved_rates[k] - rates_[k]));
+        }
+      }
+      moved[column] = x_[column];
+      for (std::size_t row = 0; row < kOrders * n_; ++row)
+        off_[row] += std::min(shift_[row * states_ + column], most[row]);
+    }
   }
 
   /// Which contacts touch, and at what speed they close. False if one is beyond its gap.
@@ -401,7 +430,7 @@ class Sides {
       }
       ComplementarySides sides = solve_complementarity(problem(), first, held);
       if (!sides.solved) {
-        fail(impossible(sides));
+        fail(no_sides_failure(network_, sides.unbounded, t_));
         return;
       }
       scale_back(sides);
@@ -409,7 +438,7 @@ class Sides {
         if (away_[i]) sides.takes_z[i] = !sides.takes_z[i];
       for (std::size_t i = 0; i < n_; ++i)
         if (away_[i] && !sides.takes_z[i]) {
-          fail_for_good(undetermined(i));
+          fail_for_good(free_contact_failure(network_, i, t_));
           return;
         }
       if (take(sides, held)) return;
@@ -499,50 +528,6 @@ class Sides {
     return true;
   }
 
-  [[nodiscard]] Diagnostic undetermined(std::size_t contact) const {
-    return diagnostic_of("BG622",
-                         "at t = " + number_text(t_) + " nothing determines the speed of the contact " +
-                             in_quotes(network_.names[contact]) + ", which is free",
-                         element_of(contact).place, "a free contact has no effort, and its flow follows from the rest",
-                         "between two contacts in series a mass is needed");
-  }
-
-  [[nodiscard]] Diagnostic impossible(const ComplementarySides& sides) const {
-    std::vector<std::string> names;
-    for (const std::size_t i : sides.unbounded)
-      if (std::find(names.begin(), names.end(), network_.names[i]) == names.end()) names.push_back(network_.names[i]);
-    std::sort(names.begin(), names.end());
-    constexpr std::size_t kMostNames = 8;
-    const std::size_t more = names.size() > kMostNames ? names.size() - kMostNames : 0;
-    names.resize(names.size() - more);
-    std::string text;
-    for (std::size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : ", ") + in_quotes(names[i]);
-    if (more > 0) text += " and " + std::to_string(more) + " more";
-    std::optional<Place> place;
-    if (!sides.unbounded.empty()) place = element_of(sides.unbounded.front()).place;
-    const auto is_contact = [this](std::size_t i) { return network_.displacements[i].valid(); };
-    const bool contacts = std::any_of(sides.unbounded.begin(), sides.unbounded.end(), is_contact);
-    if (contacts && std::all_of(sides.unbounded.begin(), sides.unbounded.end(), is_contact))
-      return diagnostic_of("BG622",
-                           "at t = " + number_text(t_) + " no sides of the contacts are possible: closed or free, " +
-                               text + " cannot keep q <= gap and 0 <= e",
-                           place, "a contact pushes only, and nothing comes beyond its gap",
-                           "between walls that come together something has to give way: a spring, or room");
-    if (contacts)
-      return diagnostic_of("BG622",
-                           "at t = " + number_text(t_) + " no sides of the contacts and diodes are possible: " + text +
-                               " cannot keep q <= gap and 0 <= e of a contact, 0 <= f and e <= threshold of a diode",
-                           place,
-                           "a contact pushes only, and nothing comes beyond its gap; a diode passes one way only",
-                           "between what comes together something has to give way: a spring, or a resistance");
-    return diagnostic_of(
-        "BG622",
-        "at t = " + number_text(t_) + " no sides of the diodes are possible: conducting or not, " + text +
-            " cannot keep 0 <= f and e <= threshold",
-        place, "an ideal diode takes any flow the way that it passes, and any effort the other way",
-        "a source of effort that diodes short-circuit needs a resistance, one of flow that they block another way on");
-  }
-
   const DiodeNetwork& network_;
   std::vector<double> parameters_;
   double t_;
@@ -556,6 +541,7 @@ class Sides {
   std::vector<double> resistance_;              ///< by diode: r
   std::vector<double> resolution_;              ///< by state
   std::vector<double> slope_, at_zero_, size_;  ///< rows: by diode, then order; in the direction that diodes pass
+  std::vector<double> shift_;  ///< by row, then state: by how much it moves as the state is off, by the slopes
   std::vector<double> off_, effort_size_;
   std::vector<int> flow_exponent_, effort_exponent_;  ///< by diode: powers of two of the problem's units
   struct Contact {
