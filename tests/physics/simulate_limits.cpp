@@ -90,6 +90,21 @@ TEST_CASE("a limit of time ends a model without states, and leaves one alone tha
   CHECK(run_by(CountedClock{1.0}, with_samples("5"), options).stop == StopReason::completed);
 }
 
+TEST_CASE("a limit of time is named as it was given where switches divide a run") {
+  SimulateOptions options;
+  options.time_limit = 0.05;  // of a run with 2e7 changes of the mode
+  const RunResult ended = Study::from_text(R"({ "bgsim": 1, "name": "chopper", "elements": {
+    "s": { "kind": "Se", "effort": 1 }, "j": { "kind": "1" }, "sw": { "kind": "Sw", "closed": "mod(t, 1) < 0.5" },
+    "r": { "kind": "R", "resistance": 1 }, "c": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "sw" }, { "from": "j", "to": "r" },
+               { "from": "j", "to": "c" } ],
+    "outputs": { "q": "c.q" }, "scenes": { "main": { "stop": 1e7, "samples": 11 } } })")
+                              .scene("main")
+                              .simulate(options);
+  REQUIRE(has_code(ended, "BG618"));
+  CHECK(ended.failure->situation.find("the limit of 0.05 s of wall time") == 0);
+}
+
 TEST_CASE("a run whose pace is steady and hopeless is reported, then ended, and names what is fast") {
   std::vector<Diagnostic> remarks;
   SimulateOptions options;

@@ -3,6 +3,7 @@
 #include "run/notes.hpp"
 #include "run/sink/output_measures.hpp"
 #include "run/switched_run.hpp"
+#include "run/watch/pace_words.hpp"
 
 namespace bgsim {
 
@@ -21,6 +22,8 @@ void SwitchedRun::add(const RunResult& part) {
   const RunReport& own = part.report;
   result_.stop = part.stop;
   result_.failure = part.failure;
+  if (part.failure && part.failure->code == "BG618")  // of what was left of the limit
+    result_.failure = time_limit_failure(own.reached, inputs_.stop, options_.time_limit);
   result_.rows += part.rows;
   report.model = own.model;
   report.scene = own.scene;
