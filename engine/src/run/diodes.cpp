@@ -169,20 +169,24 @@ class Sides {
       bool matters = false;
       for (std::size_t row = 0; row < kOrders * n_; ++row)
         matters = matters || shift_[row * states_ + column] > kMatters * size_[row];
-      std::vector<double> most(kOrders * n_, matters ? 0.0 : std::numeric_limits<double>::infinity());
+      std::vector<double> most(kOrders * n_, 0.0);
+      bool known = false;
       for (const double side : {1.0, -1.0}) {
         if (!matters) break;
         moved[column] = x_[column] + side * resolution_[column];
         Branch there = branch;
         if (!evaluator.rates(t_, moved.data(), there, moved_rates.data())) continue;
+        known = true;
         for (std::size_t row = 0; row < kOrders * n_; ++row) {
           const std::size_t k = flow(row / kOrders, row % kOrders);
           most[row] = std::max(most[row], std::abs(moved_rates[k] - rates_[k]));
         }
       }
       moved[column] = x_[column];
-      for (std::size_t row = 0; row < kOrders * n_; ++row)
-        off_[row] += std::min(shift_[row * states_ + column], most[row]);
+      for (std::size_t row = 0; row < kOrders * n_; ++row) {
+        const double by_slope = shift_[row * states_ + column];
+        off_[row] += known ? std::min(by_slope, most[row]) : by_slope;
+      }
     }
   }
 

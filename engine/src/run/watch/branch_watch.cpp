@@ -96,8 +96,8 @@ const ProgramBlock& BranchWatch::block_of(std::size_t tear) const {
   });
 }
 
-/// Between low_ and high_, of which the change is large: halves the way from @p from to @p to where most of it is,
-/// until it is small there. What is left of it as a part of @p whole, where it stays large however short the way.
+/// Between the solutions low_ and high_: halves the way from @p from to @p to, towards where most of the change is,
+/// until the change is small. What is left of it if it stays large however short the way.
 template <class SolveAt>
 std::optional<BranchWatch::Change> BranchWatch::narrow(double& from, double& to, const std::vector<double>& rounding,
                                                        SolveAt solve_in_between) {
