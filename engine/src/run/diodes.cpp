@@ -126,7 +126,7 @@ class Sides {
     at_zero_.assign(kOrders * n_, 0.0);
     size_.assign(kOrders * n_, 0.0);
     off_.assign(kOrders * n_, 0.0);
-    shift_.assign(kOrders * n_ * states_, 0.0);
+    shifts_.clear();
     std::vector<std::size_t> row_of(states_, kOrders * n_), source_of(states_, n_);
     for (std::size_t i = 0; i < n_; ++i) {
       source_of[source(i)] = i;
@@ -140,7 +140,8 @@ class Sides {
         const double term = values[static_cast<std::size_t>(at)] * x_[column];
         linear[row] += term;
         size_[row] += std::abs(term);
-        shift_[row * states_ + column] = std::abs(values[static_cast<std::size_t>(at)]) * resolution_[column];
+        if (resolution_[column] > 0.0)
+          shifts_.push_back({row, column, std::abs(values[static_cast<std::size_t>(at)]) * resolution_[column]});
         if (source_of[column] < n_) {
           const std::size_t j = source_of[column];
           slope_[row * n_ + j] = sign(row / kOrders) * sign(j) * values[static_cast<std::size_t>(at)];
@@ -165,11 +166,12 @@ class Sides {
   void shift(Evaluator& evaluator, const Branch& branch) {
     constexpr double kMatters = 1e-3;  // of the sizes of flows; below that slopes are good enough
     std::vector<double> moved = x_, moved_rates(states_);
-    for (std::size_t column = 0; column < states_; ++column) {
-      bool matters = false;
-      for (std::size_t row = 0; row < kOrders * n_; ++row)
-        matters = matters || shift_[row * states_ + column] > kMatters * size_[row];
-      std::vector<double> most(kOrders * n_, 0.0);
+    for (auto first = shifts_.begin(), last = first; first != shifts_.end(); first = last) {
+      const std::size_t column = first->column;
+      last = std::find_if(first, shifts_.end(), [column](const Shift& at) { return at.column != column; });
+      const bool matters =
+          std::any_of(first, last, [this](const Shift& at) { return at.by_slope > kMatters * size_[at.row]; });
+      std::vector<double> most(static_cast<std::size_t>(last - first), 0.0);
       bool known = false;
       for (const double side : {1.0, -1.0}) {
         if (!matters) break;
@@ -177,16 +179,15 @@ class Sides {
         Branch there = branch;
         if (!evaluator.rates(t_, moved.data(), there, moved_rates.data())) continue;
         known = true;
-        for (std::size_t row = 0; row < kOrders * n_; ++row) {
-          const std::size_t k = flow(row / kOrders, row % kOrders);
-          most[row] = std::max(most[row], std::abs(moved_rates[k] - rates_[k]));
+        for (auto at = first; at != last; ++at) {
+          const std::size_t k = flow(at->row / kOrders, at->row % kOrders);
+          double& change = most[static_cast<std::size_t>(at - first)];
+          change = std::max(change, std::abs(moved_rates[k] - rates_[k]));
         }
       }
       moved[column] = x_[column];
-      for (std::size_t row = 0; row < kOrders * n_; ++row) {
-        const double by_slope = shift_[row * states_ + column];
-        off_[row] += known ? std::min(by_slope, most[row]) : by_slope;
-      }
+      for (auto at = first; at != last; ++at)
+        off_[at->row] += known ? std::min(at->by_slope, most[static_cast<std::size_t>(at - first)]) : at->by_slope;
     }
   }
 
@@ -545,7 +546,11 @@ class Sides {
   std::vector<double> resistance_;              ///< by diode: r
   std::vector<double> resolution_;              ///< by state
   std::vector<double> slope_, at_zero_, size_;  ///< rows: by diode, then order; in the direction that diodes pass
-  std::vector<double> shift_;  ///< by row, then state: by how much it moves as the state is off, by the slopes
+  struct Shift {
+    std::size_t row = 0, column = 0;
+    double by_slope = 0.0;  ///< how much the row moves as the state of the column is off
+  };
+  std::vector<Shift> shifts_;  ///< by column
   std::vector<double> off_, effort_size_;
   std::vector<int> flow_exponent_, effort_exponent_;  ///< by diode: powers of two of the problem's units
   struct Contact {
