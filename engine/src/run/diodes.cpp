@@ -37,7 +37,6 @@ class Sides {
         n_(network.resistances.size()),
         states_(network.program.states.size()) {
     result_.diodes = std::move(before);
-    resistance_.assign(n_, 1.0);
     parameters_.resize(network.program.model->parameters.size(), 0.0);
     position_.resize((1 + kOrders) * n_ + 2 * network.contacts);
     for (const StateInfo& state : network.program.states) resolution_.push_back(resolution(state));
@@ -65,6 +64,7 @@ class Sides {
 
   DiodeSides run(bool one) {
     if (choose_resistances() && look_at_contacts()) {
+      bound_flows();
       if (one) leave_the_fastest();
       iterate();
     }
@@ -157,13 +157,14 @@ class Sides {
         at_zero_[row] = sign(i) * value;
         for (std::size_t j = 0; j < n_; ++j) at_zero_[row] -= slope_[row * n_ + j] * source_value(j);
       }
-    shift(evaluator, branch);
+    evaluator_ = &evaluator;
+    branch_ = std::move(branch);
     return true;
   }
 
   /// What states that are off make of the flows: by the slopes, but no more than they change by. Where a law begins
   /// with a slope without bound, a flow moves by the root of what a store is off, and its slope there says any number.
-  void shift(Evaluator& evaluator, const Branch& branch) {
+  void bound_flows() {
     constexpr double kMatters = 1e-3;  // of the sizes of flows; below that slopes are good enough
     std::vector<double> moved = x_, moved_rates(states_);
     for (auto first = shifts_.begin(), last = first; first != shifts_.end(); first = last) {
@@ -176,8 +177,8 @@ class Sides {
       for (const double side : {1.0, -1.0}) {
         if (!matters) break;
         moved[column] = x_[column] + side * resolution_[column];
-        Branch there = branch;
-        if (!evaluator.rates(t_, moved.data(), there, moved_rates.data())) continue;
+        Branch there = branch_;
+        if (!evaluator_->rates(t_, moved.data(), there, moved_rates.data())) continue;
         known = true;
         for (auto at = first; at != last; ++at) {
           const std::size_t k = flow(at->row / kOrders, at->row % kOrders);
@@ -448,6 +449,7 @@ class Sides {
         }
       if (take(sides, held)) return;
       if (!linearize()) return;
+      bound_flows();
     }
     fail(
         diagnostic_of("BG622", "at t = " + number_text(t_) + " the sides of the diodes could not be found", {},
@@ -538,6 +540,8 @@ class Sides {
   double t_;
   const Stored& stored_;
   KeptEvaluators& evaluators_;
+  Evaluator* evaluator_ = nullptr;  ///< at the point of the last linearization
+  Branch branch_;                   ///< there
   DiodeSight& sight_;
   double span_;
   std::size_t n_, states_;

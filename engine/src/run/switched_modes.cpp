@@ -157,8 +157,7 @@ RunInputs SwitchedRun::inputs_here(const Program& program) {
   if (short_flight_ && inputs_.method != Method::automatic && !std::exchange(noted_flights_, true))
     result_.report.notes.push_back(
         "what follows where a contact opens, and rebounds that are short beside the tolerance, is integrated by "
-        "Radau: "
-        "multistep methods, which begin with order 1, lose it");
+        "Radau: multistep methods, which begin with order 1, lose it");
   inputs.initial.clear();
   for (std::size_t i = 0; i < program.states.size(); ++i) {
     const StateInfo& state = program.states[i];
