@@ -181,3 +181,21 @@ TEST_CASE("a number whose leading coefficient is within its rounding begins with
   CHECK((a * b - PowerSeries::number(1.0)).sign() == 0);
   CHECK(std::isinf(b.finite_part()));
 }
+
+TEST_CASE("what one row is off by leaves the values of the others as they are known") {
+  // A suction valve whose flow is known to a third, z = -0.7 +- 0.3, beside a delivery valve that holds 0.48 back.
+  const auto series = [](double a, double b, double rounding = 1e-15) {
+    return PowerSeries::of<2>({a, b}, {rounding, rounding}, false);
+  };
+  Complementarity problem;
+  problem.size = 2;
+  problem.z = {{{0, series(2.3e-7, 0.23)}, {1, series(0.0, -30.0)}},
+               {{0, series(0.0, -1.8e-3)}, {1, series(0.0, 0.23)}}};
+  problem.w = {{{0, series(-0.84, 0.2)}, {1, series(0.0, -25.0)}},
+               {{0, series(0.0, -1.5e-3)}, {1, series(-0.84, 0.2)}}};
+  problem.r = {series(-1.6e-7, -12.0, 6e-8), series(-0.4, 0.1, 5e-10)};
+  const ComplementarySides sides = solve_complementarity(problem, {true, false}, {false, false});
+  REQUIRE(sides.solved);
+  CHECK(sides.takes_z == std::vector<bool>{false, false});
+  CHECK(sides.value[1].finite_part() == Approx(0.4 / 0.84).epsilon(1e-6));  // w0 is 2e-7, and h times that is added
+}

@@ -215,7 +215,13 @@ ComplementarySides solve_complementarity(const Complementarity& problem, const s
   if (!few)
     if (auto sides = by_blocks(first)) return std::move(*sides);
   const ComplementarySides sides = Lemke(problem, first, held).run();
-  if (sides.solved && is_known(sides)) return sides;
+  if (sides.solved && is_known(sides)) {
+    // On the way the covering variable spreads what the right side of one row is off by over all others: the values of
+    // the basis found are computed once more, without it.
+    if (sides.takes_z == first) return sides;
+    ComplementarySides direct = Lemke(problem, sides.takes_z, held).run();
+    return direct.solved && is_known(direct) ? direct : sides;
+  }
   // Rounding grows with each pivot, and may make a ray: the way is gone again from where it ended, in numbers that have
   // none.
   if (auto others = by_blocks(sides.takes_z)) return std::move(*others);

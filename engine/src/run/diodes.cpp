@@ -21,6 +21,7 @@ constexpr std::size_t kOrders = 3;  ///< f, f', f''
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// Of the terms that a value is the sum of: what is left of a sum that is zero, after some hundred operations.
 constexpr double kOfTerms = 256.0 * kEpsilon;
+constexpr double kGolden = 0.6180339887498949;  ///< the golden ratio less 1: its multiples are spread evenly
 
 class Sides {
  public:
@@ -99,12 +100,18 @@ class Sides {
   }
 
   /// Flows and their derivatives as they depend on the sources, at the present ones.
-  bool linearize() {
+  /// @param aside  with each store off by what it may be off, and by a part more than the one before it: two stores
+  ///               off by the same would leave what is between them as it was
+  bool linearize(bool aside = false) {
     for (std::size_t i = 0; i < n_; ++i) parameters_[network_.resistances[i].index()] = resistance_[i];
     Evaluator& evaluator = evaluators_.of(network_.program, parameters_);
     const Jump jump = jump_into(evaluator, t_, stored_);
     if (jump.failure) return fail(*jump.failure);
     x_ = jump.x;
+    for (std::size_t c = 0; aside && c < states_; ++c) {
+      const double part = 1.0 + std::fmod(kGolden * static_cast<double>(c), 1.0);
+      x_[c] += part * (resolution_[c] + 16.0 * kEpsilon * std::abs(x_[c]));
+    }
     for (std::size_t i = 0; i < n_; ++i) x_[source(i)] = sign(i) * source_value(i);
     Branch branch = first_branch(network_.program);
     rates_.assign(states_, 0.0);
@@ -263,16 +270,26 @@ class Sides {
   }
 
   /// Resistances at which something is seen of the circuits, whatever an effort and a flow of 1 are beside their own.
+  /// From the largest down to where the slope of a flow is not known: that of an orifice at rest, e = k f |f|, is the
+  /// root of what the stores are off by, and through less than that the scan sees an error and takes it for a circuit.
   void scan_resistances() {
     constexpr int kFarthest = 36, kStep = 3;  // powers of ten; what is beyond is beyond the units of any model
+    constexpr double kSame = 1e-2;
     std::vector<std::vector<SlopesThrough>> scans(n_);
-    for (int power = -kFarthest; power <= kFarthest; power += kStep) {
+    for (int power = kFarthest; power >= -kFarthest; power -= kStep) {
       const double r = std::pow(10.0, power);
       resistance_.assign(n_, r);
-      if (!linearize()) {  // a law that has no value there
+      const bool has_value = linearize(true);
+      const std::vector<double> aside = slope_;
+      if (!has_value || !linearize()) {  // a law that has no value there
         result_.failure.reset();
         continue;
       }
+      bool known = true;
+      for (std::size_t i = 0; i < n_; ++i)
+        known = known && std::abs(own_slope(i, 0) - aside[i * kOrders * n_ + i]) <= kSame * std::abs(own_slope(i, 0));
+      if (!known && !scans.front().empty()) break;
+      if (!known) continue;
       for (std::size_t i = 0; i < n_; ++i) {
         SlopesThrough at{r, {}};
         for (std::size_t k = 0; k < kOrders; ++k) at.slopes[k] = own_slope(i, k);
@@ -280,6 +297,7 @@ class Sides {
         scans[i].push_back(at);
       }
     }
+    for (std::vector<SlopesThrough>& scan : scans) std::reverse(scan.begin(), scan.end());
     for (std::size_t i = 0; i < n_; ++i) resistance_[i] = seen_resistance(scans[i], span_);
   }
 
@@ -295,44 +313,39 @@ class Sides {
     return false;
   }
 
+  /// Resistances of about what the diodes see, so that neither of both is lost in rounding; those of before where the
+  /// laws are what they were.
   bool choose_resistances() {
-    if (sight_.resistances.empty()) {
-      scan_resistances();
-    } else {
+    if (!sight_.resistances.empty()) {
       resistance_ = sight_.resistances;
       if (!linearize()) return false;
-      if (has_moved()) scan_resistances();
+      if (!has_moved()) return true;
     }
-    return adapt_resistances();
-  }
-
-  /// Resistances of about what the diodes see, so that neither of both is lost in rounding.
-  bool adapt_resistances() {
-    // In a row or side by side diodes see each other, and a share of 1/n says nothing of the circuit.
-    const double small = std::min(1e-2, 0.5 / static_cast<double>(n_));
-    constexpr int kMost = 6;
-    for (int step = 0; step < kMost; ++step) {
-      if (!linearize()) return false;
-      bool changed = false;
-      for (std::size_t i = 0; i < n_; ++i) {
-        double& r = resistance_[i];
-        const double share = -own_slope(i, 0) * r;  // of r in what the source sees
-        if (share < small && share > 1e-15) {
-          r /= std::max(share, 1e-12);
-          changed = true;
-        } else if (1.0 - share < small && 1.0 - share > 1e-13) {
-          r *= 1.0 - share;
-          changed = true;
-        }
-      }
-      if (!changed) break;
-      if (step == kMost - 1 && !linearize()) return false;
-    }
+    scan_resistances();
+    if (!raise_resistances()) return false;
     sight_.resistances = resistance_;
     sight_.slopes.clear();
     for (std::size_t i = 0; i < n_; ++i)
       for (std::size_t k = 0; k < kOrders; ++k) sight_.slopes.push_back(std::abs(own_slope(i, k)));
     return true;
+  }
+
+  /// To what the flow itself sees, where that is larger than what was chosen.
+  bool raise_resistances() {
+    // In a row or side by side diodes see each other, and a share of 1/n says nothing of the circuit.
+    const double small = std::min(1e-2, 0.5 / static_cast<double>(n_));
+    constexpr int kMost = 6;
+    for (int step = 0;; ++step) {
+      if (!linearize()) return false;
+      bool raised = false;
+      for (std::size_t i = 0; i < n_ && step < kMost; ++i) {
+        const double share = -own_slope(i, 0) * resistance_[i];  // of r in what the source sees
+        if (!(share < small && share > kOfTerms)) continue;
+        resistance_[i] /= share;
+        raised = true;
+      }
+      if (!raised) return true;
+    }
   }
 
   [[nodiscard]] Complementarity problem() {

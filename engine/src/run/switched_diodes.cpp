@@ -38,6 +38,7 @@ Mode SwitchedRun::mode_of_switches() const {
 
 bool SwitchedRun::settle_diodes() {
   if (diodes_.empty()) return true;
+  undecided_.clear();
   try {
     const DiodeNetwork& network = network_of_(mode_);
     const auto resolution = [this](const StateInfo& state) { return resolution_of(state); };
@@ -62,12 +63,13 @@ bool SwitchedRun::settle_diodes() {
     effort_off_ = std::move(sides.effort_off);
     flow_error_ = std::move(sides.flow_error);
     effort_error_ = std::move(sides.effort_error);
+    undecided_ = std::move(sides.undecided);
     put_diodes();
     // A diode has left its side, and the series do not say whether by rounding or for good.
     const bool again = !switched_ && mode_ == left_;
     for (std::size_t i = 0; again && i < tripped_.size(); ++i) {
-      if (!tripped_[i] || !sides.undecided[i]) continue;
-      static_cast<void>(try_sides(resolution, sides.undecided));
+      if (!tripped_[i] || !undecided_[i]) continue;
+      static_cast<void>(try_sides(resolution, undecided_));
       break;
     }
   } catch (const ModelError& error) {
@@ -209,6 +211,9 @@ bool SwitchedRun::hold_bands(const Program& program) {
       band = 0.0;
     } else if (!again || room) {
       band = std::max({0.0, kTwice * beyond, room ? lift_off_band(i, element) : 0.0});
+      // On its border as far as one sees, it is on either side for as long as one does not see more.
+      if (!room && !undecided_.empty() && undecided_[i])
+        band = std::max(band, conducts ? flow_error_[i] : effort_error_[i]);
     } else if (tripped_[i]) {
       band = std::max({kMore * band, kTwice * beyond, conducts ? flow_error_[i] : effort_error_[i]});
     }

@@ -310,6 +310,7 @@ class SwitchedRun {
   bool simultaneous_ = false;                  ///< several contacts have taken impulses at once
   std::vector<double> flow_off_, effort_off_;  ///< by diode: what they may be off by
   std::vector<double> flow_error_, effort_error_;  ///< the same, without an allowance
+  std::vector<bool> undecided_;                    ///< by diode: on its border, as far as rounding lets one see
   std::vector<double> bands_;                      ///< by diode, of the present program
   std::vector<bool> tripped_;                      ///< by diode: it left its side in the last change of the mode
   Mode left_;                                      ///< from where that was
