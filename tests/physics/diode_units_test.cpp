@@ -204,7 +204,7 @@ TEST_CASE("a delivery valve shuts at each turn of the piston, whatever orifice t
     double relative;
   };
   for (const Pump& p : pumps)
-    for (const auto& [effort, flow] : std::vector<std::pair<double, double>>{{1.0, 1.0}, {1e6, 1e-4}, {1e5, 1e2}}) {
+    for (const auto& [effort, flow] : std::vector<std::pair<double, double>>{{1.0, 1.0}, {1e6, 1e-4}, {1e3, 1e-3}}) {
       const auto text = [](double value) { return number_text(value); };
       const Study study = Study::from_text(
           R"x({"bgsim": 1, "name": "pump", "parameters": {"E": )x" + text(effort) + R"x(, "F": )x" + text(flow) +
@@ -220,7 +220,7 @@ TEST_CASE("a delivery valve shuts at each turn of the piston, whatever orifice t
           {"from": "line", "to": "h"}], "outputs": {"q": "c.q/F"}, "scenes": {"run": {"stop": )x" +
           text(p.stop) + R"x(, "samples": 41}}})x");
       for (const auto& [method, relative] :
-           {Run{Method::automatic, 1e-6}, {Method::bdf, 1e-6}, {Method::rodas5p, 1e-6}, {Method::automatic, 1e-8}}) {
+           {Run{Method::automatic, 1e-6}, {Method::bdf, 1e-9}, {Method::rodas5p, 1e-6}, {Method::automatic, 1e-8}}) {
         INFO("A = " << p.flow << ", E = " << effort << ", F = " << flow << ", method " << static_cast<int>(method)
                     << " at " << relative);
         SceneOverrides overrides;

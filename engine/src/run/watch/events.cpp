@@ -317,8 +317,18 @@ void EventWatch::pass() {
   values_ = end_;
 }
 
+/// Where a loop is solved, a second look may differ by its tolerance: f |f| = e leaves nothing of f below the root of a
+/// rounding of e. Then what the search has seen beyond its border counts; else it would be found again an instant
+/// later, without end.
+void EventWatch::take_what_was_located(const Branch& branch) {
+  if (!located_ || any_crossed(end_, branch)) return;
+  double& value = end_[*located_];
+  value = -side_[*located_] * std::max({std::abs(value), 2.0 * slack(*located_), std::numeric_limits<double>::min()});
+}
+
 bool EventWatch::cross(const double* y, Branch& branch) {
   if (!guards(event_time_, y, branch, end_)) return fail_with_fault();
+  take_what_was_located(branch);
   crossed_guard_.reset();
   crossed_here_.clear();
   unresolved_ = false;

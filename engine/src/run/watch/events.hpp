@@ -212,6 +212,7 @@ class EventWatch {
   std::optional<std::pair<double, double>> bracket_by_samples(Integrator& integrator, double from, double to);
   bool follow(double t, const double* x, Branch& branch);
   void stop_following(std::size_t guard);
+  void take_what_was_located(const Branch& branch);
   bool check_for_chattering(double t, const double* x, const Branch& branch);
   bool is_singular_at(double t, const double* x, const Branch& branch);
   [[nodiscard]] std::vector<double> guard_errors(double t, const double* x, const Branch& branch);
@@ -280,7 +281,8 @@ class EventWatch {
   std::vector<double> y_;
   Branch probe_;  ///< within the step that is searched
   double event_time_ = 0.0;
-  std::optional<double> cut_;  ///< no step passes this time: a denominator may come to zero behind it
+  std::optional<std::size_t> located_;  ///< a guard that the search saw beyond its border at the event
+  std::optional<double> cut_;           ///< no step passes this time: a denominator may come to zero behind it
   std::uint64_t count_ = 0;
   std::deque<double> times_;           ///< of the latest events
   std::deque<std::size_t> relations_;  ///< that changed in them

@@ -37,6 +37,7 @@ std::optional<double> EventWatch::dip(double from, double to, const std::vector<
 }
 
 EventWatch::Search EventWatch::search(Integrator& integrator, const StepEnds& ends) {
+  located_.reset();
   if (!any()) return Search::none;
   if (onsets_.begins) keep_start(ends, integrator.branch());
   candidates_.clear();
@@ -191,6 +192,7 @@ bool EventWatch::locate(Integrator& integrator, double from, double to) {
   if (!evaluate(integrator, to, end_)) return fail_with_fault();
   for (std::size_t i = 0; i < side_.size() && !neighbours(from, event_time_); ++i) {
     if (!crossed(i, end_[i], probe_)) continue;
+    if (side_[i] != 0 && !followed_[i]) located_ = i;
     // A guard of side 0 crosses as soon as it is not zero.
     const auto distance = [&](double t) {
       if (!evaluate(integrator, t, at_probe_)) {
