@@ -120,6 +120,14 @@ bool EventWatch::is_nothing(std::size_t guard, double size, double at) {
   return size <= nothing_[guard];
 }
 
+/// Those whose modes are what the point makes of them.
+std::vector<std::size_t> EventWatch::held_relations() const {
+  std::vector<std::size_t> relations;
+  for (std::size_t i = 0; i < side_.size(); ++i)
+    if (stiction_.held(i) || followed_[i]) relations.push_back(relation_[i]);
+  return relations;
+}
+
 /// Searches a stretch, and keeps what was left undecided.
 FirstCrossing EventWatch::prove(double from, double to) {
   constexpr int kWork = 500;
@@ -134,21 +142,26 @@ FirstCrossing EventWatch::prove(double from, double to) {
 }
 
 /// A stretch of the step at whose end a guard has crossed, while none has at its beginning; none if there is none, or
-/// failure(). By proof, but for signs that are held: these depend on the point by more than an expression.
+/// failure(). By proof, but for modes that are held, and what depends on them: these follow the point by more than an
+/// expression.
 std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integrator, double from, double to) {
-  if (holding()) return bracket_by_samples(integrator, from, to);
   searched_ = &integrator;
   nothing_at_ = std::numeric_limits<double>::quiet_NaN();
   functions_.begin(integrator);
   candidates_.clear();
+  const std::vector<bool>* free = holding() ? &functions_.free_of(held_relations()) : nullptr;
   for (std::size_t i = 0; i < side_.size(); ++i)
-    if (!idle_[i]) candidates_.push_back(i);
+    if (!idle_[i] && (free == nullptr || ((*free)[i] && !stiction_.held(i) && !followed_[i]))) candidates_.push_back(i);
   const double settled = std::clamp(onsets_.until, from, to);
   FirstCrossing found = settled > from ? prove(from, settled) : FirstCrossing{};
   if (!found.fault && !found.bracket && settled < to) found = prove(settled, to);
   if (found.fault) {
     fail_with_fault();
     return std::nullopt;
+  }
+  if (holding()) {
+    const auto sampled = bracket_by_samples(integrator, from, found.bracket ? found.bracket->second : to);
+    return sampled || failure_ ? sampled : found.bracket;
   }
   if (found.bracket) return found.bracket;
   if (!evaluate(integrator, to, end_)) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "expression/graph.hpp"
 #include "program/mode_borders.hpp"
 
 namespace bgsim {
@@ -87,6 +88,25 @@ const std::vector<double>* GuardFunctions::tears_at(double t) {
   if (found != solved_.end()) return &found->second;
   if (!evaluate(t)) return nullptr;
   return &solved_.back().second;
+}
+
+const std::vector<bool>& GuardFunctions::free_of(const std::vector<std::size_t>& relations) {
+  if (!free_.empty() && relations == varying_) return free_;
+  varying_ = relations;
+  const std::vector<ExprId> roots = guard_expressions(program_);
+  const std::vector<ExprId> nodes = reachable(program_.pool, roots);
+  const auto position = positions(nodes);
+  std::vector<char> varies(program_.symbol_names.size(), 0);
+  const auto mark = [&](std::size_t slot) {
+    varies[program_.pool.symbol_of(program_.slot_expression[slot]).index()] = 1;
+  };
+  for (std::size_t slot = program_.first_tear; slot < program_.first_mode; ++slot) mark(slot);
+  for (const std::size_t relation : relations) mark(program_.first_mode + relation);
+  const std::vector<char> depends =
+      depends_on(program_.pool, nodes, position, [&](SymbolId symbol) { return varies[symbol.index()] != 0; });
+  free_.clear();
+  for (const Guard& guard : guards_) free_.push_back(depends[*position.find(roots[guard.root])] == 0);
+  return free_;
 }
 
 bool GuardFunctions::enclose(double from, double to) {

@@ -36,6 +36,10 @@ class GuardFunctions final : public CrossingFunctions {
   /// For the integrator's last step.
   void begin(Integrator& integrator);
 
+  /// By guard: whether it is a function of time and states alone, whatever values the modes of @p relations take within
+  /// a step. Cost: linear in the guards' expressions, where the relations are other ones than in the call before.
+  const std::vector<bool>& free_of(const std::vector<std::size_t>& relations);
+
   bool enclose(double from, double to) override;
   [[nodiscard]] Jet jet(std::size_t guard) const override;
   [[nodiscard]] bool stays(std::size_t guard, const Jet& jet) const override {
@@ -64,6 +68,8 @@ class GuardFunctions final : public CrossingFunctions {
   bool unsolved_ = false;  ///< a guard depends on a loop that no rate needs: steps come without its solution
   double middle_ = 0.0;    ///< of the stretch last enclosed
   std::vector<double> modes_;
+  std::vector<std::size_t> varying_;  ///< relations of the latest free_of()
+  std::vector<bool> free_;            ///< its result
   std::vector<Jet> states_, tears_;
   std::vector<std::pair<double, std::vector<double>>> solved_;  ///< loops' solutions within this step, by time
 };
