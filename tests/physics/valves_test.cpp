@@ -120,3 +120,34 @@ TEST_CASE("conditions of time are seen while tanks that have come level are held
       CHECK(std::abs(result.trace["q"][k] - other.trace["q"][k]) < 1e-5);  // some hundred tolerances each
   }
 }
+
+TEST_CASE("a stop is where it is although a law beside it has no slope at rest") {
+  // Nothing of these laws has a second slope at 0; a contact was taken as closed, with its gap before it.
+  const auto run = [](const std::string& law, const std::string& push, const std::string& gap, const std::string& speed,
+                      const std::string& stop) {
+    return run_modes(
+        R"x({"bgsim": 1, "name": "stop", "elements": {"m": {"kind": "I", "inertance": 1, "initial": {"f": )x" + speed +
+        R"x(}}, "f": {"kind": "Se", "effort": ")x" + push + R"x("}, "j": {"kind": "1"}, "x": )x" + law +
+        R"x(, "stop": {"kind": "contact", "gap": )x" + gap + R"x(, "restitution": 0}}, "bonds": [
+      {"from": "j", "to": "m"}, {"from": "f", "to": "j"}, {"from": "j", "to": "x"}, {"from": "j", "to": "stop"}],
+      "outputs": {"v": "m.f", "q": "stop.q"}, "scenes": {"s": {"stop": )x" +
+        stop + R"x(, "samples": 11, "relative": 1e-8}}})x");
+  };
+  const std::string spring = R"x({"kind": "C", "law": "e = 10*max(q, 0)^1.5", "initial": {"q": 0}})x";
+  {
+    INFO("Hertz's spring, thrown at 1 against a stop at 0.3, which takes what is left of its energy");
+    const RunResult hertz = run(spring, "0", "0.3", "1", "2");
+    REQUIRE(hertz.stop == StopReason::completed);
+    // From the stop the spring gives back 4 q^2.5, and at q = 0 it lets go: v = -sqrt(8 0.3^2.5).
+    CHECK(hertz.trace["v"].back() == Approx(-std::sqrt(8.0 * std::pow(0.3, 2.5))).epsilon(1e-6));
+    CHECK(hertz.report.energy.impacts == Approx(0.5 - 4.0 * std::pow(0.3, 2.5)).epsilon(1e-6));
+  }
+  {
+    INFO("turbulent friction from rest, a constant force");
+    // v' = 1 - v^1.75 from 0: whatever it is, the stop at 1 holds the mass there by t = 3.
+    const RunResult friction = run(R"x({"kind": "R", "law": "e = sign(f)*abs(f)^1.75"})x", "1", "1", "0", "3");
+    REQUIRE(friction.stop == StopReason::completed);
+    CHECK(friction.trace["q"].back() == Approx(1.0).epsilon(1e-8));
+    CHECK(friction.trace["q"][3] > 0.3);  // at t = 0.9, 0.4 without friction
+  }
+}

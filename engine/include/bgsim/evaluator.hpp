@@ -76,6 +76,8 @@ class Evaluator {
   /// exact (running error analysis); none where the loops have too many tears for it. Some three evaluations more, and
   /// the square of the tears times the largest loop.
   bool jacobian(double t, const double* x, Branch& branch, double* values, std::vector<double>& rounding);
+  /// The same, without a fault where a law has no slope, such as a root at 0: such values are no finite numbers.
+  bool slopes(double t, const double* x, Branch& branch, double* values, std::vector<double>& rounding);
   /// By state what its rate changes by with time alone, the states being held and the loops solved. Its code is made
   /// when it is first asked for, and allocates then; nothing is evaluated where no rate names the time.
   bool time_slopes(double t, const double* x, Branch& branch, double* values);

@@ -172,6 +172,7 @@ struct Evaluator::Impl {
 
   void prepare_positions();
   bool eliminate(double* values);
+  bool all_finite(double t, const double* values);
 };
 
 }  // namespace bgsim

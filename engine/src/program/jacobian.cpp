@@ -118,21 +118,33 @@ bool Evaluator::jacobian(double t, const double* x, Branch& branch, double* valu
   const auto nonzeros = static_cast<std::size_t>(impl.program.jacobian_pattern.column_start.back());
   std::fill_n(values, nonzeros, 0.0);
   if (!impl.eliminate(values)) return false;
+  return impl.all_finite(t, values);
+}
+
+bool Evaluator::Impl::all_finite(double t, const double* values) {
+  const auto nonzeros = static_cast<std::size_t>(program.jacobian_pattern.column_start.back());
   for (std::size_t i = 0; i < nonzeros; ++i) {
     if (std::isfinite(values[i])) continue;
-    for (const auto& e : impl.program.plan.rates_by_states)
-      if (!std::isfinite(impl.slots[e.slot])) {
-        impl.fail_at(e.slot, "the Jacobian of \"" + impl.program.state_names[e.row] + "\"");
+    for (const auto& e : program.plan.rates_by_states)
+      if (!std::isfinite(slots[e.slot])) {
+        fail_at(e.slot, "the Jacobian of \"" + program.state_names[e.row] + "\"");
         return false;
       }
-    impl.fault = {Fault::Kind::not_finite, t, "a partial derivative", "the Jacobian", {}, {}};
+    fault = {Fault::Kind::not_finite, t, "a partial derivative", "the Jacobian", {}, {}};
     return false;
   }
   return true;
 }
 
 bool Evaluator::jacobian(double t, const double* x, Branch& branch, double* values, std::vector<double>& rounding) {
-  if (!jacobian(t, x, branch, values)) return false;
+  return slopes(t, x, branch, values, rounding) && impl_->all_finite(t, values);
+}
+
+bool Evaluator::slopes(double t, const double* x, Branch& branch, double* values, std::vector<double>& rounding) {
+  ++impl_->counts.jacobians;
+  if (!impl_->run(impl_->program.plan.routine, t, x, branch)) return false;
+  std::fill_n(values, static_cast<std::size_t>(impl_->program.jacobian_pattern.column_start.back()), 0.0);
+  if (!impl_->eliminate(values)) return false;
   impl_->bound_rates(rounding);
   return true;
 }

@@ -123,7 +123,7 @@ class Sides {
         (evaluator.explore_loops(t_, x_.data(), branch, found) && evaluator.initialize_modes(t_, x_.data(), branch));
     std::vector<double> rounding;
     const bool done = started && evaluator.rates(t_, x_.data(), branch, rates_.data()) &&
-                      evaluator.jacobian(t_, x_.data(), branch, values.data(), rounding);
+                      evaluator.slopes(t_, x_.data(), branch, values.data(), rounding);
     diodes_.resize(4 * n_);
     if (!done || !evaluator.diodes(t_, x_.data(), branch, diodes_.data()))
       return fail(fault_failure(evaluator.fault()));
@@ -144,7 +144,8 @@ class Sides {
       for (auto at = pattern.column_start[column]; at < pattern.column_start[column + 1]; ++at) {
         const std::size_t row = row_of[static_cast<std::size_t>(pattern.row[static_cast<std::size_t>(at)])];
         if (row == kOrders * n_) continue;
-        const double term = values[static_cast<std::size_t>(at)] * x_[column];
+        // A law may begin with a slope without bound, where what it is the slope of is 0.
+        const double term = x_[column] == 0.0 ? 0.0 : values[static_cast<std::size_t>(at)] * x_[column];
         linear[row] += term;
         size_[row] += std::abs(term);
         if (resolution_[column] > 0.0)
@@ -308,7 +309,7 @@ class Sides {
     for (std::size_t i = 0; i < n_; ++i)
       for (std::size_t k = 0; k < kOrders; ++k) {
         const double before = sight_.slopes[i * kOrders + k], now = std::abs(own_slope(i, k));
-        if (std::abs(now - before) > kSame * (now + before)) return true;
+        if (!(std::abs(now - before) <= kSame * (now + before))) return true;
       }
     return false;
   }
@@ -348,6 +349,15 @@ class Sides {
     }
   }
 
+  /// Known below the first order without a number: a law of |f|^1.75 has no second slope at 0.
+  static PowerSeries series(std::array<double, kOrders> values, std::array<double, kOrders> rounding) {
+    std::size_t known = 0;
+    while (known < kOrders && std::isfinite(values[known]) && std::isfinite(rounding[known])) ++known;
+    std::fill(values.begin() + static_cast<std::ptrdiff_t>(known), values.end(), 0.0);
+    std::fill(rounding.begin() + static_cast<std::ptrdiff_t>(known), rounding.end(), 0.0);
+    return PowerSeries::of<kOrders>(values, rounding, false).known_below(static_cast<int>(known));
+  }
+
   [[nodiscard]] Complementarity problem() {
     // z - F(s) = 0 with s = e0 - r z - w gives (1 + F' r) z + F' w = F(0) + F' e0.
     Complementarity problem;
@@ -378,7 +388,7 @@ class Sides {
           right_rounding[k] += kOfTerms * std::abs(slope[k] * threshold(j));
         }
         if (i != j && slope == std::array<double, kOrders>{}) continue;
-        const PowerSeries f = PowerSeries::of<kOrders>(slope, rounding, false);
+        const PowerSeries f = series(slope, rounding);
         PowerSeries z = f * PowerSeries::number(resistance_[j]);
         if (i == j) z = z + PowerSeries::number(1.0);
         // A contact that is away has no effort and any flow: the other way round than what is held.
@@ -400,7 +410,7 @@ class Sides {
       result_.effort_error[i] = kTimes * (r * off_[i * kOrders] + kOfTerms * effort_size_[i]);
       result_.flow_off[i] = kOfSize * flow_size + result_.flow_error[i];
       result_.effort_off[i] = kOfSize * effort_size_[i] + result_.effort_error[i];
-      problem.r[i] = PowerSeries::of<kOrders>(right, right_rounding, false);
+      problem.r[i] = series(right, right_rounding);
       // Speeds of separation are counted from those of the rebound.
       for (const auto& [j, z] : problem.z[i])
         if (!away_[j] && rebound(j) > 0.0) problem.r[i] = problem.r[i] - z * PowerSeries::number(rebound(j));
