@@ -150,4 +150,21 @@ TEST_CASE("a stop is where it is although a law beside it has no slope at rest")
     CHECK(friction.trace["q"].back() == Approx(1.0).epsilon(1e-8));
     CHECK(friction.trace["q"][3] > 0.3);  // at t = 0.9, 0.4 without friction
   }
+  {
+    INFO("a relief valve with an orifice, not connected with the stop");
+    const RunResult relief = run_modes(R"x({"bgsim": 1, "name": "relief", "elements": {
+      "pump": {"kind": "Sf", "flow": 1}, "a": {"kind": "0"}, "c": {"kind": "C", "capacitance": 0.1}, "way": {"kind": "1"},
+      "valve": {"kind": "D", "threshold": 5}, "o": {"kind": "R", "law": "f = 3*sign(e)*sqrt(abs(e))"},
+      "rod": {"kind": "1"}, "m": {"kind": "I", "inertance": 1}, "stop": {"kind": "contact", "gap": 1, "restitution": 0},
+      "f": {"kind": "Se", "effort": 1}}, "bonds": [{"from": "pump", "to": "a"}, {"from": "a", "to": "c"},
+      {"from": "a", "to": "way"}, {"from": "way", "to": "valve"}, {"from": "way", "to": "o"}, {"from": "rod", "to": "m"},
+      {"from": "rod", "to": "stop"}, {"from": "f", "to": "rod"}], "outputs": {"p": "c.e", "q": "stop.q"},
+      "scenes": {"s": {"stop": 3, "samples": 11, "relative": 1e-8}}})x");
+    REQUIRE(relief.stop == StopReason::completed);
+    for (std::size_t k = 0; k < relief.trace.times.size(); ++k) {
+      const double t = relief.trace.times[k];
+      CHECK(relief.trace["q"][k] == Approx(std::min(1.0, 0.5 * t * t)).margin(1e-7));  // ten tolerances
+    }
+    CHECK(relief.trace["p"].back() == Approx(5.0 + 1.0 / 9.0).epsilon(1e-6));  // the pump's flow through the orifice
+  }
 }

@@ -68,6 +68,8 @@ class Sides {
       bound_flows();
       if (one) leave_the_fastest();
       iterate();
+    } else if (!result_.final) {
+      open_what_is_away();
     }
     return std::move(result_);
   }
@@ -115,6 +117,7 @@ class Sides {
     for (std::size_t i = 0; i < n_; ++i) x_[source(i)] = sign(i) * source_value(i);
     Branch branch = first_branch(network_.program);
     rates_.assign(states_, 0.0);
+    has_rates_ = false;
     const Sparsity& pattern = network_.program.jacobian_pattern;
     std::vector<double> values(pattern.row.size());
     std::vector<std::string> found;
@@ -122,8 +125,8 @@ class Sides {
         evaluator.initialize_modes(t_, x_.data(), branch) ||
         (evaluator.explore_loops(t_, x_.data(), branch, found) && evaluator.initialize_modes(t_, x_.data(), branch));
     std::vector<double> rounding;
-    const bool done = started && evaluator.rates(t_, x_.data(), branch, rates_.data()) &&
-                      evaluator.slopes(t_, x_.data(), branch, values.data(), rounding);
+    has_rates_ = started && evaluator.rates(t_, x_.data(), branch, rates_.data());
+    const bool done = has_rates_ && evaluator.slopes(t_, x_.data(), branch, values.data(), rounding);
     diodes_.resize(4 * n_);
     if (!done || !evaluator.diodes(t_, x_.data(), branch, diodes_.data()))
       return fail(fault_failure(evaluator.fault()));
@@ -252,6 +255,21 @@ class Sides {
       if (result_.diodes[i].sticks) restitution_[i] = 0.0;
     }
     return true;
+  }
+
+  /// Where the slopes are not known, those contacts that are away from their gaps have no part in what is to be tried;
+  /// where not even the gaps are, those that have not come to theirs.
+  void open_what_is_away() {
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (!network_.displacements[i].valid()) continue;
+      DiodeState& contact = result_.diodes[i];
+      if (has_rates_) {
+        const double room = rates_[position_[contacts_[i].signal]], q = x_[contacts_[i].state];
+        const double off = resolution_[contacts_[i].state] + 8.0 * kEpsilon * (std::abs(q) + std::abs(room + q));
+        contact.touches = contact.touches || !(room > off);
+      }
+      if (!contact.touches) contact.conducts = true;
+    }
   }
 
   /// Of the contacts that close beyond rounding, the one that does so fastest; all others do not push here.
@@ -568,6 +586,7 @@ class Sides {
   DiodeSight& sight_;
   double span_;
   std::size_t n_, states_;
+  bool has_rates_ = false;             ///< the last linearization came as far as the flows
   std::vector<std::size_t> position_;  ///< by added integral: which state
   std::vector<double> x_, rates_, diodes_;
   std::vector<double> resistance_;              ///< by diode: r

@@ -49,6 +49,8 @@ bool SwitchedRun::settle_diodes() {
     if (!goes_on_alone(sides))
       sides =
           diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_, sight, span);
+    for (std::size_t i = 0; sides.failure && i < diodes_.size(); ++i)
+      if (network.displacements[i].valid()) diodes_[i] = sides.diodes[i];
     if (sides.failure)
       return (may_try(network, sides) && try_sides(resolution, may_be_tried(network))) ||
              fail(std::move(*sides.failure));
