@@ -24,6 +24,22 @@ Diagnostic free_contact_failure(const DiodeNetwork& network, std::size_t contact
                        "between two contacts in series a mass is needed");
 }
 
+Diagnostic beyond_gap_failure(const DiodeNetwork& network, std::size_t contact, double t, double q, double gap) {
+  return diagnostic_of("BG625",
+                       "at t = " + number_text(t) + " the contact " + in_quotes(network.names[contact]) +
+                           " is beyond its gap: q = " + number_text(q, 6) + ", the gap is " + number_text(gap, 6),
+                       element_of(network, contact).place, "the displacement of a contact is at most its gap",
+                       "let it begin with \"initial\": { \"q\": ... } at or below the gap; a gap must not jump");
+}
+
+Diagnostic restitution_failure(const DiodeNetwork& network, std::size_t contact, double t, double restitution) {
+  return diagnostic_of("BG626",
+                       "at t = " + number_text(t) + " the restitution of the contact " +
+                           in_quotes(network.names[contact]) + " is " + number_text(restitution, 6),
+                       element_of(network, contact).contact->restitution_place,
+                       "the speed after an impact is 0 to 1 times that before", "limit it: min(max(..., 0), 1)");
+}
+
 Diagnostic no_sides_failure(const DiodeNetwork& network, const std::vector<std::size_t>& unbounded, double t) {
   std::vector<std::string> names;
   for (const std::size_t i : unbounded)

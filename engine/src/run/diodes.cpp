@@ -88,10 +88,6 @@ class Sides {
     return position_[n_ + kOrders * diode + order];
   }
 
-  [[nodiscard]] const Element& element_of(std::size_t diode) const {
-    return network_.program.model->elements[network_.program.diode_elements[diode].index()];
-  }
-
   bool fail_for_good(Diagnostic diagnostic) {
     result_.final = true;
     return fail(std::move(diagnostic));
@@ -228,12 +224,7 @@ class Sides {
       // is left of the difference is the method's, and put to 0.
       const bool closed = touches && !result_.diodes[i].conducts;
       if (!closed && room < (touches ? -std::max(kTouching * off, kFar * size) : -std::max(off, kBeyond * size)))
-        return fail_for_good(diagnostic_of(
-            "BG625",
-            "at t = " + number_text(t_) + " the contact " + in_quotes(network_.names[i]) +
-                " is beyond its gap: q = " + number_text(q, 6) + ", the gap is " + number_text(room + q, 6),
-            element_of(i).place, "the displacement of a contact is at most its gap",
-            "let it begin with \"initial\": { \"q\": ... } at or below the gap; a gap must not jump"));
+        return fail_for_good(beyond_gap_failure(network_, i, t_, q, room + q));
       away_[i] = !touches && room > off;
       if (away_[i]) {
         result_.diodes[i].effort = result_.diodes[i].flow = 0.0;
@@ -242,12 +233,7 @@ class Sides {
       result_.room[i] = room;
       restitution_[i] = rates_[position_[contacts_[i].signal + 1]];
       if (!(restitution_[i] >= 0.0 && restitution_[i] <= 1.0))
-        return fail_for_good(diagnostic_of("BG626",
-                                           "at t = " + number_text(t_) + " the restitution of the contact " +
-                                               in_quotes(network_.names[i]) + " is " + number_text(restitution_[i], 6),
-                                           element_of(i).contact->restitution_place,
-                                           "the speed after an impact is 0 to 1 times that before",
-                                           "limit it: min(max(..., 0), 1)"));
+        return fail_for_good(restitution_failure(network_, i, t_, restitution_[i]));
       // Where efforts can change its speed at once, there is no impact.
       const auto row = slope_.begin() + static_cast<std::ptrdiff_t>(i * kOrders * n_);
       const bool of_stores = std::all_of(row, row + static_cast<std::ptrdiff_t>(n_), [](double s) { return s == 0.0; });
