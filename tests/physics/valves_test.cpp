@@ -139,7 +139,8 @@ TEST_CASE("a stop is where it is although a law beside it has no slope at rest")
     const RunResult hertz = run(spring, "0", "0.3", "1", "2");
     REQUIRE(hertz.stop == StopReason::completed);
     // From the stop the spring gives back 4 q^2.5, and at q = 0 it lets go: v = -sqrt(8 0.3^2.5).
-    CHECK(hertz.trace["v"].back() == Approx(-std::sqrt(8.0 * std::pow(0.3, 2.5))).epsilon(1e-6));
+    CHECK(hertz.trace["v"].back() ==
+          Approx(-std::sqrt(8.0 * std::pow(0.3, 2.5))).epsilon(1e-6));  // a hundred tolerances
     CHECK(hertz.report.energy.impacts == Approx(0.5 - 4.0 * std::pow(0.3, 2.5)).epsilon(1e-6));
   }
   {
@@ -167,4 +168,25 @@ TEST_CASE("a stop is where it is although a law beside it has no slope at rest")
     }
     CHECK(relief.trace["p"].back() == Approx(5.0 + 1.0 / 9.0).epsilon(1e-6));  // the pump's flow through the orifice
   }
+}
+
+TEST_CASE("a diode lets a mass go on beside an orifice at rest, and a contact takes its impact at its gap") {
+  // m v' = -v from v = 1. Not connected with it: a pump, and a relief valve with an orifice through which nothing
+  // flows.
+  const auto run = [](const std::string& beside) {
+    return run_modes(R"x({"bgsim": 1, "name": "beside", "elements": {
+      "pump": {"kind": "Sf", "flow": 1}, "a": {"kind": "0"}, "c": {"kind": "C", "capacitance": 0.1}, "way": {"kind": "1"},
+      "valve": {"kind": "D", "threshold": 5}, "o": {"kind": "R", "law": "f = 3*sign(e)*sqrt(abs(e))"}, "j": {"kind": "1"},
+      "m": {"kind": "I", "inertance": 1, "initial": {"f": 1}}, "r": {"kind": "R", "resistance": 1}, "x": )x" +
+                     beside +
+                     R"x(}, "bonds": [{"from": "pump", "to": "a"}, {"from": "a", "to": "c"}, {"from": "a", "to": "way"},
+      {"from": "way", "to": "valve"}, {"from": "way", "to": "o"}, {"from": "j", "to": "m"}, {"from": "j", "to": "r"},
+      {"from": "j", "to": "x"}], "outputs": {"v": "m.f"}, "scenes": {"s": {"stop": 1, "samples": 11, "relative": 1e-8}}})x");
+  };
+  const RunResult passes = run(R"x({"kind": "D"})x");
+  REQUIRE(passes.stop == StopReason::completed);
+  CHECK(passes.trace["v"].back() == Approx(std::exp(-1.0)).epsilon(1e-7));  // ten tolerances
+  const RunResult rebounds = run(R"x({"kind": "contact", "gap": 0, "restitution": 0.5})x");
+  REQUIRE(rebounds.stop == StopReason::completed);
+  CHECK(rebounds.trace["v"].back() == Approx(-0.5 * std::exp(-1.0)).epsilon(1e-7));
 }

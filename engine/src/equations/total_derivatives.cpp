@@ -75,8 +75,16 @@ void TotalDerivatives::differentiate_symbol(const Pending& pending) {
   if (level > kMostDerivatives) return report_index(equation, symbol.name);
   const Place line = line_of(model_, equation);
   look_at_source(equation, line, pending);
-  if (!equation.implicit)
-    return define(system_, unknown, total(equation.expression, line, pending), equation.element, equation.place);
+  if (!equation.implicit) {
+    define(system_, unknown, total(equation.expression, line, pending), equation.element, equation.place);
+    // A loop through the law is solved in its form, and one through its derivative in the derivative of that: at
+    // e = 0 the derivative of sqrt(abs(e)) is 0/0, that of e - f abs(f) is not.
+    if (equation.loop_form.valid()) {
+      const ExprId form = chain_rule(equation.loop_form, pending);
+      system_.equations[system_.symbols[unknown.index()].index].loop_form = form;
+    }
+    return;
+  }
   // 0 = F(u, ...) gives F_u u' + sum F_o o' = 0
   ExprPool& pool = system_.pool;
   const auto is_variable = [this](SymbolId s) { return varies(s); };
@@ -97,8 +105,13 @@ ExprId TotalDerivatives::total(ExprId expression, Place place, const Pending& pe
   const auto is_variable = [this](SymbolId s) { return varies(s); };
   if (jumps_with(pool, expression, is_variable) || follows_delay(expression))
     look_at_borders(expression, place, pending);
+  return chain_rule(expression, pending);
+}
+
+ExprId TotalDerivatives::chain_rule(ExprId expression, const Pending& pending) {
+  ExprPool& pool = system_.pool;
   ExprId sum = pool.constant(0.0);
-  for (const auto& [symbol, partial] : gradient(pool, expression, is_variable))
+  for (const auto& [symbol, partial] : gradient(pool, expression, [this](SymbolId s) { return varies(s); }))
     sum = pool.add(sum, pool.mul(partial, of(pool.symbol(symbol), pending.wish)));
   return sum;
 }

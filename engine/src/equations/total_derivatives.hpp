@@ -37,6 +37,7 @@ class TotalDerivatives {
   void write_equation(const Pending& pending);
   void differentiate_symbol(const Pending& pending);
   ExprId total(ExprId expression, Place place, const Pending& pending);
+  ExprId chain_rule(ExprId expression, const Pending& pending);
   [[nodiscard]] bool varies(SymbolId symbol) const;
   void look_at_borders(ExprId expression, Place place, const Pending& pending);
   void look_at_sets(const State& state, const Pending& pending);
