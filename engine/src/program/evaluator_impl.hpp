@@ -29,6 +29,10 @@ std::string loop_words(const ProgramBlock& block);
 /// "a.e = 1, b.f = 2 and 3 more", of the variables @p which
 std::string tear_words(const ProgramBlock& block, std::span<const double> tears, std::span<const std::size_t> which);
 
+/// Where a loop is looked for when nothing is known of its solution, all tears alike: 0, then both signs over many
+/// decades (loops of any unit). Of a large loop only the first, if it leads somewhere.
+std::vector<double> loop_starts();
+
 /// Scratch memory of one loop.
 struct LoopScratch {
   explicit LoopScratch(const ProgramBlock& block);
@@ -138,6 +142,12 @@ struct Evaluator::Impl {
   /// Scaled size of a step of a loop's tears.
   static double scaled_norm(const Eigen::VectorXd& step, const Eigen::VectorXd& scale);
   bool load_residual(std::size_t block);
+  /// Conditions by loops and loops by conditions, in turn. (modes.cpp)
+  bool settle_modes(double t, const double* x, Branch& branch);
+  /// Loops and conditions at once; both are left in the branch. (free_modes.cpp)
+  bool solve_with_conditions(double t, const double* x, Branch& branch);
+  void follow_conditions();
+  bool free_modes = false;  ///< each residual with the modes that hold where it is evaluated
 
   /// Bounds of what rounding has made of each slot: of what is computed once, of code that has just run, and of the
   /// tears of a block that has just been solved. What states, time and parameters are is exact. (rounding.cpp)
@@ -172,6 +182,7 @@ struct Evaluator::Impl {
 
   void prepare_positions();
   bool eliminate(double* values);
+  bool slopes(double t, const double* x, Branch& branch, double* values);
   bool all_finite(double t, const double* values);
 };
 

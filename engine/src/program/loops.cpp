@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numeric>
 #include <vector>
 
+#include "bgsim/text.hpp"
 #include "program/evaluator_impl.hpp"
 
 namespace bgsim {
@@ -45,6 +45,7 @@ double Evaluator::Impl::scaled_norm(const Eigen::VectorXd& step, const Eigen::Ve
 
 bool Evaluator::Impl::load_residual(std::size_t block) {
   const ProgramBlock& b = program.blocks[block];
+  if (free_modes) follow_conditions();
   run_loop(b.residual);
   bool finite = true;
   for (std::size_t i = 0; i < b.size; ++i) {
@@ -76,7 +77,7 @@ LoopOutcome Evaluator::Impl::factorize_partials(std::size_t block, double singul
 
 LoopOutcome Evaluator::Impl::solve(std::size_t block, From from) {
   ++counts.loop_solves;
-  if (program.blocks[block].linear) return solve_linear(block);
+  if (program.blocks[block].linear && !free_modes) return solve_linear(block);
   const std::span<double> z = tears_of(block);
   LoopScratch& scratch = loops[block];
   scratch.start.assign(z.begin(), z.end());
@@ -197,16 +198,14 @@ Eigen::VectorXd Evaluator::Impl::resolution(std::size_t block) {
 
 int Evaluator::orientation(std::size_t block) const { return impl_->loops[block].matrix.orientation(); }
 
-namespace {
-
-/// Starts of a loop's tears: 0, then both signs over many decades (loops of any unit), all tears alike.
-/// Of a large loop all are tried only if the first ones lead nowhere.
-std::vector<double> starts() {
+std::vector<double> loop_starts() {
   std::vector<double> result{0.0};
   for (const double decade : {1.0, 1e-3, 1e3, 1e-6, 1e6})
     for (const double sign : {1.0, -1.0}) result.push_back(sign * decade);
   return result;
 }
+
+namespace {
 
 /// A solution of a loop, and how far its tears can be from where an exact computation would have put them.
 struct LoopSolution {
@@ -233,14 +232,13 @@ void drop_repeated(std::vector<LoopSolution>& solutions) {
 
 /// "the loop through r, r2: r.e = 0, found from the start 0; other solutions exist: r.e = 0.2". Of other solutions of a
 /// loop with many variables those that differ.
-std::string solutions_text(const ProgramBlock& block, double first_start, const std::vector<LoopSolution>& solutions) {
+std::string solutions_text(const ProgramBlock& block, const std::string& from,
+                           const std::vector<LoopSolution>& solutions) {
   constexpr double kSame = 1e-6;
   const std::vector<double>& first = solutions.front().tears;
   std::vector<std::size_t> all(first.size());
   std::iota(all.begin(), all.end(), 0U);
-  char number[40];
-  std::snprintf(number, sizeof number, "%.6g", first_start);
-  std::string line = loop_words(block) + ": " + tear_words(block, first, all) + ", found from the start " + number;
+  std::string line = loop_words(block) + ": " + tear_words(block, first, all) + ", found " + from;
   for (std::size_t k = 1; k < solutions.size(); ++k) {
     const std::vector<double>& other = solutions[k].tears;
     std::vector<std::size_t> which = all;
@@ -276,15 +274,16 @@ bool Evaluator::explore_loops(double t, const double* x, Branch& branch, std::ve
       continue;
     }
     std::vector<LoopSolution> solutions;
-    double first_start = 0.0;
+    std::string from = "from the start 0";
     LoopOutcome outcome = LoopOutcome::no_convergence;
     const std::span<double> z = impl.tears_of(b);
-    for (const double start : starts()) {
+    const std::vector<double> last(z.begin(), z.end());
+    for (const double start : loop_starts()) {
       std::fill(z.begin(), z.end(), start);
       const LoopOutcome this_one = impl.solve(b, Impl::From::guess);
       if (start == 0.0) outcome = this_one;
       if (this_one != LoopOutcome::solved) continue;
-      if (solutions.empty()) first_start = start;
+      if (solutions.empty()) from = "from the start " + number_text(start, 6);
       impl.carry_errors_through(b);
       const auto unknown = std::span(impl.errors).subspan(impl.program.first_tear + block.first_tear, block.size);
       solutions.push_back({{z.begin(), z.end()}, {unknown.begin(), unknown.end()}});
@@ -292,7 +291,13 @@ bool Evaluator::explore_loops(double t, const double* x, Branch& branch, std::ve
     }
     if (solutions.empty() && outcome != LoopOutcome::singular) {
       std::fill(z.begin(), z.end(), 0.0);
-      if (impl.solve_bracketed(b) == LoopOutcome::solved) {
+      bool solved = impl.solve_bracketed(b) == LoopOutcome::solved;
+      if (!solved) {
+        std::copy(last.begin(), last.end(), z.begin());
+        solved = impl.solve(b) == LoopOutcome::solved;
+        from = "with its conditions";
+      }
+      if (solved) {
         impl.carry_errors_through(b);
         const auto unknown = std::span(impl.errors).subspan(impl.program.first_tear + block.first_tear, block.size);
         solutions.push_back({{z.begin(), z.end()}, {unknown.begin(), unknown.end()}});
@@ -307,7 +312,7 @@ bool Evaluator::explore_loops(double t, const double* x, Branch& branch, std::ve
     }
     std::copy(solutions.front().tears.begin(), solutions.front().tears.end(), z.begin());
     impl.carry_errors_through(b);
-    found.push_back(solutions_text(block, first_start, solutions));
+    found.push_back(solutions_text(block, from, solutions));
   }
   impl.keep(branch);
   return true;

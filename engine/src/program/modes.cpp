@@ -65,33 +65,41 @@ bool Evaluator::guards(double t, const double* x, Branch& branch, double* values
 
 bool Evaluator::initialize_modes(double t, const double* x, Branch& branch) {
   Impl& impl = *impl_;
-  const Program& program = impl.program;
   set_time_modes(t, branch);
+  Branch free = branch;
+  if (impl.settle_modes(t, x, branch)) return true;
+  const Fault fault = impl.fault;
+  if (impl.solve_with_conditions(t, x, free) && impl.settle_modes(t, x, free)) {
+    branch = std::move(free);
+    return true;
+  }
+  impl.fault = fault;
+  return false;
+}
+
+bool Evaluator::Impl::settle_modes(double t, const double* x, Branch& branch) {
   // Conditions may contain conditions, and loops may depend on modes: repeat until nothing changes. A chain of n nested
   // conditions needs n rounds; more than all of them means that they contradict each other.
   for (std::size_t round = 0; round < program.guarded.size() + 2; ++round) {
-    if (!impl.run(program.guards, t, x, branch)) return false;
+    if (!run(program.guards, t, x, branch)) return false;
     // One condition may depend on a law that ends at another's border (a flow f = if(e > 0, sqrt(e), -sqrt(-e)) and
     // whether it is positive): the other comes first.
     bool changed = false, open = false;
     for (std::size_t i = 0; i < program.guarded.size(); ++i) {
-      const double guard = impl.slots[program.guards.results[i]];
+      const double guard = slots[program.guards.results[i]];
       open = open || !std::isfinite(guard);
       if (!std::isfinite(guard)) continue;
-      const double value = impl.mode_for(program.relations[program.guarded[i]], guard);
+      const double value = mode_for(program.relations[program.guarded[i]], guard);
       double& mode = branch.modes[program.guarded[i]];
       changed = changed || value != mode;
       mode = value;
     }
-    if (!changed) return !open || impl.take(program.guards, impl.guard_values.data(), "a condition", {});
+    if (!changed) return !open || take(program.guards, guard_values.data(), "a condition", {});
   }
-  impl.fault = {Fault::Kind::loop_no_convergence,
-                t,
-                "the conditions contradict each other in every state",
-                program.relations[program.guarded.front()].text,
-                {},
-                {}};
-  impl.describe_origin(program.relations[program.guarded.front()].origin);
+  const Relation& first = program.relations[program.guarded.front()];
+  fault = {
+      Fault::Kind::loop_no_convergence, t, "the conditions contradict each other in every state", first.text, {}, {}};
+  describe_origin(first.origin);
   return false;
 }
 

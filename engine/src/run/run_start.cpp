@@ -15,14 +15,8 @@ bool Run::begin() {
   branch_ = first_branch(program_);
   evaluator_.set_time_modes(t_, branch_);
   x_ = initial_states(evaluator_, inputs_);
+  if (!events_.start(t_, x_.data(), branch_)) return fail(*events_.failure());
   std::vector<std::string> found;
-  // The modes need the loops' solutions and these the modes. A loop whose solution is not found from 0 may have one
-  // that is found from elsewhere.
-  bool settled = events_.start(t_, x_.data(), branch_);
-  if (!settled && evaluator_.explore_loops(t_, x_.data(), branch_, found))
-    settled = events_.start(t_, x_.data(), branch_);
-  if (!settled) return fail(*events_.failure());
-  found.clear();
   if (!evaluator_.explore_loops(t_, x_.data(), branch_, found)) return fail_with_fault();
   for (std::string& line : found) result_.report.notes.push_back(std::move(line));
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
