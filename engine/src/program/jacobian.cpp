@@ -111,14 +111,11 @@ bool Evaluator::Impl::eliminate(double* values) {
   return true;
 }
 
-bool Evaluator::jacobian(double t, const double* x, Branch& branch, double* values) {
-  Impl& impl = *impl_;
-  ++impl.counts.jacobians;
-  if (!impl.run(impl.program.plan.routine, t, x, branch)) return false;
-  const auto nonzeros = static_cast<std::size_t>(impl.program.jacobian_pattern.column_start.back());
-  std::fill_n(values, nonzeros, 0.0);
-  if (!impl.eliminate(values)) return false;
-  return impl.all_finite(t, values);
+bool Evaluator::Impl::slopes(double t, const double* x, Branch& branch, double* values) {
+  ++counts.jacobians;
+  if (!run(program.plan.routine, t, x, branch)) return false;
+  std::fill_n(values, static_cast<std::size_t>(program.jacobian_pattern.column_start.back()), 0.0);
+  return eliminate(values);
 }
 
 bool Evaluator::Impl::all_finite(double t, const double* values) {
@@ -136,15 +133,18 @@ bool Evaluator::Impl::all_finite(double t, const double* values) {
   return true;
 }
 
+bool Evaluator::jacobian(double t, const double* x, Branch& branch, double* values) {
+  return impl_->slopes(t, x, branch, values) && impl_->all_finite(t, values);
+}
+
 bool Evaluator::jacobian(double t, const double* x, Branch& branch, double* values, std::vector<double>& rounding) {
-  return slopes(t, x, branch, values, rounding) && impl_->all_finite(t, values);
+  if (!jacobian(t, x, branch, values)) return false;
+  impl_->bound_rates(rounding);
+  return true;
 }
 
 bool Evaluator::slopes(double t, const double* x, Branch& branch, double* values, std::vector<double>& rounding) {
-  ++impl_->counts.jacobians;
-  if (!impl_->run(impl_->program.plan.routine, t, x, branch)) return false;
-  std::fill_n(values, static_cast<std::size_t>(impl_->program.jacobian_pattern.column_start.back()), 0.0);
-  if (!impl_->eliminate(values)) return false;
+  if (!impl_->slopes(t, x, branch, values)) return false;
   impl_->bound_rates(rounding);
   return true;
 }

@@ -10,62 +10,38 @@
 #include "bgsim/text.hpp"
 #include "run/complementarity.hpp"
 #include "run/diode_failures.hpp"
-#include "run/failures.hpp"
-#include "run/jump.hpp"
+#include "run/network_slopes.hpp"
 #include "run/seen_resistance.hpp"
 
 namespace bgsim {
 namespace {
 
-constexpr std::size_t kOrders = 3;  ///< f, f', f''
+constexpr std::size_t kOrders = NetworkSlopes::kOrders;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// Of the terms that a value is the sum of: what is left of a sum that is zero, after some hundred operations.
 constexpr double kOfTerms = 256.0 * kEpsilon;
-constexpr double kGolden = 0.6180339887498949;  ///< the golden ratio less 1: its multiples are spread evenly
 
 class Sides {
  public:
-  Sides(const DiodeNetwork& network, std::vector<double> parameters, double t, const Stored& stored,
-        const std::function<double(const StateInfo&)>& resolution, std::vector<DiodeState> before,
-        KeptEvaluators& evaluators, DiodeSight& sight, double span)
+  Sides(const DiodeNetwork& network, NetworkSlopes slopes, double t, std::vector<DiodeState> before, DiodeSight& sight,
+        double span)
       : network_(network),
-        parameters_(std::move(parameters)),
+        at_(std::move(slopes)),
         t_(t),
-        stored_(stored),
-        evaluators_(evaluators),
         sight_(sight),
         span_(span),
         n_(network.resistances.size()),
-        states_(network.program.states.size()) {
+        away_(n_, false),
+        restitution_(n_, 0.0),
+        closing_(n_, 0.0),
+        way_rounding_(n_, 0.0) {
     result_.diodes = std::move(before);
-    parameters_.resize(network.program.model->parameters.size(), 0.0);
-    position_.resize((1 + kOrders) * n_ + 2 * network.contacts);
-    for (const StateInfo& state : network.program.states) resolution_.push_back(resolution(state));
-    for (std::size_t i = 0; i < states_; ++i) {
-      const SignalId signal = network.program.states[i].signal;
-      if (signal.valid() && signal.index() >= network.first_signal)
-        position_[signal.index() - network.first_signal] = i;
-    }
-    std::size_t next = (1 + kOrders) * n_;
-    contacts_.resize(n_);
-    away_.assign(n_, false);
-    restitution_.assign(n_, 0.0);
-    closing_.assign(n_, 0.0);
-    way_rounding_.assign(n_, 0.0);
     result_.room.assign(n_, 0.0);
-    for (std::size_t i = 0; i < n_; ++i) {
-      const SignalId displacement = network.displacements[i];
-      if (!displacement.valid()) continue;
-      const auto is_it = [&](const StateInfo& state) { return state.signal == displacement; };
-      const auto at = std::find_if(network.program.states.begin(), network.program.states.end(), is_it);
-      contacts_[i] = {next, static_cast<std::size_t>(at - network.program.states.begin())};
-      next += 2;
-    }
   }
 
   DiodeSides run(bool one) {
     if (choose_resistances() && look_at_contacts()) {
-      bound_flows();
+      at_.bound_flows();
       if (one) leave_the_fastest();
       iterate();
     } else if (!result_.final) {
@@ -75,17 +51,12 @@ class Sides {
   }
 
  private:
-  [[nodiscard]] double sign(std::size_t diode) const { return network_.out[diode] ? -1.0 : 1.0; }
   [[nodiscard]] double source_value(std::size_t diode) const {
     return result_.diodes[diode].effort - resistance_[diode] * result_.diodes[diode].flow;
   }
   /// Of a diode's own flow, or a derivative of it, by its source.
   [[nodiscard]] double own_slope(std::size_t diode, std::size_t order) const {
-    return slope_[(diode * kOrders + order) * n_ + diode];
-  }
-  [[nodiscard]] std::size_t source(std::size_t diode) const { return position_[diode]; }
-  [[nodiscard]] std::size_t flow(std::size_t diode, std::size_t order) const {
-    return position_[n_ + kOrders * diode + order];
+    return at_.flows().slope(diode, order, diode);
   }
 
   bool fail_for_good(Diagnostic diagnostic) {
@@ -98,105 +69,13 @@ class Sides {
   }
 
   /// Flows and their derivatives as they depend on the sources, at the present ones.
-  /// @param aside  with each store off by what it may be off, and by a part more than the one before it: two stores
-  ///               off by the same would leave what is between them as it was
   bool linearize(bool aside = false) {
-    for (std::size_t i = 0; i < n_; ++i) parameters_[network_.resistances[i].index()] = resistance_[i];
-    Evaluator& evaluator = evaluators_.of(network_.program, parameters_);
-    const Jump jump = jump_into(evaluator, t_, stored_);
-    if (jump.failure) return fail(*jump.failure);
-    x_ = jump.x;
-    for (std::size_t c = 0; aside && c < states_; ++c) {
-      const double part = 1.0 + std::fmod(kGolden * static_cast<double>(c), 1.0);
-      x_[c] += part * (resolution_[c] + 16.0 * kEpsilon * std::abs(x_[c]));
-    }
-    for (std::size_t i = 0; i < n_; ++i) x_[source(i)] = sign(i) * source_value(i);
-    Branch branch = first_branch(network_.program);
-    rates_.assign(states_, 0.0);
-    has_rates_ = false;
-    const Sparsity& pattern = network_.program.jacobian_pattern;
-    std::vector<double> values(pattern.row.size());
-    std::vector<std::string> found;
-    const bool started =
-        evaluator.initialize_modes(t_, x_.data(), branch) ||
-        (evaluator.explore_loops(t_, x_.data(), branch, found) && evaluator.initialize_modes(t_, x_.data(), branch));
-    std::vector<double> rounding;
-    has_rates_ = started && evaluator.rates(t_, x_.data(), branch, rates_.data());
-    const bool done = has_rates_ && evaluator.slopes(t_, x_.data(), branch, values.data(), rounding);
-    diodes_.resize(4 * n_);
-    if (!done || !evaluator.diodes(t_, x_.data(), branch, diodes_.data()))
-      return fail(fault_failure(evaluator.fault()));
+    std::vector<double> sources(n_);
+    for (std::size_t i = 0; i < n_; ++i) sources[i] = source_value(i);
+    if (auto failure = at_.look(resistance_, sources, aside)) return fail(std::move(*failure));
     for (std::size_t i = 0; i < n_; ++i)
-      if (!result_.diodes[i].may_begin) result_.diodes[i].may_begin = diodes_[4 * i + 3] != 0.0;
-    slope_.assign(kOrders * n_ * n_, 0.0);
-    at_zero_.assign(kOrders * n_, 0.0);
-    size_.assign(kOrders * n_, 0.0);
-    off_.assign(kOrders * n_, 0.0);
-    shifts_.clear();
-    std::vector<std::size_t> row_of(states_, kOrders * n_), source_of(states_, n_);
-    for (std::size_t i = 0; i < n_; ++i) {
-      source_of[source(i)] = i;
-      for (std::size_t k = 0; k < kOrders; ++k) row_of[flow(i, k)] = i * kOrders + k;
-    }
-    std::vector<double> linear(kOrders * n_, 0.0);
-    for (std::size_t column = 0; column < states_; ++column)
-      for (auto at = pattern.column_start[column]; at < pattern.column_start[column + 1]; ++at) {
-        const std::size_t row = row_of[static_cast<std::size_t>(pattern.row[static_cast<std::size_t>(at)])];
-        if (row == kOrders * n_) continue;
-        // A law may begin with a slope without bound, where what it is the slope of is 0.
-        const double term = x_[column] == 0.0 ? 0.0 : values[static_cast<std::size_t>(at)] * x_[column];
-        linear[row] += term;
-        size_[row] += std::abs(term);
-        if (resolution_[column] > 0.0)
-          shifts_.push_back({row, column, std::abs(values[static_cast<std::size_t>(at)]) * resolution_[column]});
-        if (source_of[column] < n_) {
-          const std::size_t j = source_of[column];
-          slope_[row * n_ + j] = sign(row / kOrders) * sign(j) * values[static_cast<std::size_t>(at)];
-        }
-      }
-    for (std::size_t i = 0; i < n_; ++i)
-      for (std::size_t k = 0; k < kOrders; ++k) {
-        const std::size_t row = i * kOrders + k;
-        const double value = rates_[flow(i, k)];
-        // Terms that cancel need not stand in the slopes: the flow into a part that a diode alone connects is 0.
-        if (!rounding.empty()) off_[row] += rounding[flow(i, k)];
-        size_[row] += std::abs(value - linear[row]);
-        at_zero_[row] = sign(i) * value;
-        for (std::size_t j = 0; j < n_; ++j) at_zero_[row] -= slope_[row * n_ + j] * source_value(j);
-      }
-    evaluator_ = &evaluator;
-    branch_ = std::move(branch);
+      if (!result_.diodes[i].may_begin) result_.diodes[i].may_begin = at_.fires(i);
     return true;
-  }
-
-  /// What states that are off make of the flows: by the slopes, but no more than they change by. Where a law begins
-  /// with a slope without bound, a flow moves by the root of what a store is off, and its slope there says any number.
-  void bound_flows() {
-    constexpr double kMatters = 1e-3;  // of the sizes of flows; below that slopes are good enough
-    std::vector<double> moved = x_, moved_rates(states_);
-    for (auto first = shifts_.begin(), last = first; first != shifts_.end(); first = last) {
-      const std::size_t column = first->column;
-      last = std::find_if(first, shifts_.end(), [column](const Shift& at) { return at.column != column; });
-      const bool matters =
-          std::any_of(first, last, [this](const Shift& at) { return at.by_slope > kMatters * size_[at.row]; });
-      std::vector<double> most(static_cast<std::size_t>(last - first), 0.0);
-      bool known = false;
-      for (const double side : {1.0, -1.0}) {
-        if (!matters) break;
-        moved[column] = x_[column] + side * resolution_[column];
-        Branch there = branch_;
-        if (!evaluator_->rates(t_, moved.data(), there, moved_rates.data())) continue;
-        known = true;
-        for (auto at = first; at != last; ++at) {
-          const std::size_t k = flow(at->row / kOrders, at->row % kOrders);
-          double& change = most[static_cast<std::size_t>(at - first)];
-          change = std::max(change, std::abs(moved_rates[k] - rates_[k]));
-        }
-      }
-      moved[column] = x_[column];
-      for (auto at = first; at != last; ++at)
-        off_[at->row] += known ? std::min(at->by_slope, most[static_cast<std::size_t>(at - first)]) : at->by_slope;
-    }
   }
 
   /// Which contacts touch, and at what speed they close. False if one is beyond its gap.
@@ -208,18 +87,18 @@ class Sides {
     double longest = 0.0;
     for (std::size_t i = 0; i < n_; ++i) {
       if (!network_.displacements[i].valid()) continue;
-      const double q = x_[contacts_[i].state];
-      longest = std::max({longest, std::abs(q), std::abs(rates_[position_[contacts_[i].signal]] + q)});
+      const double q = at_.displacement(i);
+      longest = std::max({longest, std::abs(q), std::abs(at_.room(i) + q)});
     }
     for (std::size_t i = 0; i < n_; ++i) {
       if (!network_.displacements[i].valid()) continue;
-      const double room = rates_[position_[contacts_[i].signal]], q = x_[contacts_[i].state];
+      const double room = at_.room(i), q = at_.displacement(i);
       const double size = std::abs(q) + std::abs(room + q);
       const bool touches = result_.diodes[i].touches;
       // The time of an event is known to its rounding, and the flow to that of its terms.
-      const double moves = size_[i * kOrders] * std::abs(t_);
-      const double off = resolution_[contacts_[i].state] + 8.0 * kEpsilon * (size + moves + longest);
+      const double moves = at_.flows().size(i, 0) * std::abs(t_);
       way_rounding_[i] = 8.0 * kEpsilon * (size + moves + longest);
+      const double off = at_.displacement_off(i) + way_rounding_[i];
       // The displacement of a closed one is the integral of der(gap), and a jump of the gap refused with BG402: what
       // is left of the difference is the method's, and put to 0.
       const bool closed = touches && !result_.diodes[i].conducts;
@@ -231,13 +110,13 @@ class Sides {
         continue;
       }
       result_.room[i] = room;
-      restitution_[i] = rates_[position_[contacts_[i].signal + 1]];
+      restitution_[i] = at_.restitution(i);
       if (!(restitution_[i] >= 0.0 && restitution_[i] <= 1.0))
         return fail_for_good(restitution_failure(network_, i, t_, restitution_[i]));
       // Where efforts can change its speed at once, there is no impact.
-      const auto row = slope_.begin() + static_cast<std::ptrdiff_t>(i * kOrders * n_);
-      const bool of_stores = std::all_of(row, row + static_cast<std::ptrdiff_t>(n_), [](double s) { return s == 0.0; });
-      closing_[i] = of_stores ? std::max(0.0, -sign(i) * rates_[flow(i, 0)]) : 0.0;
+      bool of_stores = true;
+      for (std::size_t j = 0; j < n_; ++j) of_stores = of_stores && at_.flows().slope(i, 0, j) == 0.0;
+      closing_[i] = of_stores ? std::max(0.0, -at_.speed(i)) : 0.0;
       if (result_.diodes[i].sticks) restitution_[i] = 0.0;
     }
     return true;
@@ -249,9 +128,9 @@ class Sides {
     for (std::size_t i = 0; i < n_; ++i) {
       if (!network_.displacements[i].valid()) continue;
       DiodeState& contact = result_.diodes[i];
-      if (has_rates_) {
-        const double room = rates_[position_[contacts_[i].signal]], q = x_[contacts_[i].state];
-        const double off = resolution_[contacts_[i].state] + 8.0 * kEpsilon * (std::abs(q) + std::abs(room + q));
+      if (at_.has_rates()) {
+        const double room = at_.room(i), q = at_.displacement(i);
+        const double off = at_.displacement_off(i) + 8.0 * kEpsilon * (std::abs(q) + std::abs(room + q));
         contact.touches = contact.touches || !(room > off);
       }
       if (!contact.touches) contact.conducts = true;
@@ -263,8 +142,7 @@ class Sides {
     constexpr double kTimes = 10.0;
     std::size_t fastest = n_;
     for (std::size_t i = 0; i < n_; ++i) {
-      const std::size_t row = i * kOrders;
-      if (!(closing_[i] > kTimes * (off_[row] + kOfTerms * size_[row]))) continue;
+      if (!(closing_[i] > kTimes * (at_.flows().off(i, 0) + kOfTerms * at_.flows().size(i, 0)))) continue;
       if (fastest == n_ || closing_[i] > closing_[fastest]) fastest = i;
     }
     for (std::size_t i = 0; i < n_ && fastest < n_; ++i) {
@@ -285,14 +163,14 @@ class Sides {
       const double r = std::pow(10.0, power);
       resistance_.assign(n_, r);
       const bool has_value = linearize(true);
-      const std::vector<double> aside = slope_;
+      const LinearFlows aside = at_.flows();
       if (!has_value || !linearize()) {  // a law that has no value there
         result_.failure.reset();
         continue;
       }
       bool known = true;
       for (std::size_t i = 0; i < n_; ++i)
-        known = known && std::abs(own_slope(i, 0) - aside[i * kOrders * n_ + i]) <= kSame * std::abs(own_slope(i, 0));
+        known = known && std::abs(own_slope(i, 0) - aside.slope(i, 0, i)) <= kSame * std::abs(own_slope(i, 0));
       if (!known && !scans.front().empty()) break;
       if (!known) continue;
       for (std::size_t i = 0; i < n_; ++i) {
@@ -377,8 +255,7 @@ class Sides {
     for (std::size_t i = 0; i < n_; ++i) {
       std::array<double, kOrders> largest{};
       for (std::size_t k = 0; k < kOrders; ++k)
-        for (std::size_t j = 0; j < n_; ++j)
-          largest[k] = std::max(largest[k], std::abs(slope_[(i * kOrders + k) * n_ + j]));
+        for (std::size_t j = 0; j < n_; ++j) largest[k] = std::max(largest[k], std::abs(at_.flows().slope(i, k, j)));
       // With a resistance of r in series no slope is larger than 1/r; a row that is nothing but rounding is so beside
       // that: the flow into a part that nothing else connects.
       largest[0] = std::max(largest[0], 1.0 / resistance_[i]);
@@ -386,7 +263,7 @@ class Sides {
       for (std::size_t j = 0; j < n_; ++j) {
         std::array<double, kOrders> slope{}, rounding{};
         for (std::size_t k = 0; k < kOrders; ++k) {
-          slope[k] = slope_[(i * kOrders + k) * n_ + j];
+          slope[k] = at_.flows().slope(i, k, j);
           rounding[k] = slope[k] == 0.0 ? 0.0 : 16.0 * kEpsilon * largest[k];
           right[k] += slope[k] * threshold(j);
           right_rounding[k] += kOfTerms * std::abs(slope[k] * threshold(j));
@@ -400,18 +277,17 @@ class Sides {
         problem.z[i].push_back({j, away_[j] ? f : z});
       }
       for (std::size_t k = 0; k < kOrders; ++k) {
-        const std::size_t row = i * kOrders + k;
-        right[k] += at_zero_[row];
-        right_rounding[k] += kOfTerms * size_[row] + off_[row];
+        right[k] += at_.flows().at_zero(i, k);
+        right_rounding[k] += kOfTerms * at_.flows().size(i, k) + at_.flows().off(i, k);
         // The time of an event is known to its rounding.
-        if (k + 1 < kOrders) right_rounding[k] += 8.0 * kEpsilon * std::abs(t_) * size_[row + 1];
+        if (k + 1 < kOrders) right_rounding[k] += 8.0 * kEpsilon * std::abs(t_) * at_.flows().size(i, k + 1);
       }
       constexpr double kOfSize = 1e-6, kTimes = 10.0;
-      const double flow_size = size_[i * kOrders] + std::abs(right[0]);
+      const double flow_size = at_.flows().size(i, 0) + std::abs(right[0]), off = at_.flows().off(i, 0);
       const double r = resistance_[i];
       effort_size_[i] = r * flow_size + std::abs(threshold(i)) + std::abs(source_value(i));
-      result_.flow_error[i] = kTimes * (off_[i * kOrders] + kOfTerms * flow_size);
-      result_.effort_error[i] = kTimes * (r * off_[i * kOrders] + kOfTerms * effort_size_[i]);
+      result_.flow_error[i] = kTimes * (off + kOfTerms * flow_size);
+      result_.effort_error[i] = kTimes * (r * off + kOfTerms * effort_size_[i]);
       result_.flow_off[i] = kOfSize * flow_size + result_.flow_error[i];
       result_.effort_off[i] = kOfSize * effort_size_[i] + result_.effort_error[i];
       problem.r[i] = series(right, right_rounding);
@@ -450,7 +326,7 @@ class Sides {
   }
 
   [[nodiscard]] double rebound(std::size_t diode) const { return restitution_[diode] * closing_[diode]; }
-  [[nodiscard]] double threshold(std::size_t diode) const { return diodes_[4 * diode + 2]; }
+  [[nodiscard]] double threshold(std::size_t diode) const { return at_.threshold(diode); }
 
   void iterate() {
     constexpr int kMostSteps = 50;
@@ -476,7 +352,7 @@ class Sides {
         }
       if (take(sides, held)) return;
       if (!linearize()) return;
-      bound_flows();
+      at_.bound_flows();
     }
     fail(
         diagnostic_of("BG622", "at t = " + number_text(t_) + " the sides of the diodes could not be found", {},
@@ -552,46 +428,33 @@ class Sides {
   /// Whether the flows at the new sources are what the slopes say.
   bool is_linear() {
     constexpr double kSame = 1e-9;
-    const std::vector<double> slope = slope_, at_zero = at_zero_, size = size_;
+    const LinearFlows before = at_.flows();
     if (!linearize()) return true;
-    for (std::size_t row = 0; row < slope.size() / n_; ++row) {
-      if (std::abs(at_zero_[row] - at_zero[row]) > kSame * (size[row] + size_[row])) return false;
-      for (std::size_t j = 0; j < n_; ++j)
-        if (std::abs(slope_[row * n_ + j] - slope[row * n_ + j]) > kSame * std::abs(slope[row * n_ + j])) return false;
-    }
+    const LinearFlows& now = at_.flows();
+    for (std::size_t i = 0; i < n_; ++i)
+      for (std::size_t k = 0; k < kOrders; ++k) {
+        const double size = before.size(i, k) + now.size(i, k);
+        if (!(std::abs(now.at_zero(i, k) - before.at_zero(i, k)) <= kSame * size)) return false;
+        for (std::size_t j = 0; j < n_; ++j) {
+          const double slope = before.slope(i, k, j);
+          if (!(std::abs(now.slope(i, k, j) - slope) <= kSame * std::abs(slope))) return false;
+        }
+      }
     return true;
   }
 
   const DiodeNetwork& network_;
-  std::vector<double> parameters_;
+  NetworkSlopes at_;
   double t_;
-  const Stored& stored_;
-  KeptEvaluators& evaluators_;
-  Evaluator* evaluator_ = nullptr;  ///< at the point of the last linearization
-  Branch branch_;                   ///< there
   DiodeSight& sight_;
   double span_;
-  std::size_t n_, states_;
-  bool has_rates_ = false;             ///< the last linearization came as far as the flows
-  std::vector<std::size_t> position_;  ///< by added integral: which state
-  std::vector<double> x_, rates_, diodes_;
-  std::vector<double> resistance_;              ///< by diode: r
-  std::vector<double> resolution_;              ///< by state
-  std::vector<double> slope_, at_zero_, size_;  ///< rows: by diode, then order; in the direction that diodes pass
-  struct Shift {
-    std::size_t row = 0, column = 0;
-    double by_slope = 0.0;  ///< how much the row moves as the state of the column is off
-  };
-  std::vector<Shift> shifts_;  ///< by column
-  std::vector<double> off_, effort_size_;
+  std::size_t n_;
+  std::vector<double> resistance_;  ///< by diode: r
+  std::vector<double> effort_size_;
   std::vector<int> flow_exponent_, effort_exponent_;  ///< by diode: powers of two of the problem's units
-  struct Contact {
-    std::size_t signal = 0, state = 0;  ///< its integrals in position_; its displacement among the states
-  };
-  std::vector<Contact> contacts_;              ///< by diode
-  std::vector<bool> away_;                     ///< by diode: a contact that does not touch
-  std::vector<double> restitution_, closing_;  ///< by diode: of a contact that touches; else 0
-  std::vector<double> way_rounding_;           ///< by diode: what rounding leaves of a contact's way
+  std::vector<bool> away_;                            ///< by diode: a contact that does not touch
+  std::vector<double> restitution_, closing_;         ///< by diode: of a contact that touches; else 0
+  std::vector<double> way_rounding_;                  ///< by diode: what rounding leaves of a contact's way
   std::vector<bool> next_conducts_, last_sides_;
   int sides_again_ = 0;  ///< how often in a row the same ones were found
   DiodeSides result_;
@@ -603,7 +466,8 @@ DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& p
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
                        std::vector<DiodeState> before, KeptEvaluators& evaluators, DiodeSight& sight, double span,
                        bool one) {
-  return Sides(network, parameters, t, stored, resolution, std::move(before), evaluators, sight, span).run(one);
+  NetworkSlopes slopes(network, parameters, t, stored, resolution, evaluators);
+  return Sides(network, std::move(slopes), t, std::move(before), sight, span).run(one);
 }
 
 }  // namespace bgsim

@@ -26,6 +26,7 @@ class Trial {
         shifted_(4 * before.size()) {
     Jump jump = jump_into(evaluator_, t_, stored);
     possible_ = !jump.failure && jump.loss >= -kJumpRounding * jump.scale;
+    loss_ = jump.loss > kJumpRounding * jump.scale ? jump.loss : 0.0;
     if (!possible_) return;
     x_ = std::move(jump.x);
     for (std::size_t i = 0; i < x_.size(); ++i)
@@ -48,6 +49,9 @@ class Trial {
     return kSmallTimes + 1;
   }
 
+  /// Of energy, in the jump into the mode.
+  [[nodiscard]] double loss() const { return loss_; }
+
  private:
   static std::vector<double> parameters_of(const Program& program, const RunInputs& inputs) {
     std::vector<double> parameters = inputs.parameters;
@@ -55,21 +59,13 @@ class Trial {
     return parameters;
   }
 
-  /// A law that ends at a border cannot be evaluated on its wrong side, and then no condition can: the others are
-  /// tried.
-  bool starts(double t, const std::vector<double>& x, Branch& branch) {
-    branch = first_branch(program_);
-    std::vector<std::string> found;
-    return evaluator_.initialize_modes(t, x.data(), branch) ||
-           (evaluator_.explore_loops(t, x.data(), branch, found) && evaluator_.initialize_modes(t, x.data(), branch));
-  }
   bool rates(double t, const std::vector<double>& x, std::vector<double>& slope) {
     Branch branch = first_branch(program_);
-    return starts(t, x, branch) && evaluator_.rates(t, x.data(), branch, slope.data());
+    return evaluator_.initialize_modes(t, x.data(), branch) && evaluator_.rates(t, x.data(), branch, slope.data());
   }
   bool diodes(double t, const std::vector<double>& x, std::vector<double>& values) {
     Branch branch = first_branch(program_);
-    return starts(t, x, branch) && evaluator_.diodes(t, x.data(), branch, values.data());
+    return evaluator_.initialize_modes(t, x.data(), branch) && evaluator_.diodes(t, x.data(), branch, values.data());
   }
 
   bool keeps(double t, const std::vector<double>& x, const std::vector<bool>& conducts, TriedSides* sides) {
@@ -113,6 +109,7 @@ class Trial {
   double t_;
   const std::vector<DiodeState>& before_;
   std::vector<double> values_, shifted_, x_, resolution_;
+  double loss_ = 0.0;
   bool possible_ = false;
 };
 
@@ -144,6 +141,7 @@ std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mod
   const double shortest = std::max(kShortest * (inputs.stop - stored.t), 64.0 * kUlp * std::abs(stored.t));
   std::optional<TriedSides> best;
   int longest = 0;
+  double loss = 0.0;
   for (const std::vector<bool>& conducts : nearest_first(present, free)) {
     Mode tried = mode;
     std::size_t next = 0;
@@ -153,8 +151,10 @@ std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mod
       TriedSides sides{conducts, {}, {}};
       Trial trial(program_of(tried), inputs, stored, before, resolution);
       const int lasts = trial.lasts(conducts, shortest, sides);
-      if (lasts <= longest) continue;
+      // A diode that blocks would take away the momentum of what it lets pass, and keep within its border afterwards.
+      if (lasts < longest || (lasts == longest && !(trial.loss() < loss))) continue;
       longest = lasts;
+      loss = trial.loss();
       best = std::move(sides);
     } catch (const ModelError&) {
       continue;  // the graph does not allow this mode
