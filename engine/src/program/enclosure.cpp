@@ -259,11 +259,20 @@ void Enclosure::set_modes(std::span<const double> modes) {
   for (const Node& node : of_modes_) run(node, 0.0);
 }
 
-void Enclosure::evaluate(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears) {
+void Enclosure::evaluate(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears,
+                         std::span<const MovingMode> modes) {
   if (at_time_ != kNowhere) jets_[at_time_] = time_jet(begin, end);
   for (std::size_t i = 0; i < states.size(); ++i) jets_[at_state_[i]] = states[i];
   for (std::size_t i = 0; i < tears.size(); ++i) jets_[at_tear_[i]] = tears[i];
   const double half = (end - begin) / 2;
+  if (!modes.empty()) {
+    for (const auto& [position, relation] : modes_)
+      for (const MovingMode& moving : modes)
+        if (moving.relation == relation) jets_[position] = moving.over;
+    for (const Node& node : of_modes_) run(node, half);
+    for (const Node& node : varying_) run(node, half);  // the rules below are for modes that rest
+    return;
+  }
   for (const Node& node : varying_) {
     const auto rule = static_cast<often::Rule>(node.rule);
     const bool swapped = rule == often::Rule::scaled || rule == often::Rule::sum_right_still;

@@ -50,8 +50,15 @@ class Enclosure {
   /// Whether a root depends on time other than through states and tears.
   [[nodiscard]] bool follows_time() const { return at_time_ != std::numeric_limits<std::uint32_t>::max(); }
 
+  /// A mode that moves, as one does that is held between its sides.
+  struct MovingMode {
+    std::size_t relation = 0;
+    Jet over;
+  };
   /// @param states, tears  as many as states() and tears(), in their order.
-  void evaluate(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears);
+  /// @param modes  those that are not as set_modes() has them: any, which costs what depends on modes alone
+  void evaluate(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears,
+                std::span<const MovingMode> modes = {});
   /// Ranges only, over a box: slopes are left at zero. @p unknowns: states(), then tears().
   void evaluate_box(const Range& time, std::span<const Range> unknowns);
   [[nodiscard]] const Jet& operator[](std::size_t root) const { return jets_[position_of_root_[root]]; }

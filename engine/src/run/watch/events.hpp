@@ -209,7 +209,8 @@ class EventWatch {
   void keep_onsets(double t, std::vector<double>& values) const;
   std::optional<std::pair<double, double>> bracket(Integrator& integrator, double from, double to);
   FirstCrossing prove(double from, double to);
-  [[nodiscard]] std::vector<std::size_t> held_relations() const;
+  [[nodiscard]] std::vector<std::size_t> followed_relations() const;
+  [[nodiscard]] std::vector<GuardFunctions::Held> held() const;
   std::optional<std::pair<double, double>> bracket_by_samples(Integrator& integrator, double from, double to);
   bool follow(double t, const double* x, Branch& branch);
   void stop_following(std::size_t guard);

@@ -120,12 +120,19 @@ bool EventWatch::is_nothing(std::size_t guard, double size, double at) {
   return size <= nothing_[guard];
 }
 
-/// Those whose modes are what the point makes of them.
-std::vector<std::size_t> EventWatch::held_relations() const {
+/// Those whose modes are what the point makes of them, from one of their values to the other at once.
+std::vector<std::size_t> EventWatch::followed_relations() const {
   std::vector<std::size_t> relations;
   for (std::size_t i = 0; i < side_.size(); ++i)
-    if (stiction_.held(i) || followed_[i]) relations.push_back(relation_[i]);
+    if (followed_[i]) relations.push_back(relation_[i]);
   return relations;
+}
+
+std::vector<GuardFunctions::Held> EventWatch::held() const {
+  std::vector<GuardFunctions::Held> held;
+  for (std::size_t i = 0; i < side_.size(); ++i)
+    if (stiction_.held(i)) held.push_back({i, stiction_.rests(i)});
+  return held;
 }
 
 /// Searches a stretch, and keeps what was left undecided.
@@ -142,16 +149,15 @@ FirstCrossing EventWatch::prove(double from, double to) {
 }
 
 /// A stretch of the step at whose end a guard has crossed, while none has at its beginning; none if there is none, or
-/// failure(). By proof, but for modes that are held, and what depends on them: these follow the point by more than an
-/// expression.
+/// failure(). By proof, but for modes that follow the point from side to side, and what depends on them.
 std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integrator, double from, double to) {
   searched_ = &integrator;
   nothing_at_ = std::numeric_limits<double>::quiet_NaN();
-  functions_.begin(integrator);
+  functions_.begin(integrator, held());
   candidates_.clear();
-  const std::vector<bool>* free = holding() ? &functions_.free_of(held_relations()) : nullptr;
+  const std::vector<bool>* free = followed_any_ ? &functions_.free_of(followed_relations()) : nullptr;
   for (std::size_t i = 0; i < side_.size(); ++i)
-    if (!idle_[i] && (free == nullptr || ((*free)[i] && !stiction_.held(i) && !followed_[i]))) candidates_.push_back(i);
+    if (!idle_[i] && (free == nullptr || ((*free)[i] && !followed_[i]))) candidates_.push_back(i);
   const double settled = std::clamp(onsets_.until, from, to);
   FirstCrossing found = settled > from ? prove(from, settled) : FirstCrossing{};
   if (!found.fault && !found.bracket && settled < to) found = prove(settled, to);
@@ -159,7 +165,7 @@ std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integra
     fail_with_fault();
     return std::nullopt;
   }
-  if (holding()) {
+  if (followed_any_) {
     const auto sampled = bracket_by_samples(integrator, from, found.bracket ? found.bracket->second : to);
     return sampled || failure_ ? sampled : found.bracket;
   }

@@ -63,11 +63,15 @@ bool GuardFunctions::screened(const StepEnds& step, const Branch& branch, const 
   });
 }
 
-void GuardFunctions::begin(Integrator& integrator) {
+void GuardFunctions::begin(Integrator& integrator, std::vector<Held> held) {
   const Branch& branch = integrator.branch();
   take_modes(branch);
   given_ = branch.given;
-  std::erase_if(solved_, [&](const auto& known) { return known.first != integrator.previous(); });
+  if (held != held_) solved_.clear();
+  held_ = std::move(held);
+  moving_.clear();
+  for (const Held& at : held_) moving_.push_back({guards_[at.guard].relation, {}});
+  std::erase_if(solved_, [&](const Solved& known) { return known.t != integrator.previous(); });
   unknowns_ = enclosure_.states();
   if (given_)
     for (const std::uint32_t tear : enclosure_.tears())
@@ -79,15 +83,21 @@ void GuardFunctions::begin(Integrator& integrator) {
 
 bool GuardFunctions::evaluate(double t) {
   if (!owner_.evaluate(t)) return false;
-  if (!given_ && !enclosure_.tears().empty()) solved_.emplace_back(t, owner_.branch().tears);
+  if (is_enclosed_by_polynomials()) return true;
+  Solved& here = solved_.emplace_back(Solved{t, owner_.branch().tears, {}});
+  for (const Enclosure::MovingMode& mode : moving_) here.modes.push_back(owner_.branch().modes[mode.relation]);
   return true;
 }
 
-const std::vector<double>* GuardFunctions::tears_at(double t) {
-  auto found = std::find_if(solved_.begin(), solved_.end(), [t](const auto& known) { return known.first == t; });
-  if (found != solved_.end()) return &found->second;
+bool GuardFunctions::is_enclosed_by_polynomials() const {
+  return held_.empty() && (given_ || enclosure_.tears().empty());
+}
+
+const GuardFunctions::Solved* GuardFunctions::solved_at(double t) {
+  auto found = std::find_if(solved_.begin(), solved_.end(), [t](const Solved& known) { return known.t == t; });
+  if (found != solved_.end()) return &*found;
   if (!evaluate(t)) return nullptr;
-  return &solved_.back().second;
+  return &solved_.back();
 }
 
 const std::vector<bool>& GuardFunctions::free_of(const std::vector<std::size_t>& relations) {
@@ -115,22 +125,42 @@ bool GuardFunctions::enclose(double from, double to) {
   tears_.resize(tears);
   middle_ = from + (to - from) / 2;
   for (std::size_t k = 0; k < states; ++k) states_[k] = polynomial_.over(k, from, to);
-  if (given_) {
-    for (std::size_t k = 0; k < tears; ++k) tears_[k] = polynomial_.over(states + k, from, to);
-  } else if (tears > 0) {
+  for (std::size_t k = 0; given_ && k < tears; ++k) tears_[k] = polynomial_.over(states + k, from, to);
+  if (!is_enclosed_by_polynomials()) {
     for (const double t : {from, middle_, to})
-      if (tears_at(t) == nullptr) return false;
-    const std::vector<double>&left = *tears_at(from), &centre = *tears_at(middle_), &right = *tears_at(to);
-    for (std::size_t k = 0; k < tears; ++k) {
-      const std::uint32_t tear = enclosure_.tears()[k];
-      tears_[k] = parabola(left[tear], centre[tear], right[tear], to - from);
-    }
+      if (solved_at(t) == nullptr) return false;
+    const Solved &left = *solved_at(from), &centre = *solved_at(middle_), &right = *solved_at(to);
+    const auto follow = [&](const std::vector<double> Solved::*values, std::size_t k) {
+      return parabola((left.*values)[k], (centre.*values)[k], (right.*values)[k], to - from);
+    };
+    for (std::size_t k = 0; !given_ && k < tears; ++k) tears_[k] = follow(&Solved::tears, enclosure_.tears()[k]);
+    for (std::size_t k = 0; k < moving_.size(); ++k) moving_[k].over = follow(&Solved::modes, k);
   }
-  enclosure_.evaluate(from, to, states_, tears_);
+  enclosure_.evaluate(from, to, states_, tears_, moving_);
   return true;
 }
 
+/// What a mode has left of its sides.
+Jet GuardFunctions::left(std::size_t held) const {
+  if (held_[held].rests) return {1.0, {1.0, 1.0}};
+  const auto& [relation, mode] = moving_[held];
+  const double low = program_.relations[relation].kind == Relation::Kind::sign ? -1.0 : 0.0, high = 1.0;
+  const auto at = [&](double value) { return std::min(value - low, high - value); };
+  const double middle = low + (high - low) / 2, least = mode.value.lower(), most = mode.value.upper();
+  const double largest = least > middle ? at(least) : most < middle ? at(most) : high - middle;
+  Jet jet{at(mode.middle), {std::min(at(least), at(most)), largest}};
+  if (most < middle)
+    jet.slope = mode.slope;
+  else if (least > middle)
+    jet.slope = -mode.slope;
+  else
+    jet.slope = {std::min(mode.slope.lower(), -mode.slope.upper()), std::max(mode.slope.upper(), -mode.slope.lower())};
+  return jet;
+}
+
 Jet GuardFunctions::jet(std::size_t guard) const {
+  for (std::size_t k = 0; k < held_.size(); ++k)
+    if (held_[k].guard == guard) return left(k);
   const Guard& g = guards_[guard];
   Jet jet = enclosure_[g.root];
   if (g.border == 0) return jet;

@@ -14,9 +14,9 @@
 namespace bgsim {
 
 /// Guards as functions of time within the last step: enclosed by the polynomials of the states, evaluated by the
-/// evaluator. Loops' variables that are no unknowns of the integrator have no polynomial: on a stretch they are taken
-/// to follow the parabola through their solutions at its ends and in its middle, with a quarter of what it bends as
-/// room on both sides.
+/// evaluator. Loops' variables that are no unknowns of the integrator have no polynomial, and neither have modes that
+/// are held between their sides: on a stretch they are taken to follow the parabola through their values at its ends
+/// and in its middle, with a quarter of what it bends as room on both sides.
 class GuardFunctions final : public CrossingFunctions {
  public:
   /// What the owner knows of guards. Guards are numbered as by Evaluator::guards.
@@ -33,8 +33,14 @@ class GuardFunctions final : public CrossingFunctions {
   bool screened(const StepEnds& step, const Branch& branch, const std::vector<std::size_t>& guards);
   /// When a guard's side or what is held of it has changed.
   void clear() { screen_.clear(); }
+  /// A guard whose mode is held between its sides: its function is what the mode has left of them.
+  struct Held {
+    std::size_t guard = 0;
+    bool rests = false;  ///< its mode is no matter: it has all left
+    friend bool operator==(const Held&, const Held&) = default;
+  };
   /// For the integrator's last step.
-  void begin(Integrator& integrator);
+  void begin(Integrator& integrator, std::vector<Held> held);
 
   /// By guard: whether it is a function of time and states alone, whatever values the modes of @p relations take within
   /// a step. Cost: linear in the guards' expressions, where the relations are other ones than in the call before.
@@ -54,7 +60,14 @@ class GuardFunctions final : public CrossingFunctions {
     std::uint32_t relation = 0;
     int border = 0;  ///< -1: distance to the lower border of the present cell, 1: to the upper, 0: the guard itself
   };
-  const std::vector<double>* tears_at(double t);
+  /// What has no polynomial, where it is known.
+  struct Solved {
+    double t = 0.0;
+    std::vector<double> tears, modes;  ///< all tears; by held_
+  };
+  const Solved* solved_at(double t);
+  [[nodiscard]] bool is_enclosed_by_polynomials() const;
+  [[nodiscard]] Jet left(std::size_t held) const;
   void take_modes(const Branch& branch);
 
   const Program& program_;
@@ -71,7 +84,9 @@ class GuardFunctions final : public CrossingFunctions {
   std::vector<std::size_t> varying_;  ///< relations of the latest free_of()
   std::vector<bool> free_;            ///< its result
   std::vector<Jet> states_, tears_;
-  std::vector<std::pair<double, std::vector<double>>> solved_;  ///< loops' solutions within this step, by time
+  std::vector<Held> held_;
+  std::vector<Enclosure::MovingMode> moving_;  ///< by held_
+  std::vector<Solved> solved_;                 ///< within this step
 };
 
 }  // namespace bgsim

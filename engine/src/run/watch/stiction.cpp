@@ -244,8 +244,12 @@ std::vector<std::size_t> Stiction::indefinite_outputs(double t, const double* x,
   return result;
 }
 
+bool Stiction::rests(std::size_t guard) const {
+  return std::find(surplus_.begin(), surplus_.end(), guard) != surplus_.end();
+}
+
 double Stiction::margin(std::size_t guard, const Branch& branch) const {
-  if (std::find(surplus_.begin(), surplus_.end(), guard) != surplus_.end()) return 1.0;
+  if (rests(guard)) return 1.0;
   const double mode = branch.modes[evaluator_.guard_relation(guard)];
   return relation(guard).kind == Relation::Kind::sign ? 1.0 - std::abs(mode) : std::min(mode, 1.0 - mode);
 }

@@ -57,6 +57,8 @@ class Stiction {
   [[nodiscard]] std::vector<std::size_t> indefinite_outputs(double t, const double* x, const Branch& branch);
   /// How far the mode is from the nearer one of its sides: negative when it is beyond. Of one of the surplus: 1.
   [[nodiscard]] double margin(std::size_t guard, const Branch& branch) const;
+  /// Whether it is one of the surplus.
+  [[nodiscard]] bool rests(std::size_t guard) const;
   /// The side of the guard that a mode beyond its limit belongs to.
   [[nodiscard]] int side_of(std::size_t guard, double mode) const;
 
