@@ -4,21 +4,20 @@
 #include <cmath>
 #include <limits>
 #include <random>
-#include <tuple>
 
 #include "base/codes.hpp"
-#include "base/lu.hpp"
 #include "bgsim/linear.hpp"
 #include "bgsim/text.hpp"
-#include "equations/solvable_causality.hpp"
-#include "graph/law_numbers.hpp"
 #include "linear/partials.hpp"
+#include "linear/perturbed.hpp"
+#include "linear/steady_field.hpp"
 
 namespace bgsim {
 namespace {
 
 using Vector = Eigen::VectorXd;
 using Rates = Eigen::SparseMatrix<double>;
+using Field = SteadyField;
 
 /// A residual, relative to the terms that it is the sum of, above this is no equilibrium.
 constexpr double kResidual = 1e-9;
@@ -27,105 +26,13 @@ constexpr double kStep = 1e-9;
 /// A state below this part of the largest value that it has had is tried as 0.
 constexpr double kNothing = 1e-9;
 
-/// x' = f(x) at a fixed time.
-class Field {
- public:
-  Field(const std::shared_ptr<const Model>& model, const RunInputs& scene)
-      : parameters_(scene.parameters), t_(scene.start) {
-    const BondGraph graph = build_bond_graph(*model);
-    const CausalGraph causal = solvable_causality(*model, graph);
-    check_laws(*model, graph, causal, scene.parameters);
-    system_ = derive_equations(*model, graph, causal);
-    const BlockOrder order = order_equations(*model, system_);
-    program_ = compile(model, system_, order, {{}, false});
-    evaluator_.emplace(program_, parameters_);
-    branch_ = first_branch(program_);
-  }
-
-  [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(program_.states.size()); }
-  [[nodiscard]] const Program& program() const { return program_; }
-  Evaluator& evaluator() { return *evaluator_; }
-
-  /// False where a law has no value.
-  bool rates(const Vector& x, Vector& f) {
-    Branch branch = branch_;
-    f.resize(size());
-    if (!evaluator_->initialize_modes(t_, x.data(), branch) || !evaluator_->rates(t_, x.data(), branch, f.data())) {
-      // Loops are solved from several starts, as at the start of a run.
-      std::vector<std::string> found;
-      branch = first_branch(program_);
-      if (!evaluator_->initialize_modes(t_, x.data(), branch) ||
-          !evaluator_->explore_loops(t_, x.data(), branch, found) || !evaluator_->rates(t_, x.data(), branch, f.data()))
-        return false;
-    }
-    branch_ = branch;
-    return f.allFinite();
-  }
-
-  /// Partials, and by state the magnitude of the terms of its rate.
-  bool slopes(const Vector& x, const Vector& f, Rates& jacobian, Vector& terms) {
-    const Sparsity& pattern = program_.jacobian_pattern;
-    std::vector<double> values(pattern.row.size(), 0.0), rounding;
-    Branch branch = branch_;
-    if (!evaluator_->initialize_modes(t_, x.data(), branch) ||
-        !evaluator_->jacobian(t_, x.data(), branch, values.data(), rounding))
-      return false;
-    std::vector<Eigen::Triplet<double>> triplets;
-    terms = f.cwiseAbs();
-    // Of what a rate is the sum: by its rounding. What slopes times states say is no measure, for a state may be any
-    // number (an angle of 1e15) and its law still be of size 1.
-    const bool known = !rounding.empty();
-    for (std::size_t c = 0; c < pattern.size; ++c)
-      for (auto k = pattern.column_start[c]; k < pattern.column_start[c + 1]; ++k) {
-        const auto row = static_cast<int>(pattern.row[static_cast<std::size_t>(k)]);
-        const double value = values[static_cast<std::size_t>(k)];
-        if (!std::isfinite(value)) return false;
-        triplets.emplace_back(row, static_cast<int>(c), value);
-        if (!known) terms(row) = std::max(terms(row), std::abs(value * x(static_cast<Eigen::Index>(c))));
-      }
-    for (std::size_t i = 0; i < rounding.size(); ++i)
-      if (std::isfinite(rounding[i]))
-        terms(static_cast<Eigen::Index>(i)) =
-            std::max(terms(static_cast<Eigen::Index>(i)), 0.25 * rounding[i] / std::numeric_limits<double>::epsilon());
-    jacobian.resize(size(), size());
-    jacobian.setFromTriplets(triplets.begin(), triplets.end());
-    return true;
-  }
-
-  [[nodiscard]] Fault fault() const { return evaluator_->fault(); }
-  void restart() { branch_ = first_branch(program_); }
-
-  std::vector<RunInputs::Initial> stored(const Vector& x, const Vector& errors) {
-    std::vector<RunInputs::Initial> values;
-    const auto add = [&](const StateInfo& state, double value, double error) {
-      values.push_back({state.element, state.port, value, state.place, state.signal, error});
-    };
-    for (Eigen::Index i = 0; i < size(); ++i) add(program_.states[static_cast<std::size_t>(i)], x(i), errors(i));
-    std::vector<double> dependent(program_.dependent.size());
-    Branch branch = branch_;
-    if (!dependent.empty() && evaluator_->initialize_modes(t_, x.data(), branch) &&
-        evaluator_->dependents(t_, x.data(), branch, dependent.data()))
-      for (std::size_t i = 0; i < dependent.size(); ++i) add(program_.dependent[i], dependent[i], 0.0);
-    std::sort(values.begin(), values.end(), [](const auto& a, const auto& b) {
-      return std::tuple(a.element, a.port, a.signal) < std::tuple(b.element, b.port, b.signal);
-    });
-    return values;
-  }
-
- private:
-  std::vector<double> parameters_;
-  double t_;
-  EquationSystem system_;
-  Program program_;
-  std::optional<Evaluator> evaluator_;
-  Branch branch_;
-};
-
 struct Found {
   Vector x, errors, rates;
   Vector size;  ///< by state: the largest magnitude on the way
   double residual = 0.0;
   bool converged = false;
+  std::vector<double> moving;     ///< by state, then dependent store: its rate over the terms of it at this point
+  std::vector<double> dependent;  ///< rates of dependent stores
 };
 
 double relative(const Vector& f, const Vector& terms) {
@@ -133,51 +40,6 @@ double relative(const Vector& f, const Vector& terms) {
   for (Eigen::Index i = 0; i < f.size(); ++i)
     if (f(i) != 0.0) largest = std::max(largest, std::abs(f(i)) / std::max(terms(i), std::abs(f(i))));
   return largest;
-}
-
-/// (shift - J) dx = f, rows and columns of like magnitude; false if that is singular.
-bool solve(const Rates& jacobian, double shift, const Vector& f, const Vector& size, Vector& dx) {
-  const Eigen::Index n = f.size();
-  dx = Vector::Zero(n);
-  if (n == 0) return true;
-  std::vector<Eigen::Triplet<double>> triplets;
-  Vector row = Vector::Zero(n);
-  const auto entry = [&](Eigen::Index r, Eigen::Index c, double value) {
-    triplets.emplace_back(static_cast<int>(r), static_cast<int>(c), value * size(c));
-  };
-  for (Eigen::Index k = 0; k < jacobian.outerSize(); ++k)
-    for (Rates::InnerIterator it(jacobian, k); it; ++it) entry(it.row(), it.col(), -it.value());
-  for (Eigen::Index i = 0; i < n; ++i) entry(i, i, shift);
-  Rates matrix(n, n);
-  matrix.setFromTriplets(triplets.begin(), triplets.end());
-  for (Eigen::Index k = 0; k < matrix.outerSize(); ++k)
-    for (Rates::InnerIterator it(matrix, k); it; ++it) row(it.row()) = std::max(row(it.row()), std::abs(it.value()));
-  for (Eigen::Index i = 0; i < n; ++i)
-    if (row(i) == 0.0) return false;
-  for (Eigen::Index k = 0; k < matrix.outerSize(); ++k)
-    for (Rates::InnerIterator it(matrix, k); it; ++it) it.valueRef() /= row(it.row());
-  const Vector right = f.cwiseQuotient(row);
-  constexpr Eigen::Index kDense = 120;
-  if (n <= kDense) {
-    Eigen::MatrixXd full(matrix);
-    // Rows have like magnitudes; columns, too, so that a rank is one of the graph and not of units.
-    Vector column = full.cwiseAbs().colwise().maxCoeff();
-    for (Eigen::Index c = 0; c < n; ++c) {
-      if (column(c) == 0.0) return false;
-      full.col(c) /= column(c);
-    }
-    const DenseLu lu(full);
-    if (shift == 0.0 && !(lu.rcond() > 1e-14)) return false;
-    dx = Vector(lu.solve(right)).cwiseQuotient(column);
-  } else {
-    matrix.makeCompressed();
-    SparseLu<double> lu;
-    lu.analyze(matrix);
-    if (!lu.factorize(matrix)) return false;
-    dx = lu.solve(right);
-  }
-  dx = dx.cwiseProduct(size);
-  return dx.allFinite();
 }
 
 struct Iteration {
@@ -209,7 +71,7 @@ Found iterate(Field& field, Vector x, const Vector& usual, const Iteration& how)
     found.rates = f;
     found.residual = relative(f, largest_terms);
     const Vector unit = size.unaryExpr([](double s) { return s > 0.0 ? s : 1.0; });
-    if (!solve(jacobian, h > 0.0 ? 1.0 / h : 0.0, f, unit, dx)) {
+    if (!solve_shifted(jacobian, h > 0.0 ? 1.0 / h : 0.0, f, unit, dx)) {
       if (f.isZero(0.0)) {
         found.errors = Vector::Zero(x.size());
         found.converged = true;
@@ -272,7 +134,7 @@ Found iterate(Field& field, Vector x, const Vector& usual, const Iteration& how)
       }
       if (h > 0.0) {
         h *= 0.25;
-        if (!solve(jacobian, 1.0 / h, f, unit, dx)) return found;
+        if (!solve_shifted(jacobian, 1.0 / h, f, unit, dx)) return found;
       } else {
         damping *= 0.5;
       }
@@ -338,8 +200,16 @@ class Search {
   bool attempt(const Vector& x, const Iteration& how, const char* found_by) {
     field_.restart();
     Found found = iterate(field_, x, usual_, how);
-    if (found.x.size() > 0 && (best_.x.size() == 0 || found.residual < best_.residual)) best_ = found;
-    if (!found.converged) return false;
+    // What it was small beside may have been far away: if it does not rest by itself, once more from there alone.
+    constexpr int kAgain = 2;
+    bool rests = look_at_rates(found);
+    for (int again = 0; found.converged && !rests && again < kAgain; ++again) {
+      consider(found);
+      found = iterate(field_, found.x, Vector::Zero(x.size()), how);
+      rests = look_at_rates(found);
+    }
+    consider(found);
+    if (!found.converged || !rests) return false;
     usual_ = usual_.cwiseMax(found.x.cwiseAbs());
     largest_ = largest_.size() == 0 ? found.size : Vector(largest_.cwiseMax(found.size));
     for (const Vector& other : points_) {
@@ -350,6 +220,88 @@ class Search {
     points_.push_back(found.x);
     result_.push_back(equilibrium(found, found_by));
     return true;
+  }
+
+  /// For what is said if none is found: the point with the least rates, where an iteration ended before where one gave
+  /// up.
+  void consider(const Found& found) {
+    if (found.x.size() == 0) return;
+    if (best_.x.size() == 0 || (found.converged == best_.converged ? found.residual < best_.residual : found.converged))
+      best_ = found;
+  }
+
+  /// What a point is worth: all rates there, computed once more, over their own terms, those of dependent stores too.
+  /// The iteration's own measure is what its rates were on the way, which may have been anything.
+  bool look_at_rates(Found& found) {
+    found.residual = std::numeric_limits<double>::infinity();
+    found.moving.clear();
+    if (!found.converged && found.x.size() == 0) return false;
+    Vector f, terms, unused, dx, noise = Vector::Zero(found.x.size()), sizes = found.x.cwiseAbs();
+    Rates jacobian;
+    RateTerms* const at = field_.rates(found.x, f) ? field_.terms_at(found.x) : nullptr;
+    if (at == nullptr) return false;
+    terms = at->of_rates(sizes);
+    // What is left of a state that rests at 0 is rounding of what could move it: a mass on a spring has a momentum of
+    // 1e-17, and nothing but that in the spring's rate. So a state counts for rounding with the size that the terms of
+    // the rates would give it in the time of the scene, whatever their signs.
+    constexpr double kRounding = 1e3 * std::numeric_limits<double>::epsilon();
+    const bool sloped = field_.slopes(found.x, f, jacobian, unused);
+    const Vector scale = sizes.unaryExpr([](double s) { return s > 0.0 ? s : 1.0; });
+    std::mt19937_64 random(20261126);
+    constexpr int kSigns = 4;
+    for (int k = 0; sloped && k < kSigns; ++k) {
+      const Vector signed_terms = terms.unaryExpr([&](double term) { return (random() >> 63U) == 0 ? term : -term; });
+      if (!solve_shifted(jacobian, 1.0 / duration_, signed_terms, scale, dx)) break;
+      sizes = sizes.cwiseMax(dx.cwiseAbs());
+    }
+    if (sloped) noise = kRounding / kResidual * (jacobian.cwiseAbs() * sizes);
+    if (!measure(found, noise)) return false;
+    if (found.converged && found.residual > kResidual) {
+      // All of them at once: of q' = -q and p' = q^2 - p neither is at rest where only one is 0.
+      Found other = found;
+      for (Eigen::Index i = 0; i < other.x.size(); ++i)
+        if (std::abs(other.x(i)) <= std::max(kRounding * sizes(i), kNothing * found.size(i))) other.x(i) = 0.0;
+      if (measure(other, noise) && other.residual <= kResidual) found = other;
+    }
+    if (!field_.rates(found.x, f)) return false;
+    return found.residual <= kResidual && (!sloped || answers(found.x, f, jacobian, terms, sizes));
+  }
+
+  /// Rates, over their terms or what rounding of the states makes of them. False where there are none.
+  bool measure(Found& found, const Vector& noise) {
+    RateTerms* const at = field_.rates(found.x, found.rates) ? field_.terms_at(found.x) : nullptr;
+    if (at == nullptr) return false;
+    const Vector& f = found.rates;
+    const Vector terms = at->of_rates(found.x.cwiseAbs());
+    found.moving.clear();
+    for (Eigen::Index i = 0; i < f.size(); ++i)
+      found.moving.push_back(f(i) == 0.0 ? 0.0 : std::abs(f(i)) / std::max({terms(i), noise(i), std::abs(f(i))}));
+    const std::vector<double> dependent = at->dependents(f, terms);
+    found.dependent = at->dependent_rates();
+    found.moving.insert(found.moving.end(), dependent.begin(), dependent.end());
+    found.residual = found.moving.empty() ? 0.0 : *std::max_element(found.moving.begin(), found.moving.end());
+    return true;
+  }
+
+  /// Whether the rates beside a point change as their slopes say, if by no more than a part of it. Where they do not,
+  /// they are what rounding has left of their terms (sinh(p) - sinh(p) + 1 at p = 260), and rest anywhere.
+  bool answers(const Vector& x, const Vector& f, const Rates& jacobian, const Vector& terms, const Vector& sizes) {
+    constexpr double kSeen = 1e-3, kRounding = 1e3 * std::numeric_limits<double>::epsilon();
+    std::mt19937_64 random(20261126);
+    Vector beside;
+    // A law may be straight over little of the size of its argument, or on one side.
+    for (const double part : {1e-3, 1e-6, 1e-9})
+      for (int side = 0; side < 4; ++side) {
+        const Vector off = sizes.unaryExpr([&](double s) { return (random() >> 63U) == 0 ? part * s : -part * s; });
+        if (!field_.rates(x + off, beside)) continue;
+        const Vector forecast = jacobian * off;
+        bool seen = true;
+        for (Eigen::Index i = 0; i < f.size(); ++i)
+          seen = seen && (std::abs(forecast(i)) <= kRounding * terms(i) ||
+                          std::abs(beside(i) - f(i)) >= kSeen * std::abs(forecast(i)));
+        if (seen) return true;
+      }
+    return false;
   }
 
   Equilibrium equilibrium(const Found& found, const char* found_by) {
@@ -478,18 +430,23 @@ class Search {
     std::string remaining;
     std::vector<Note> notes;
     std::size_t count = 0;
-    Vector terms;
-    Rates jacobian;
+    const auto add = [&](std::string_view name, double rate, const Place& place, const std::string& note) {
+      if (++count > 4) return;
+      remaining += (remaining.empty() ? "" : ", ") + short_name(name) + "' = " + number_text(rate, 4);
+      notes.push_back({place, note});
+    };
+    const Program& program = field_.program();
+    // What rests but for rounding says nothing.
+    const bool some = !best_.moving.empty() && best_.residual > kResidual;
     for (Eigen::Index i = 0; i < best_.rates.size(); ++i) {
-      if (best_.rates(i) == 0.0) continue;
       const auto k = static_cast<std::size_t>(i);
-      if (++count <= 4)
-        remaining += (remaining.empty() ? "" : ", ") + short_name(field_.program().state_names[k]) +
-                     "' = " + number_text(best_.rates(i), 4);
-      if (count <= 4)
-        notes.push_back(
-            {field_.program().states[k].place, field_.program().state_names[k] + " = " + number_text(best_.x(i), 6)});
+      if (best_.rates(i) == 0.0 || (some && !(best_.moving[k] > kResidual))) continue;
+      add(program.state_names[k], best_.rates(i), program.states[k].place,
+          program.state_names[k] + " = " + number_text(best_.x(i), 6));
     }
+    for (std::size_t k = 0; k < best_.dependent.size(); ++k)
+      if (best_.moving[static_cast<std::size_t>(best_.rates.size()) + k] > kResidual)
+        add(program.dependent_names[k], best_.dependent[k], program.dependent[k].place, "it follows other stores");
     throw ModelError(
         {diagnostic_of(
             "BG412",
