@@ -166,6 +166,31 @@ TEST_CASE("values that only matter together are said to be not told apart, with 
   CHECK(std::isfinite(result.values[2].error));
 }
 
+TEST_CASE("degrees of freedom are counted by what the data determine, not by the number of values") {
+  // u = a + b t with b = p + q: of p and q their sum alone matters, so that the data determine two numbers.
+  const Study study = Study::from_text(model_text(
+      R"x("parameters": { "a": 1, "p": 1, "q": 1 }, "signals": { "y": { "integral": "p + q", "initial": "a" } },
+    "elements": { "cap": { "kind": "C", "capacitance": 1 }, "res": { "kind": "R", "resistance": 1 } },
+    "bonds": [ { "from": "cap", "to": "res" } ], "outputs": { "u": "y" }, "scenes": { "s": { "stop": 10, "relative": 1e-10 } })x"));
+  // What the points are off the line by has the sum 0, and 0 with the times as weights: no other line is nearer, and
+  // the sum of squares is 4. Two numbers are determined by five points: 3 degrees of freedom.
+  const std::vector<double> at{0.0, 2.5, 5.0, 7.5, 10.0}, off{1.0, -1.0, 0.0, -1.0, 1.0};
+  const FitData data =
+      measured(at, [&](double t) { return 2.0 - 0.7 * t + off[static_cast<std::size_t>(t / 2.5 + 0.5)]; });
+  const FitResult result = fit(study, plan_of({"a", "p", "q"}, {data}));
+  CHECK(result.converged);
+  CHECK(!result.values[1].determined);
+  CHECK(!result.values[2].determined);
+  // Runs and derivatives are exact to some 1e-10 of their size.
+  const auto same = [](double value) { return Approx(value).epsilon(1e-7); };
+  CHECK(result.values[0].value == same(2.0));
+  CHECK(result.deviation == same(std::sqrt(4.0 / 3.0)));
+  // Linear regression: the variance of a is s^2 sum t^2/(n sum t^2 - (sum t)^2) = s^2 187.5/(5*187.5 - 625) = 0.6 s^2.
+  CHECK(result.values[0].error == same(std::sqrt(4.0 / 3.0 * 0.6)));
+  // Student's t of 3 degrees of freedom: 3.18245 (tables)
+  CHECK((result.values[0].high - result.values[0].value) / result.values[0].error == Approx(3.18245).epsilon(1e-5));
+}
+
 TEST_CASE("models without sensitivities are fitted by differences of runs, which a note says") {
   const std::string model = model_text(R"x("parameters": { "R": 2, "U": 3 },
     "elements": { "s": { "kind": "Se", "effort": "U" }, "w": { "kind": "Sw", "closed": "t < 1" }, "one": { "kind": "1" },

@@ -65,6 +65,30 @@ double least_singular(std::size_t columns, double accuracy) {
   return std::sqrt(static_cast<double>(columns)) * accuracy;
 }
 
+/// The deviation and the quantile of @p found, and the variance of a residual.
+/// @param rank  how many directions of the values the residuals have been fitted in
+double take_spread(const FitPlan& plan, const FitJacobian& jacobian, std::size_t rank, bool known_sigma,
+                   FitStatistics& found) {
+  // An estimate of a loss has the variance of its influence over the square of the mean slope (Huber, Robust
+  // Statistics, 1981, section 7.6; from memory), which is the mean square for the sum of squares.
+  double square = 0.0, slope = 0.0;
+  for (const double r : jacobian.residuals) {
+    const Influence each = influence(plan, r);
+    square += each.value * each.value;
+    slope += each.slope;
+  }
+  slope /= static_cast<double>(jacobian.rows);
+  const double freedom = jacobian.rows > rank ? static_cast<double>(jacobian.rows - rank) : 0.0;
+  found.deviation = freedom > 0.0 ? std::sqrt(square / freedom) : kNone;
+  double variance = known_sigma && plan.loss == FitLoss::squares ? 1.0 : square / freedom / (slope * slope);
+  if (!std::isfinite(variance) || !(slope > 0.0)) variance = kNone;
+  if (known_sigma && plan.loss == FitLoss::squares)
+    found.quantile = boost::math::quantile(boost::math::normal(), 0.975);
+  else if (freedom > 0.0)
+    found.quantile = boost::math::quantile(boost::math::students_t(freedom), 0.975);
+  return variance;
+}
+
 }  // namespace
 
 double relative_offset(const FitJacobian& jacobian, const std::vector<char>& held, double accuracy, double noise) {
@@ -98,7 +122,7 @@ void root_of_loss(FitLoss loss, double at, std::size_t rows, std::size_t columns
 
 FitStatistics fit_statistics(const FitPlan& plan, const FitJacobian& jacobian, const std::vector<char>& free,
                              const std::vector<double>& scales, double accuracy, bool known_sigma) {
-  const std::size_t n = jacobian.columns, m = jacobian.rows;
+  const std::size_t n = jacobian.columns;
   FitStatistics found;
   found.covariance.assign(n, std::vector<double>(n, kNone));
   found.correlation = found.covariance;
@@ -108,26 +132,10 @@ FitStatistics fit_statistics(const FitPlan& plan, const FitJacobian& jacobian, c
   for (std::size_t j = 0; j < n; ++j)
     if (free[j]) columns.push_back(j);
   const std::size_t k = columns.size();
-
-  // The variance of a residual. An estimate of a loss has that of its influence over the square of the mean slope
-  // (Huber, Robust Statistics, 1981, section 7.6; from memory), which is the mean square for the sum of squares.
-  double square = 0.0, slope = 0.0;
-  for (const double r : jacobian.residuals) {
-    const Influence each = influence(plan, r);
-    square += each.value * each.value;
-    slope += each.slope;
+  if (k == 0) {
+    take_spread(plan, jacobian, 0, known_sigma, found);
+    return found;
   }
-  slope /= static_cast<double>(m);
-  const double freedom = m > k ? static_cast<double>(m - k) : 0.0;
-  found.deviation = freedom > 0.0 ? std::sqrt(square / freedom) : kNone;
-  double variance = known_sigma && plan.loss == FitLoss::squares ? 1.0 : square / freedom / (slope * slope);
-  if (!std::isfinite(variance) || !(slope > 0.0)) variance = kNone;
-  if (known_sigma && plan.loss == FitLoss::squares)
-    found.quantile = boost::math::quantile(boost::math::normal(), 0.975);
-  else if (freedom > 0.0)
-    found.quantile = boost::math::quantile(boost::math::students_t(freedom), 0.975);
-  if (k == 0) return found;
-
   const UnitColumns scaled(jacobian, columns);
   const Eigen::MatrixXd& unit = scaled.unit;
   const std::vector<double>& lengths = scaled.lengths;
@@ -135,6 +143,10 @@ FitStatistics fit_statistics(const FitPlan& plan, const FitJacobian& jacobian, c
   const Eigen::VectorXd& singular = svd.singularValues();
   const Eigen::MatrixXd& directions = svd.matrixV();
   const double least = least_singular(k, accuracy) * singular(0);
+  // Values that nothing distinguishes take away no more of the residuals than what is known of them together: degrees
+  // of freedom are counted by the rank.
+  const auto rank = static_cast<std::size_t>((singular.array() > least).count());
+  const double variance = take_spread(plan, jacobian, rank, known_sigma, found);
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(directions.rows(), directions.rows());
   for (Eigen::Index d = 0; d < directions.cols(); ++d) {
     const bool known = d < singular.size() && singular(d) > least;
