@@ -182,6 +182,28 @@ TEST_CASE("what no output depends on is left away, and the text says so") {
   check_by_itself(reduction, "first");
 }
 
+TEST_CASE("an element that an output names, or the bond of one, stays where its value is known without it") {
+  // The load takes nothing from what it is tied to, an ideal source, and neither does the lamp.
+  for (const char* value : {"wire.e", "load.e"}) {
+    INFO(value);
+    const std::string text = std::string(R"x({ "bgsim": 1, "name": "loaded", "elements": {
+      "source": { "kind": "Se", "effort": "sin(3*t)" }, "rail": { "kind": "0" }, "loop": { "kind": "1" },
+      "resistor": { "kind": "R", "resistance": 1 }, "store": { "kind": "C", "capacitance": 1 },
+      "load": { "kind": "R", "resistance": 2 }, "lamp": { "kind": "R", "resistance": 5 } },
+    "bonds": [ { "from": "source", "to": "rail" }, { "from": "rail", "to": "loop" }, { "from": "loop", "to": "resistor" },
+      { "from": "loop", "to": "store" }, { "from": "rail", "to": "load", "name": "wire" }, { "from": "rail", "to": "lamp" } ],
+    "outputs": { "u": "store.e", "supply": ")x") +
+                             value + R"x(" }, "scenes": { "run": { "stop": 3, "samples": 31, "relative": 1e-7 } } })x";
+    const Reduction reduction = reduce_text(text.c_str(), 1e-3);
+    CHECK(reduction.unobserved == std::vector<ElementId>{ElementId(6)});
+    // Without flow it leaves the effort at the rail as it is; so do cuts of nothing else.
+    REQUIRE(reduction.cuts.size() == 1);
+    CHECK(reduction.cuts[0].element == ElementId(5));
+    CHECK(worst(reduction.errors).error == 0.0);
+    check_by_itself(reduction, "run");
+  }
+}
+
 TEST_CASE("the bellow's damping, air and orifice hardly matter when it follows slowly, all of them when it is pushed") {
   const auto model = read("models/bellow_parts.json");
   const Reduction step = reduce_to("models/bellow_parts.json", "step", 1e-2);

@@ -68,11 +68,11 @@ struct ReduceOptions {
   Progress progress;              ///< of each run; false ends the whole
 };
 
-/// Leaves away what no output depends on, then cuts out elements, the least active first, as long as no
-/// output of the scene strays further from the full model's than allowed. For each element the cut that its junctions
-/// speak for (its effort is small among those of a common flow: no effort; its flow among those of a common effort: no
-/// flow) is tried first, then the other one. A cut that leads to a causal conflict, a singular loop or a run that fails
-/// is refused. What could not go is tried again as long as anything else went.
+/// Leaves away what no output depends on and nothing names, then cuts out elements, the least active first, as long as
+/// no output of the scene strays further from the full model's than allowed. For each element the cut that its
+/// junctions speak for (its effort is small among those of a common flow: no effort; its flow among those of a common
+/// effort: no flow) is tried first, then the other one. A cut that leads to a causal conflict, a singular loop or a run
+/// that fails is refused. What could not go is tried again as long as anything else went.
 ///
 /// In models with switches nothing is left away before the cuts: another mode may connect it.
 ///

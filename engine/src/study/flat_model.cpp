@@ -161,18 +161,22 @@ class FlatWriter {
     const ExprId e = substitute(pool_, expression, replacement_);
     if (pool_.is_constant(e)) return pool_[e].constant;
     const std::vector<ExprId> roots{e};
-    for (const SymbolId symbol : symbols_in(pool_, roots)) use(symbol);
+    for (const SymbolId symbol : symbols_in(pool_, roots)) use(symbol, user);
     std::string text = to_text(pool_, e, [this](SymbolId s) { return symbol_text(s); });
     for (const auto& table : pool_.tables()) relocate(text, table->file);
     return text;
   }
 
-  void use(SymbolId symbol) {
+  void use(SymbolId symbol, const std::string& user) {
     const ModelSymbol& s = model_.symbols[symbol.index()];
     if (s.kind == ModelSymbol::Kind::parameter) used_parameter_[s.parameter.index()] = true;
     if (s.kind == ModelSymbol::Kind::signal) used_signal_[s.signal.index()] = true;
     if (s.kind == ModelSymbol::Kind::bond_variable) used_bond_[s.bond.index()] = true;
-    if (s.kind == ModelSymbol::Kind::port_variable || s.kind == ModelSymbol::Kind::mode) cut_.use(s.element);
+    if (s.kind != ModelSymbol::Kind::port_variable && s.kind != ModelSymbol::Kind::mode) return;
+    // Variables of what is cut have been replaced: this one is dropped.
+    if (cut_.gone(s.element))
+      throw CutRefused(user + " needs \"" + model_.elements[s.element.index()].name + "\"", {s.element});
+    cut_.use(s.element);
   }
 
   [[nodiscard]] std::string symbol_text(SymbolId symbol) const {
@@ -347,7 +351,9 @@ class FlatWriter {
     };
     for (std::size_t i = 0; i < model_.bonds.size(); ++i) {
       if (cut_.gone(BondId(i))) {
-        if (used_bond_[i]) throw CutRefused("something needs the bond \"" + model_.bonds[i].name + "\"");
+        const ModelBond& bond = model_.bonds[i];
+        if (used_bond_[i])
+          throw CutRefused("something needs the bond \"" + bond.name + "\"", {bond.from.element, bond.to.element});
         continue;
       }
       Json bond{{"from", end(model_.bonds[i].from)}, {"to", end(model_.bonds[i].to)}};

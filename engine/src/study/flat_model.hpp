@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bgsim/reduce.hpp"
@@ -12,7 +13,13 @@ namespace bgsim {
 /// A cut that cannot be made, with the reason in words.
 class CutRefused : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit CutRefused(const std::string& why, std::vector<ElementId> needed = {})
+      : std::runtime_error(why), needed_(std::move(needed)) {}
+  /// Elements that were dropped and that something written names, itself or by a bond.
+  [[nodiscard]] const std::vector<ElementId>& needed() const { return needed_; }
+
+ private:
+  std::vector<ElementId> needed_;
 };
 
 struct FlatModelOptions {
@@ -34,11 +41,10 @@ std::vector<std::string> flat_names(const Model& model);
 /// a cut element is replaced by what the cut makes of it (effort or flow 0, the junction's other variable; the
 /// displacement of a C without flow stays at its initial value).
 /// @throws CutRefused  something needs a quantity that the cut leaves undefined: what a store without effort holds, or
-/// a
-///         mass without flow.
+/// a mass without flow; or names an element that is dropped, or one of its bonds.
 /// @throws std::invalid_argument  a cut element is no one-port R, C or I, or there is no such scene.
-/// @note Elements are dropped as requested: the caller must know that nothing written depends on them
-///       (unobserved_elements).
+/// @note Elements are dropped as requested: the caller must know that the value of nothing written depends on them
+///       (unobserved_elements). What is written may still name them.
 std::string flat_model_json(const Model& model, const BondGraph& graph, const FlatModelOptions& options);
 
 }  // namespace bgsim

@@ -136,18 +136,26 @@ class Reducer {
     // What no output depends on in one mode of the switches another mode may connect.
     if (!switches_of(full_.model()).empty()) return;
     result_.unobserved = unobserved_elements(full_.model(), full_.equations(), inputs_.outputs);
-    if (result_.unobserved.empty()) return;
-    try {
-      const Study study(read(text_of({}, {}, 0.0)));
-      const RunInputs inputs = prepare_scene(study.model(), inputs_.scene);
-      const RunResult result = run_plain(study, inputs, max_steps_, nullptr);
-      end_if_failed(result, study.model());
-      if (worst(output_errors(result_.reference, result.trace)).error <= options_.error) {
+    while (!result_.unobserved.empty()) {
+      try {
+        const Study study(read(text_of({}, {}, 0.0)));
+        const RunInputs inputs = prepare_scene(study.model(), inputs_.scene);
+        const RunResult result = run_plain(study, inputs, max_steps_, nullptr);
+        end_if_failed(result, study.model());
+        if (worst(output_errors(result_.reference, result.trace)).error > options_.error) break;
         observe(study, inputs);
         return;
+      } catch (const CutRefused& refusal) {
+        // An output can be known without an element and name it, or its bond: the effort of a resistor at a source.
+        // What is named stays.
+        const auto is_needed = [&](ElementId id) {
+          return std::find(refusal.needed().begin(), refusal.needed().end(), id) != refusal.needed().end();
+        };
+        if (std::erase_if(result_.unobserved, is_needed) == 0) break;
+      } catch (const ModelError& error) {
+        if (error.diagnostics.front().code == "BG606") throw;
+        break;
       }
-    } catch (const ModelError& error) {
-      if (error.diagnostics.front().code == "BG606") throw;
     }
     result_.unobserved.clear();
   }
