@@ -158,7 +158,10 @@ TEST_CASE("results are functions of time, of outputs and of expressions, with th
                            {"late", "duration(u > 2)"},
                            {"never", "first(u > 4)"},
                            {"largest", "max(max(u), max(i))"},
-                           {"part", "part"}},
+                           {"part", "part"},
+                           {"end", "final(t)"},
+                           {"half", "mean(t)/max(t)"},
+                           {"same", "min(R) + final(part)"}},
                           2);
   REQUIRE(all.runs.size() == 4);
   for (const auto& [index, run] : all.runs) {
@@ -172,6 +175,10 @@ TEST_CASE("results are functions of time, of outputs and of expressions, with th
     CHECK(std::isnan(run.results[4]));
     CHECK(std::abs(run.results[5] - std::max(3.0 * (1.0 - decay), 3.0 / r)) < kError);
     CHECK(run.results[6] == 7.0);
+    // The time and parameters are functions of time like others, which a trace has no columns of their names for.
+    CHECK(run.results[7] == stop);
+    CHECK(std::abs(run.results[8] - 0.5) < kError);
+    CHECK(run.results[9] == r + 7.0);
   }
 }
 

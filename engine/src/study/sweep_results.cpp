@@ -130,7 +130,9 @@ std::size_t SweepResults::Inside::output_for(const Model& model, const std::stri
   if (const auto there = std::find_if(further.begin(), further.end(), same); there != further.end())
     return recorded(there->first);
   std::string name = argument;
-  while (is_output(name) || std::any_of(further.begin(), further.end(), [&](const auto& f) { return f.first == name; }))
+  // A trace has its times in the column t, which no output may be called.
+  while (name == "t" || is_output(name) ||
+         std::any_of(further.begin(), further.end(), [&](const auto& f) { return f.first == name; }))
     name += '\'';
   further.emplace_back(name, expression);
   return recorded(name);
