@@ -264,6 +264,24 @@ TEST_CASE("several scenes with their data are fitted with one set of values") {
   CHECK(result.residuals == 12);
 }
 
+TEST_CASE("a fit that ends within a standard error says how far it is, and that runs may hide the rest") {
+  const Study study = Study::from_text(capacitor(R"("stop": 2, "samples": 11, "relative": 1e-6)"));
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0.0, 0.3);
+  const FitData data =
+      measured(times(0.1, 2.0, 20), [&](double t) { return charging(t, 1.4, 0.5, 3.7, 0.25) + noise(random); });
+  FitPlan plan = plan_of({"R=0.1:10", "U"}, {data});
+  // Newton's steps come nearer by a square each: the second leaves some tenth of a standard error.
+  plan.iterations = 2;
+  const FitResult result = fit(study, plan);
+  CHECK(!result.converged);
+  CHECK_THAT(result.stopped, Catch::StartsWith("the limit of iterations was reached, 0.") &&
+                                 Contains("of a standard error from the least sum of squares, where 0.01 is enough") &&
+                                 Contains("--relative 1e-09"));
+  plan.iterations = 20;
+  CHECK(fit(study, plan).stopped == "converged");
+}
+
 TEST_CASE("a global search finds a frequency that no local one does") {
   const std::string model = model_text(R"x("parameters": { "k": 1, "m": 1 },
     "elements": { "mass": { "kind": "I", "inertance": "m", "initial": { "p": "m" } }, "one": { "kind": "1" },

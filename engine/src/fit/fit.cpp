@@ -66,6 +66,7 @@ class Fitting {
     std::vector<double> values = start_;
     std::vector<char> held(values.size(), 0);
     const std::size_t most = 4 * values.size() + 4;
+    std::optional<double> offset;
     for (std::size_t round = 0; round < most && result_.iterations < plan_.iterations; ++round) {
       std::vector<std::size_t> free;
       for (std::size_t j = 0; j < values.size(); ++j)
@@ -80,6 +81,7 @@ class Fitting {
         values = values_of(solution.x.data(), values, free);
       }
       const FitSlope slope = slope_at(values, held);
+      offset = slope.found ? std::optional(slope.offset) : std::nullopt;
       std::vector<char> next(values.size(), 0);
       for (std::size_t j = 0; j < values.size() && slope.found; ++j) {
         const int bound = bound_at(j, values[j]);
@@ -95,6 +97,16 @@ class Fitting {
       result_.stopped = "converged";
     else if (result_.stopped == "converged")
       result_.stopped = "the derivatives at the last point say that the sum of squares falls further";
+    // Within a standard error the values are as good as their data: what is left to the least sum of squares is small
+    // enough to be hidden by the errors of the runs.
+    constexpr double kTight = 1e-9;
+    if (!result_.converged && offset && *offset <= 1.0)
+      result_.stopped +=
+          ", " + number_text(*offset, 2) + " of a standard error from the least sum of squares, where " +
+          number_text(kOffset) + " is enough" +
+          (accuracy() > kTight ? "; if the errors of the runs hide the rest, a smaller tolerance helps: --relative " +
+                                     number_text(kTight)
+                               : std::string());
     return values;
   }
 
