@@ -13,7 +13,7 @@ namespace bgsim {
 namespace {
 
 /// Slopes of functions are those over this part of their arguments' sizes.
-constexpr double kPart = 0x1.0p-20;
+constexpr double kOfArgument = 0x1.0p-20;
 /// Loops of more variables take their variables' sizes from one equation each.
 constexpr std::size_t kMostInverted = 400;
 /// A loop of which a slope is this much smaller than the terms of its slopes is near a pole of its variables.
@@ -115,11 +115,11 @@ RateTerms::Sized RateTerms::computed(const ExprNode& node) const {
       // Of an angle its part of a turn matters: the law of 1e15 rad is still of size 1.
       const bool angle = node.op == Op::sin || node.op == Op::cos || node.op == Op::tan;
       for (const double sign : {1.0, -1.0}) {
-        const double h = sign * kPart, da = h * (angle ? std::min(a.size, std::numbers::pi) : a.size);
+        const double h = sign * kOfArgument, da = h * (angle ? std::min(a.size, std::numbers::pi) : a.size);
         const double moved =
             std::abs(value(a.value + da, b.value) - result.value) +
             (count > 1 && !table ? std::abs(value(a.value, b.value + h * b.size) - result.value) : 0.0);
-        result.size = std::max(result.size, finite_or(moved / kPart, 0.0));
+        result.size = std::max(result.size, finite_or(moved / kOfArgument, 0.0));
       }
     }
   }
