@@ -37,7 +37,10 @@ EventWatch::EventWatch(const Program& program, const RunInputs& inputs, Evaluato
       relation_(relations_of_guards(program)),
       denominators_(program, relation_),
       functions_(program, inputs.parameters,
-                 {[this](double t) { return evaluate(*searched_, t, at_probe_); },
+                 {[this](double t) {
+                    probed_at_ = t;
+                    return evaluate(*searched_, t, at_probe_);
+                  },
                   [this](std::size_t guard) { return crossed(guard, at_probe_[guard], probe_); },
                   [this](std::size_t guard, const Range& values, double at) { return stays(guard, values, at); },
                   [this]() -> const Branch& { return probe_; }}) {

@@ -294,6 +294,7 @@ class EventWatch {
   std::vector<double> undecided_at_;
   Integrator* searched_ = nullptr;                                ///< whose last step is searched
   double nothing_at_ = std::numeric_limits<double>::quiet_NaN();  ///< where nothing_ is known, within that step
+  double probed_at_ = std::numeric_limits<double>::quiet_NaN();   ///< of a search: when at_probe_ was evaluated last
   bool setting_out_ = false;     ///< the stretch that is searched ends before onset_until_
   std::vector<double> nothing_;  ///< by guard: of is_nothing()
   GuardFunctions functions_;

@@ -152,7 +152,7 @@ FirstCrossing EventWatch::prove(double from, double to) {
 /// failure(). By proof, but for modes that follow the point from side to side, and what depends on them.
 std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integrator, double from, double to) {
   searched_ = &integrator;
-  nothing_at_ = std::numeric_limits<double>::quiet_NaN();
+  nothing_at_ = probed_at_ = std::numeric_limits<double>::quiet_NaN();
   functions_.begin(integrator, held());
   candidates_.clear();
   const std::vector<bool>* free = followed_any_ ? &functions_.free_of(followed_relations()) : nullptr;
@@ -170,7 +170,9 @@ std::optional<std::pair<double, double>> EventWatch::bracket(Integrator& integra
     return sampled || failure_ ? sampled : found.bracket;
   }
   if (found.bracket) return found.bracket;
-  if (!evaluate(integrator, to, end_)) {
+  if (probed_at_ == to) {
+    end_ = at_probe_;
+  } else if (!evaluate(integrator, to, end_)) {
     fail_with_fault();
     return std::nullopt;
   }

@@ -46,14 +46,27 @@ GuardFunctions::GuardFunctions(const Program& program, std::span<const double> p
 }
 
 void GuardFunctions::take_modes(const Branch& branch) {
-  if (modes_ == branch.modes) return;
-  modes_ = branch.modes;
+  std::vector<double> modes = branch.modes;
+  if (!modes_.empty())  // those that move are taken where they are used
+    for (const Enclosure::MovingMode& moving : moving_) modes[moving.relation] = modes_[moving.relation];
+  if (modes_ == modes) return;
+  modes_ = std::move(modes);
   enclosure_.set_modes(modes_);
   screen_.clear();
   solved_.clear();
 }
 
+void GuardFunctions::hold(std::vector<Held> held) {
+  if (held == held_) return;
+  held_ = std::move(held);
+  moving_.clear();
+  for (const Held& at : held_) moving_.push_back({guards_[at.guard].relation, {}});
+  solved_.clear();
+  modes_.clear();  // the enclosure has those that moved where they were last
+}
+
 bool GuardFunctions::screened(const StepEnds& step, const Branch& branch, const std::vector<std::size_t>& guards) {
+  hold({});
   take_modes(branch);
   if (unsolved_ && !branch.given) return false;
   return screen_.passes(enclosure_, step, [&] {
@@ -65,12 +78,9 @@ bool GuardFunctions::screened(const StepEnds& step, const Branch& branch, const 
 
 void GuardFunctions::begin(Integrator& integrator, std::vector<Held> held) {
   const Branch& branch = integrator.branch();
-  take_modes(branch);
   given_ = branch.given;
-  if (held != held_) solved_.clear();
-  held_ = std::move(held);
-  moving_.clear();
-  for (const Held& at : held_) moving_.push_back({guards_[at.guard].relation, {}});
+  hold(std::move(held));
+  take_modes(branch);
   std::erase_if(solved_, [&](const Solved& known) { return known.t != integrator.previous(); });
   unknowns_ = enclosure_.states();
   if (given_)

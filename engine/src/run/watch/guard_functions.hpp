@@ -30,6 +30,7 @@ class GuardFunctions final : public CrossingFunctions {
   GuardFunctions(const Program& program, std::span<const double> parameters, Owner owner);
 
   /// Whether none of @p guards can have crossed between the ends of a step on @p branch, without looking at its inside.
+  /// None may be held.
   bool screened(const StepEnds& step, const Branch& branch, const std::vector<std::size_t>& guards);
   /// When a guard's side or what is held of it has changed.
   void clear() { screen_.clear(); }
@@ -68,6 +69,7 @@ class GuardFunctions final : public CrossingFunctions {
   const Solved* solved_at(double t);
   [[nodiscard]] bool is_enclosed_by_polynomials() const;
   [[nodiscard]] Jet left(std::size_t held) const;
+  void hold(std::vector<Held> held);
   void take_modes(const Branch& branch);
 
   const Program& program_;
