@@ -226,9 +226,11 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
       if (std::abs(change[i]) < kHardly * h * std::abs(push.rates[i])) return true;
     return false;
   };
+  std::vector<double> first;
   const auto follow = [&](const Push& push, double h, const double* change) -> const double* {
     constexpr int kMostSteps = 60;
-    least.assign(change, change + size_);
+    first.assign(change, change + size_);
+    least = first;
     for (int step = 0; step < kMostSteps && see_ahead(push, h, least.data()); ++step) {
       for (std::size_t i = 0; i < states_; ++i) second[i] -= least[i] / h;
       const double* more = probe.solve(h, second);
@@ -239,9 +241,9 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
         done = done && 2.0 * std::abs(more[i]) <= std::abs(least[i]);
       }
       for (std::size_t i = states_; i < size_; ++i) least[i] = ahead[i] - y[i];
-      if (done) break;
+      if (done) return least.data();
     }
-    return least.data();
+    return first.data();
   };
   for (std::size_t stage = 0; stage < kStages.size(); ++stage) {
     const double h = kStages[stage] * span_;
