@@ -39,30 +39,23 @@ RunResult run(const std::string& model, Method method, double relative) {
 
 }  // namespace
 
-TEST_CASE("an empty store begins to fill behind orifices, by every method") {
-  // A thyristor that is fired at t = 0.3, and a law that lets nothing back. One drain, or two in series with the same
-  // flow together, which are a loop: c.q stayed 0 while 0.3 flowed in, or the step size went to nothing.
-  const std::string valve = R"("d": {"kind": "D", "fire": "t > 0.3"}, "r": {"kind": "R", "resistance": 1})";
+TEST_CASE("an empty store begins to fill behind an orifice, by every method") {
+  // A thyristor that is fired at t = 0.3, and a law that lets nothing back. The tolerance of the store was 0, and the
+  // step size went to nothing.
   const std::string one_way = R"x("r": {"kind": "R", "law": "f = if(t > 0.3, max(e, 0), 0)"})x";
-  const std::vector<std::pair<std::string, std::vector<std::vector<std::string>>>> laws{
-      {"f = sign(e)*sqrt(abs(e))",
-       {{"f = sign(e)*sqrt(abs(e))"}, {"e = f*abs(f)"}, {"e = 0.75*f*abs(f)", "e = 0.25*f*abs(f)"}}},
-      {"f = sign(e)*abs(e)^0.625", {{"e = f*abs(f)^0.6"}, {"e = 0.3*f*abs(f)^0.6", "e = 0.7*f*abs(f)^0.6"}}}};
-  for (const auto& [law, forms] : laws) {
+  for (const std::string law : {"f = sign(e)*sqrt(abs(e))", "f = sign(e)*abs(e)^0.625", "f = 3*sign(e)*abs(e)^0.3"}) {
     const RunResult reference = run(fed(one_way, {law}), Method::radau9, 1e-11);
     REQUIRE(reference.stop == StopReason::completed);
-    for (const std::vector<std::string>& drains : forms) {
-      std::string model = fed(valve, drains);
-      model.replace(model.find(R"("bonds": [)") + 10, 0, R"({"from": "j", "to": "d"}, )");
-      for (const Method method : kMethods) {
-        INFO(drains.front() << ", " << drains.size() << " in series, " << method_name(method));
-        const RunResult result = run(model, method, 1e-8);
-        REQUIRE(result.stop == StopReason::completed);
-        CHECK(result.report.mode_changes == 3);
-        CHECK(std::abs(last(result, "q") - last(reference, "q")) < 1e-6);  // a hundred tolerances
-        for (std::size_t k = 0; k < result.trace.times.size(); ++k)  // between its steps erk8 is wrong by some 5e-6
-          CHECK(std::abs(result.trace["q"][k] - reference.trace["q"][k]) < 1e-5);
-      }
+    std::string model = fed(R"("d": {"kind": "D", "fire": "t > 0.3"}, "r": {"kind": "R", "resistance": 1})", {law});
+    model.replace(model.find(R"("bonds": [)") + 10, 0, R"({"from": "j", "to": "d"}, )");
+    for (const Method method : kMethods) {
+      INFO(law << ", " << method_name(method));
+      const RunResult result = run(model, method, 1e-8);
+      REQUIRE(result.stop == StopReason::completed);
+      CHECK(result.report.mode_changes == 3);
+      CHECK(std::abs(last(result, "q") - last(reference, "q")) < 1e-6);  // a hundred tolerances
+      for (std::size_t k = 0; k < result.trace.times.size(); ++k)        // between its steps erk8 is wrong by some 5e-6
+        CHECK(std::abs(result.trace["q"][k] - reference.trace["q"][k]) < 1e-5);
     }
   }
 }

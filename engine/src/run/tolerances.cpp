@@ -181,6 +181,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
   Probe probe(program_, implicit_);
   std::vector<double> jacobian, other_jacobian;
   const bool bounded = probe.see(evaluator, t, y.data(), here, jacobian);
+  if (!bounded && implicit_) return;
   Branch there;
   for (const double other : times) {
     there = here;
@@ -200,54 +201,19 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
   for (std::vector<double>& stage : stages_)
     for (double& magnitude : stage) magnitude /= 30.0;
   std::vector<double> magnitude(size_), least, moved(x, x + states_), second(states_);
-  // The matrix at x + by, as a push goes on there. False where there is none.
-  std::vector<double> ahead(size_);
-  const auto see_ahead = [&](const Push& push, double h, const double* by) {
-    for (std::size_t i = 0; i < states_; ++i) ahead[i] = x[i] + by[i];
+  // Where slopes have no bound (a root at rest) the states leave the point at once: with those where a push leads to.
+  std::vector<double> ahead(states_);
+  const auto predict_from_ahead = [&](const Push& push, double h) -> const double* {
+    for (std::size_t i = 0; i < states_; ++i) ahead[i] = x[i] + h * push.rates[i];
     there = here;
     if (!evaluator.initialize_modes(push.at, ahead.data(), there) ||
-        !evaluator.rates(push.at, ahead.data(), there, second.data()))
-      return false;
-    if (implicit_)
-      std::copy(there.tears.begin(), there.tears.end(), ahead.begin() + static_cast<std::ptrdiff_t>(states_));
-    return probe.see(evaluator, push.at, ahead.data(), there, other_jacobian) && probe.factor(h, other_jacobian);
-  };
-  // Where slopes have no bound (a root at rest) the states leave the point at once: with those where a push leads to.
-  const auto predict_from_ahead = [&](const Push& push, double h) {
-    least = push.rates;
-    for (double& change : least) change *= h;
-    return see_ahead(push, h, least.data()) ? probe.solve(h, push.rates) : nullptr;
-  };
-  // Where they hardly have one (a root a rounding beside it) a push hardly moves the states, as the slopes have it. If
-  // these are others already where it moves them to, the Euler step is followed by Newton's iteration.
-  const auto hardly_moves = [&](const Push& push, double h, const double* change) {
-    constexpr double kHardly = 1e-12;
-    for (std::size_t i = 0; i < states_; ++i)
-      if (std::abs(change[i]) < kHardly * h * std::abs(push.rates[i])) return true;
-    return false;
-  };
-  std::vector<double> first;
-  const auto follow = [&](const Push& push, double h, const double* change) -> const double* {
-    constexpr int kMostSteps = 60;
-    first.assign(change, change + size_);
-    least = first;
-    for (int step = 0; step < kMostSteps && see_ahead(push, h, least.data()); ++step) {
-      for (std::size_t i = 0; i < states_; ++i) second[i] -= least[i] / h;
-      const double* more = probe.solve(h, second);
-      if (more == nullptr) break;
-      bool done = true;
-      for (std::size_t i = 0; i < states_; ++i) {
-        least[i] += more[i];
-        done = done && 2.0 * std::abs(more[i]) <= std::abs(least[i]);
-      }
-      for (std::size_t i = states_; i < size_; ++i) least[i] = ahead[i] - y[i];
-      if (done) return least.data();
-    }
-    return first.data();
+        !probe.see(evaluator, push.at, ahead.data(), there, other_jacobian) || !probe.factor(h, other_jacobian))
+      return nullptr;
+    return probe.solve(h, push.rates);
   };
   for (std::size_t stage = 0; stage < kStages.size(); ++stage) {
     const double h = kStages[stage] * span_;
-    const bool serves = bounded && probe.factor(h, jacobian);
+    if (bounded && !probe.factor(h, jacobian)) continue;
     std::fill(magnitude.begin(), magnitude.end(), 0.0);
     const auto take = [&](const double* change, bool only_unmoved) {
       for (std::size_t i = 0; change != nullptr && i < size_; ++i) {
@@ -264,7 +230,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
           magnitude[i] = std::max(magnitude[i], kCertain * std::abs(push.rates[i]) * push.lasts);
         continue;
       }
-      if (!serves) {
+      if (!bounded) {
         take(predict_from_ahead(push, h), false);
         continue;
       }
@@ -273,11 +239,6 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
       constexpr double kSteepest = 1e12;
       if (h * push.steepest > kSteepest) continue;
       const double* change = probe.solve(h, push.rates);
-      if (change != nullptr && hardly_moves(push, h, change)) {
-        take(follow(push, h, change), false);
-        probe.factor(h, jacobian);
-        continue;
-      }
       if (!push.jacobian.empty() && change != nullptr) {
         // The smaller of two predictions: by the matrix here, and by that of the push. A diode's current at the
         // source's peak is nothing to go by without its slope there.
@@ -313,7 +274,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
     for (std::size_t i = 0; i < states_; ++i) unmoved = unmoved || (magnitude[i] == 0.0 && recent_[i] == 0.0);
     there = here;
     const bool settled =
-        serves && unmoved && (program_.guarded.empty() || evaluator.initialize_modes(t, moved.data(), there));
+        bounded && unmoved && (program_.guarded.empty() || evaluator.initialize_modes(t, moved.data(), there));
     if (settled && evaluator.rates(t, moved.data(), there, second.data())) take(probe.solve(h, second), true);
     add_estimate(stage, magnitude);
   }

@@ -16,7 +16,7 @@ RadauJacobian::RadauJacobian(const Program& program, Evaluator& evaluator, Toler
       loops_(loops),
       dense_(dense),
       residuals_(program, evaluator, tolerances),
-      border_(pattern_.size, pattern_.row, program.state_names.size()),
+      border_(pattern_.size, pattern_.row.size()),
       entries_(pattern_.row.size()),
       at_(pattern_.size) {
   if (dense_) full_.assign(at_.size() * at_.size(), 0.0);

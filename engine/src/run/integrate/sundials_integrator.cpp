@@ -16,7 +16,7 @@ SundialsObjects::SundialsObjects(const Program& program, Evaluator& evaluator, T
       entries_(pattern.row.size()),
       algebra_(size <= kDenseStates ? make_dense(context_.get(), y_.get())
                                     : make_sparse(context_.get(), y_.get(), pattern)),
-      border_(size, pattern.row, program.state_names.size()) {
+      border_(size, pattern.row.size()) {
   size_ = size;
 }
 
