@@ -142,6 +142,12 @@ struct Evaluator::Impl {
   /// Scaled size of a step of a loop's tears.
   static double scaled_norm(const Eigen::VectorXd& step, const Eigen::VectorXd& scale);
   bool load_residual(std::size_t block);
+  struct Conditions {
+    bool changed = false;
+    bool open = false;  ///< one has no value
+  };
+  /// Sets modes, by relation, as the guards that have just run have it.
+  Conditions take_conditions(double* modes) const;
   /// Conditions by loops and loops by conditions, in turn. (modes.cpp)
   bool settle_modes(double t, const double* x, Branch& branch);
   /// Loops and conditions at once; both are left in the branch. (free_modes.cpp)

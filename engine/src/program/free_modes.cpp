@@ -1,26 +1,16 @@
 // Loops and conditions that depend on each other where nothing is known of either: f = if(e > 0, sqrt(e), -sqrt(-e)) in
 // a loop has no value on the wrong side of its condition, so that no solution there says that it is the wrong one.
 #include <algorithm>
-#include <cmath>
 
 #include "program/evaluator_impl.hpp"
 
 namespace bgsim {
 
-/// The modes at the tears that the slots hold. A condition without a value stays as it is.
+/// The modes at the tears that the slots hold.
 void Evaluator::Impl::follow_conditions() {
   for (std::size_t round = 0; round < program.guarded.size() + 2; ++round) {
     for (const auto& code : program.guards.code) run(code);
-    bool changed = false;
-    for (std::size_t i = 0; i < program.guarded.size(); ++i) {
-      const double guard = slots[program.guards.results[i]];
-      if (!std::isfinite(guard)) continue;
-      double& mode = slots[program.first_mode + program.guarded[i]];
-      const double value = mode_for(program.relations[program.guarded[i]], guard);
-      changed = changed || value != mode;
-      mode = value;
-    }
-    if (!changed) return;
+    if (!take_conditions(slots.data() + program.first_mode).changed) return;
   }
 }
 

@@ -77,23 +77,28 @@ bool Evaluator::initialize_modes(double t, const double* x, Branch& branch) {
   return false;
 }
 
+Evaluator::Impl::Conditions Evaluator::Impl::take_conditions(double* modes) const {
+  // One condition may depend on a law that ends at another's border (a flow f = if(e > 0, sqrt(e), -sqrt(-e)) and
+  // whether it is positive): the other comes first, and this one stays as it is.
+  Conditions conditions;
+  for (std::size_t i = 0; i < program.guarded.size(); ++i) {
+    const double guard = slots[program.guards.results[i]];
+    conditions.open = conditions.open || !std::isfinite(guard);
+    if (!std::isfinite(guard)) continue;
+    const double value = mode_for(program.relations[program.guarded[i]], guard);
+    double& mode = modes[program.guarded[i]];
+    conditions.changed = conditions.changed || value != mode;
+    mode = value;
+  }
+  return conditions;
+}
+
 bool Evaluator::Impl::settle_modes(double t, const double* x, Branch& branch) {
   // Conditions may contain conditions, and loops may depend on modes: repeat until nothing changes. A chain of n nested
   // conditions needs n rounds; more than all of them means that they contradict each other.
   for (std::size_t round = 0; round < program.guarded.size() + 2; ++round) {
     if (!run(program.guards, t, x, branch)) return false;
-    // One condition may depend on a law that ends at another's border (a flow f = if(e > 0, sqrt(e), -sqrt(-e)) and
-    // whether it is positive): the other comes first.
-    bool changed = false, open = false;
-    for (std::size_t i = 0; i < program.guarded.size(); ++i) {
-      const double guard = slots[program.guards.results[i]];
-      open = open || !std::isfinite(guard);
-      if (!std::isfinite(guard)) continue;
-      const double value = mode_for(program.relations[program.guarded[i]], guard);
-      double& mode = branch.modes[program.guarded[i]];
-      changed = changed || value != mode;
-      mode = value;
-    }
+    const auto [changed, open] = take_conditions(branch.modes.data());
     if (!changed) return !open || take(program.guards, guard_values.data(), "a condition", {});
   }
   const Relation& first = program.relations[program.guarded.front()];
