@@ -86,3 +86,41 @@ TEST_CASE("many resistors with conditions in series have the flow that their eff
     CHECK(result.trace["f"].front() == Approx(low).epsilon(1e-9));  // the loop's own accuracy
   }
 }
+
+TEST_CASE("ladders of orifices start, however many, as they do by the same law without a condition") {
+  // From starts that are all alike the efforts between are 0, where the law has no slope. A hundred rungs are a loop
+  // whose variables are unknowns of the integrator.
+  const auto ladder = [](const std::string& law, int rungs, bool gyrator) {
+    std::string elements = R"("s": {"kind": "Se", "effort": 20}, "j0": {"kind": "1"})",
+                bonds = R"({"from": "s", "to": "j0"})";
+    for (int i = 0; i < rungs; ++i) {
+      const std::string k = std::to_string(i), next = std::to_string(i + 1);
+      elements += R"(, "a)" + k + R"(": {"kind": "R", "law": ")" + law + R"("}, "n)" + k + R"(": {"kind": "0"}, "b)" +
+                  k + R"(": {"kind": "R", "resistance": 3}, "j)" + next + R"(": {"kind": "1"})";
+      bonds += R"(, {"from": "j)" + k + R"(", "to": "a)" + k + R"("}, {"from": "j)" + k + R"(", "to": "n)" + k +
+               R"("}, {"from": "n)" + k + R"(", "to": "b)" + k + R"("}, {"from": "n)" + k + R"(", "to": "j)" + next +
+               R"("})";
+    }
+    const std::string end = "j" + std::to_string(rungs);
+    elements += R"(, "c": {"kind": "C", "capacitance": 1})";
+    if (gyrator) {
+      elements +=
+          R"(, "g": {"kind": "GY", "modulus": 2}, "j": {"kind": "1"}, "q": {"kind": "R", "law": ")" + law + R"("})";
+      bonds += R"(, {"from": ")" + end +
+               R"(", "to": "g"}, {"from": "g", "to": "j"}, {"from": "j", "to": "q"}, {"from": "j", "to": "c"})";
+    } else {
+      bonds += R"(, {"from": ")" + end + R"(", "to": "c"})";
+    }
+    return run_text(R"({"bgsim": 1, "name": "ladder", "elements": {)" + elements + R"(}, "bonds": [)" + bonds +
+                    R"(], "outputs": {"f": "s.f"}, "scenes": {"s": {"stop": 1e-3, "samples": 2}}})");
+  };
+  for (const auto& [rungs, gyrator] :
+       {std::pair(3, false), std::pair(3, true), std::pair(10, false), std::pair(100, false)}) {
+    INFO(rungs << (gyrator ? " before a gyrator" : ""));
+    const RunResult with = ladder("f = if(e > 0, sqrt(e), -sqrt(-e))", rungs, gyrator);
+    const RunResult without = ladder("f = sign(e)*sqrt(abs(e))", rungs, gyrator);
+    REQUIRE(with.stop == StopReason::completed);
+    REQUIRE(without.stop == StopReason::completed);
+    CHECK(with.trace["f"].front() == Approx(without.trace["f"].front()).epsilon(1e-9));  // the loop's own accuracy
+  }
+}

@@ -1,6 +1,7 @@
 // Loops and conditions that depend on each other where nothing is known of either: f = if(e > 0, sqrt(e), -sqrt(-e)) in
 // a loop has no value on the wrong side of its condition, so that no solution there says that it is the wrong one.
 #include <algorithm>
+#include <cmath>
 
 #include "program/evaluator_impl.hpp"
 
@@ -15,6 +16,7 @@ void Evaluator::Impl::follow_conditions() {
 }
 
 bool Evaluator::Impl::solve_with_conditions(double t, const double* x, Branch& branch) {
+  constexpr double kGolden = 0.6180339887498949;  // the golden ratio less 1: its multiples are spread evenly
   if (program.guarded.empty()) return false;
   set_point(t, x, branch);
   free_modes = true;
@@ -25,11 +27,15 @@ bool Evaluator::Impl::solve_with_conditions(double t, const double* x, Branch& b
     const std::uint32_t block = program.guards.solves[i];
     const std::span<double> z = tears_of(block);
     solved = false;
-    for (const double start : loop_starts()) {
-      std::fill(z.begin(), z.end(), start);
-      solved = solve(block, From::guess) == LoopOutcome::solved;
-      if (solved || z.size() > kLargestLocalBlock) break;
-    }
+    // All alike, differences of tears are 0, where a root has no slope: then each another part of the start.
+    for (const bool alike : {true, false})
+      for (const double start : loop_starts()) {
+        if (solved) break;
+        for (std::size_t k = 0; k < z.size(); ++k)
+          z[k] = start * (alike ? 1.0 : 0.5 + std::fmod(kGolden * static_cast<double>(k + 1), 1.0));
+        solved = solve(block, From::guess) == LoopOutcome::solved;
+        if (alike && z.size() > kLargestLocalBlock) break;
+      }
     if (!solved) {
       std::fill(z.begin(), z.end(), 0.0);
       solved = solve_bracketed(block) == LoopOutcome::solved;
