@@ -115,7 +115,10 @@ RunInputs point_asked_for(Study& study, const LinearArguments& arguments, std::s
   }
   if (arguments.at == "steady") {
     RunInputs inputs = prepare(model, arguments.scene, arguments.overrides);
-    const Equilibrium found = equilibria(study.shared_model(), inputs, {false}).front();
+    const Equilibrium found = (arguments.mode.empty() ? steady_states(study, inputs, {false}).found
+                                                      : equilibria(study.shared_model(), inputs, {false}))
+                                  .front();
+    if (!found.mode.empty()) study = study.in_mode(found.mode);
     where = "at rest, sources as at t = " + number_text(inputs.start) + " of the scene " + short_name(inputs.scene);
     if (!arguments.quiet)
       std::cerr << "note: steady state by " << found.found << ", residual " << number_text(found.residual, 2)

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <optional>
 
+#include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
 #include "command.hpp"
 #include "linear_options.hpp"
@@ -37,6 +38,14 @@ std::string stability_text(const Equilibrium& found) {
   return "of unknown stability: " + visible_line(found.not_linear);
 }
 
+/// How many modes were looked at; nothing without switches.
+std::string modes_text(const SteadyStates& states) {
+  if (states.switches == 0) return "";
+  std::string text = " in " + std::to_string(states.looked_at);
+  if (states.switches < 20) text += " of " + std::to_string(std::size_t{1} << states.switches);
+  return text + (states.looked_at == 1 && states.switches >= 20 ? " mode" : " modes");
+}
+
 }  // namespace
 
 Exit steady_command(const Arguments& arguments) {
@@ -51,20 +60,23 @@ Exit steady_command(const Arguments& arguments) {
       ->type_name("T");
   app.add_flag("--first", one, "the one nearest to the scene's start alone; others are not looked for");
   parse_arguments(app, arguments);
-  Study study = linear_study(options);
+  const Study study = linear_study(options);
   RunInputs scene = prepare(study.model(), options.scene, options.overrides);
   print_warnings(scene.warnings, study.model());
   if (time) scene.start = *time;
-  if (time && options.mode.empty()) study = study.at_start(scene);
-  const std::vector<Equilibrium> found = equilibria(study.shared_model(), scene, {!one});
+  const SteadyStates states = options.mode.empty()
+                                  ? steady_states(study, scene, {!one})
+                                  : SteadyStates{equilibria(study.shared_model(), scene, {!one}), 1, 0};
+  const std::vector<Equilibrium>& found = states.found;
   std::cout << visible_line(study.model().name) << ", scene " << short_name(scene.scene)
             << ", sources as at t = " << number_text(scene.start) << ": " << found.size()
-            << (found.size() == 1 ? " steady state" : " steady states") << " found\n";
+            << (found.size() == 1 ? " steady state" : " steady states") << " found" << modes_text(states) << '\n';
   for (std::size_t i = 0; i < found.size(); ++i) {
     const Equilibrium& each = found[i];
-    std::cout << '\n'
-              << i + 1 << ". " << stability_text(each) << "\n   by " << each.found << "; residual "
-              << number_text(each.residual, 2) << " of the rates' terms\n";
+    std::cout << '\n' << i + 1 << ". " << stability_text(each);
+    if (!each.mode.empty()) std::cout << "; " << visible_line(mode_text(study.model(), each.mode));
+    std::cout << "\n   by " << visible_line(each.found) << "; residual " << number_text(each.residual, 2)
+              << " of the rates' terms\n";
     TextTable table({"state", "value", "unit", ""});
     for (const LinearVariable& state : each.states)
       table.add({state.name, number_text(state.value, 9), state.unit,

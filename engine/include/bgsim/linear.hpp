@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "bgsim/modes.hpp"
 
 namespace bgsim {
 
@@ -163,12 +164,17 @@ struct Equilibrium {
   std::vector<std::string> free;  ///< states that take part in what may be moved: others of the same kind are beside it
   bool drifts = false;            ///< what is free, once pushed, goes on without end: a free body
   std::string found;              ///< by what: "Newton's iteration from the start of the scene", ...
+  Mode mode;                      ///< of the switches, in which it is one; empty without switches
+  /// Switches, diodes and contacts that leave their sides there, and closed contacts that are not at their gaps: it is
+  /// an equilibrium of the mode and none of the model.
+  std::vector<ElementId> leaves;
   enum class Stability : std::uint8_t { stable, unstable, marginal, unknown } stability = Stability::unknown;
 };
 struct SteadyOptions {
   bool all = true;  ///< looks for others once one is found
 };
-/// Equilibria of a model near a scene, the one reached from the scene's start first.
+/// Equilibria of a model near a scene, the one reached from the scene's start first. Of a model with switches: in the
+/// mode that it is in, whether or not they stay there (see steady_states() for all modes).
 /// @throws ModelError BG412 none was found; BG601 and the like where laws have no value.
 std::vector<Equilibrium> equilibria(const std::shared_ptr<const Model>& model, const RunInputs& scene,
                                     const SteadyOptions& options = {});

@@ -16,6 +16,7 @@
 #include "linear/dense.hpp"
 #include "linear/partials.hpp"
 #include "linear/perturbed.hpp"
+#include "linear/steady_sides.hpp"
 
 namespace bgsim {
 namespace {
@@ -246,30 +247,6 @@ std::vector<double> errors_of(const EquationSystem& system, const RunInputs& poi
 
 }  // namespace
 
-std::vector<std::string> leaving_switches(Evaluator& evaluator, double t, const std::vector<double>& x) {
-  const Program& program = evaluator.program();
-  std::vector<double> leaves(program.switch_elements.size(), 0.0);
-  std::vector<std::string> notes;
-  Branch branch = first_branch(program);
-  if (leaves.empty() || !evaluator.initialize_modes(t, x.data(), branch) ||
-      !evaluator.switches(t, x.data(), branch, leaves.data()))
-    return notes;
-  for (std::size_t i = 0; i < leaves.size(); ++i)
-    if (leaves[i] != 0.0) {
-      const Element& element = program.model->elements[program.switch_elements[i].index()];
-      notes.push_back(short_name(element.name) + (element.diode ? " " : " is ") +
-                      side_text(element, is_closed(element)) +
-                      " in this mode, and its condition says otherwise at this point");
-    }
-  for (const Element& element : program.model->elements)
-    if (element.idle)
-      notes.push_back(short_name(element.name) + (element.diode ? " " : " is ") +
-                      side_text(element, is_closed(element)) + (element.diode ? " and is idle" : " and idle") +
-                      ": what depends on its " + (is_closed(element) ? "flow" : "effort") +
-                      " is indefinite, and taken as if that were 0");
-  return notes;
-}
-
 std::vector<std::string> events_left_out(const Model& model) {
   if (model.events.empty()) return {};
   const ModelEvent& first = model.events.front();
@@ -301,7 +278,7 @@ LinearSystem linear_system(const std::shared_ptr<const Model>& model, const RunI
     const Program program = compile(perturbed.model, system, order, {{}, false});
     Evaluator evaluator(program, point.parameters);
     x = initial_states(evaluator, at);
-    notes = leaving_switches(evaluator, point.start, x);
+    notes = side_notes(*perturbed.model, left_sides(evaluator, point.start, x, std::vector<double>(x.size(), 0.0)));
     for (std::string& note : events_left_out(*model)) notes.push_back(std::move(note));
   }
   const std::vector<double> errors = errors_of(system, point);

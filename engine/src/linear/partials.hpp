@@ -29,9 +29,6 @@ struct PointPartials {
 PointPartials partials_at(const std::shared_ptr<const Model>& model, const EquationSystem& system,
                           const BlockOrder& order, const LinearizationPoint& point, bool edges);
 
-/// What is to be known of switches that a point is not on the side of.
-std::vector<std::string> leaving_switches(Evaluator& evaluator, double t, const std::vector<double>& x);
-
 /// That events, samples and latches have no part in what is said of a point; empty where there are none.
 std::vector<std::string> events_left_out(const Model& model);
 

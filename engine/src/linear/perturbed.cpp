@@ -7,6 +7,7 @@
 #include "base/codes.hpp"
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
+#include "model/replace_symbols.hpp"
 
 namespace bgsim {
 namespace {
@@ -175,26 +176,8 @@ class Perturbation {
           replacement[symbol] = pool.add(pool.symbol(symbol), pool.mul(pool.constant(slopes[p]), w));
         }
       }
-      replace_everywhere(replacement, chain);
+      replace_symbols(model_, replacement);
     }
-  }
-
-  void replace_everywhere(const std::unordered_map<SymbolId, ExprId>& replacement, const std::vector<SignalId>& chain) {
-    const auto replace = [&](ExprId& e) {
-      if (e.valid()) e = substitute(model_.pool, e, replacement);
-    };
-    for (Element& element : model_.elements) {
-      replace(element.coefficient);
-      replace(element.energy);
-      for (Law& law : element.laws) replace(law.right);
-      if (element.switches) {
-        replace(element.switches->closes);
-        replace(element.switches->opens);
-      }
-    }
-    for (std::size_t s = 0; s < model_.signals.size(); ++s)
-      if (std::find(chain.begin(), chain.end(), SignalId(s)) == chain.end()) replace(model_.signals[s].value);
-    for (Output& output : model_.outputs) replace(output.value);
   }
 
   Model model_;

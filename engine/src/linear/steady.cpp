@@ -1,4 +1,6 @@
 // Equilibria: Newton's iteration, then implicit Euler steps that become Newton's as they grow.
+#include "linear/steady.hpp"
+
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -6,11 +8,12 @@
 #include <random>
 
 #include "base/codes.hpp"
-#include "bgsim/linear.hpp"
 #include "bgsim/text.hpp"
 #include "linear/partials.hpp"
 #include "linear/perturbed.hpp"
 #include "linear/steady_field.hpp"
+#include "linear/steady_sides.hpp"
+#include "run/jump.hpp"
 
 namespace bgsim {
 namespace {
@@ -106,6 +109,9 @@ Found iterate(Field& field, Vector x, const Vector& usual, const Iteration& how)
     }
     // The longest part of the step on all of which the rates go about as their slopes say: of a sine that is level the
     // step is without bound, and somewhere on it they fit by chance.
+    // Rounding of the states is none of it: of equal efforts at both ends of a resistor nothing but that is left.
+    constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
+    const Vector noise = kRounding * (jacobian.cwiseAbs() * x.cwiseAbs());
     const auto fits = [&](double part) {
       const Vector step = part * dx, at = x + step;
       if (!field.rates(at, next_f)) return false;
@@ -113,7 +119,7 @@ Found iterate(Field& field, Vector x, const Vector& usual, const Iteration& how)
       double off = 0.0, all = 0.0;
       for (Eigen::Index i = 0; i < x.size(); ++i) {
         const double weight = largest_terms(i) > 0.0 ? 1.0 / largest_terms(i) : 1.0;
-        off = std::max(off, weight * std::abs(next_f(i) - forecast(i)));
+        off = std::max(off, weight * std::max(0.0, std::abs(next_f(i) - forecast(i)) - noise(i)));
         all = std::max(all, weight * std::abs(f(i)));
       }
       return off <= how.defect * all + 1e-12;
@@ -178,26 +184,36 @@ class Search {
   Search(std::shared_ptr<const Model> model, const RunInputs& scene)
       : model_(std::move(model)), scene_(scene), field_(model_, scene) {}
 
-  std::vector<Equilibrium> run(const SteadyOptions& options) {
+  std::vector<Equilibrium> from_scene(const SteadyOptions& options) {
     RunInputs at = scene_;
     at.outputs.clear();
-    const std::vector<double> start = initial_states(field_.evaluator(), at);
+    return run(initial_states(field_.evaluator(), at), options);
+  }
+
+  std::vector<Equilibrium> from_stores(const SteadyStart& from, const SteadyOptions& options) {
+    Jump jump = jump_into(field_.evaluator(), scene_.start, from.stored);
+    if (jump.failure) throw ModelError({std::move(*jump.failure)}, model_->sources);
+    where_ = from.where;
+    return run(jump.x, options);
+  }
+
+ private:
+  std::vector<Equilibrium> run(const std::vector<double>& start, const SteadyOptions& options) {
     const Vector x0 = Eigen::Map<const Vector>(start.data(), static_cast<Eigen::Index>(start.size()));
     usual_ = x0.cwiseAbs();
     Vector f;
     if (!field_.rates(x0, f)) fail_value();
     duration_ = scene_.stop > scene_.start ? scene_.stop - scene_.start : 1.0;
-    if (!attempt(x0, {}, "Newton's iteration from the start of the scene") &&
-        !attempt(x0, {duration_ * 1e-6, 0.3, 400}, "implicit steps of growing length from the start of the scene") &&
-        !attempt(x0, {duration_ * 1e-9, 0.02, 4000}, "short implicit steps from the start of the scene"))
+    if (!attempt(x0, {}, "Newton's iteration from " + where_) &&
+        !attempt(x0, {duration_ * 1e-6, 0.3, 400}, "implicit steps of growing length from " + where_) &&
+        !attempt(x0, {duration_ * 1e-9, 0.02, 4000}, "short implicit steps from " + where_))
       fail();
     // With free states, or without a linearization that would tell, there may be others beside it without end.
     if (options.all && result_.front().free.empty() && !result_.front().poles.empty()) others(x0);
     return std::move(result_);
   }
 
- private:
-  bool attempt(const Vector& x, const Iteration& how, const char* found_by) {
+  bool attempt(const Vector& x, const Iteration& how, const std::string& found_by) {
     field_.restart();
     Found found = iterate(field_, x, usual_, how);
     // What it was small beside may have been far away: if it does not rest by itself, once more from there alone.
@@ -304,14 +320,15 @@ class Search {
     return false;
   }
 
-  Equilibrium equilibrium(const Found& found, const char* found_by) {
+  Equilibrium equilibrium(const Found& found, const std::string& found_by) {
     Equilibrium made;
     made.values = field_.stored(found.x, found.errors);
     made.residual = found.residual;
     made.found = found_by;
-    for (const std::string& note :
-         leaving_switches(field_.evaluator(), scene_.start, {found.x.data(), found.x.data() + found.x.size()}))
-      made.found += "; " + note;
+    made.mode = mode_of(*model_);
+    made.leaves = left_sides(field_.evaluator(), scene_.start, {found.x.data(), found.x.data() + found.x.size()},
+                             {found.size.data(), found.size.data() + found.size.size()});
+    for (const std::string& note : side_notes(*model_, made.leaves)) made.found += "; " + note;
     for (const std::string& note : events_left_out(*model_))
       made.found += "; " + note + ": whether the point stays at rest is not known";
     RunInputs point = scene_;
@@ -320,7 +337,7 @@ class Search {
     try {
       const LinearSystem linear = linear_system(model_, point, {});
       made.states = linear.states;
-      made.poles = poles(linear);
+      made.poles = poles(without_held_contacts(*model_, linear));
       made.free = free_states(made.poles);
       double slowest = -std::numeric_limits<double>::infinity();
       for (const Pole& pole : made.poles) slowest = std::max(slowest, pole.s.real());
@@ -328,6 +345,7 @@ class Search {
       made.stability = slowest > 0.0 ? Stability::unstable : slowest == 0.0 ? Stability::marginal : Stability::stable;
       last_ = linear;
       if (made.stability == Stability::marginal && !made.free.empty()) look_at_free(found.x, made);
+      for (const std::string& held : held_by_contacts(*model_)) std::erase(made.free, held);
     } catch (const ModelError& error) {
       made.not_linear = error.diagnostics.front().situation;
       last_ = {};
@@ -364,6 +382,9 @@ class Search {
     };
     if (!look(x)) return;
     const auto here = factored();
+    // What slopes make of the rounding of a direction is no rate.
+    constexpr double kNoRate = 1e-12;
+    Vector noise = kNoRate * kMove * ((jacobian.cwiseAbs() * size).array() > 0.0).select(row, 0.0);
     const double largest = here.singularValues()(0);
     const Eigen::Index rank = (here.singularValues().array() > kRank * largest).count();
     if (rank == x.size()) return;
@@ -372,7 +393,7 @@ class Search {
         Vector beside = x + size.cwiseProduct(sign * kMove * here.matrixV().col(k));
         bool rests = false;
         for (int i = 0; i < kIterations && look(beside); ++i) {
-          rests = relative(f, terms) <= kResidual;
+          rests = relative((f.array().abs() > noise.array()).select(f, 0.0), terms) <= kResidual;
           if (rests) break;
           // In the other directions alone: the point is to stay beside.
           const auto at = factored();
@@ -392,15 +413,16 @@ class Search {
       if (here.matrixV().row(i).tail(x.size() - rank).cwiseAbs().maxCoeff() > kPart)
         made.free.push_back(field_.program().state_names[static_cast<std::size_t>(i)]);
     const auto at_zero = std::count_if(made.poles.begin(), made.poles.end(), [](const Pole& p) { return p.s == 0.0; });
-    made.drifts = at_zero > x.size() - rank;
+    const auto held = static_cast<Eigen::Index>(held_by_contacts(*model_).size());  // no poles, and no rates
+    made.drifts = at_zero + held > x.size() - rank;
   }
 
   /// Other starts: mirrored, at random within twice the values met so far, and off what is unstable.
   void others(const Vector& x0) {
-    const auto try_at = [&](const Vector& x, double h, const char* how) {
+    const auto try_at = [&](const Vector& x, double h, const std::string& how) {
       if (result_.size() < kMost) attempt(x, {h, 0.3, 200}, how);
     };
-    try_at(x0, duration_ * 1e-6, "implicit steps of growing length from the start of the scene");
+    try_at(x0, duration_ * 1e-6, "implicit steps of growing length from " + where_);
     for (std::size_t i = 0; i < points_.size() && i < 4; ++i) {
       try_at(-points_[i], 0.0, "Newton's iteration from the mirrored values");
       if (result_[i].stability != Equilibrium::Stability::unstable) continue;
@@ -467,6 +489,7 @@ class Search {
   std::shared_ptr<const Model> model_;
   const RunInputs& scene_;
   Field field_;
+  std::string where_ = "the start of the scene";
   Vector usual_;    ///< by state: the largest magnitude at the start and at what was found
   Vector largest_;  ///< and on the ways there
   double duration_ = 1.0;
@@ -481,7 +504,13 @@ class Search {
 std::vector<Equilibrium> equilibria(const std::shared_ptr<const Model>& model, const RunInputs& scene,
                                     const SteadyOptions& options) {
   refuse_delays(*model);
-  return Search(model, scene).run(options);
+  return Search(model, scene).from_scene(options);
+}
+
+std::vector<Equilibrium> equilibria_from(const std::shared_ptr<const Model>& model, const RunInputs& scene,
+                                         const SteadyStart& from, const SteadyOptions& options) {
+  refuse_delays(*model);
+  return Search(model, scene).from_stores(from, options);
 }
 
 }  // namespace bgsim
