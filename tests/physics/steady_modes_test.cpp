@@ -169,8 +169,7 @@ TEST_CASE("of a switch with hysteresis both sides may rest, or neither") {
   } catch (const ModelError& error) {
     message = render(error);
   }
-  CHECK_THAT(message,
-             Contains("BG412") && Contains("in 2 modes of its switches") &&
-                 Contains("in the mode s open there is a rest at which \"s\" leaves its side") &&
-                 Contains("in the mode s closed there is a rest at which \"s\" leaves its side"));
+  CHECK_THAT(message, Contains("BG412") && Contains("in 2 modes of its switches") &&
+                          Contains("in the mode s open there is a rest at which \"s\" leaves its side") &&
+                          Contains("in the mode s closed there is a rest at which \"s\" leaves its side"));
 }
