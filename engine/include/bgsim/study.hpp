@@ -132,9 +132,9 @@ struct SteadyStates {
   std::size_t looked_at = 1;       ///< modes
   std::size_t switches = 0;        ///< 2 to the power of that many modes are there
 };
-/// Equilibria near a scene. Of a model with switches, diodes or contacts in the mode of the scene's start, in those that
-/// equilibria of other modes lead to, in the one in which a run comes to rest that holds its sources, and, of up to six
-/// switches, in all others.
+/// Equilibria near a scene. Of a model with switches, diodes or contacts in the mode of the scene's start, in those
+/// that equilibria of other modes lead to, in the one in which a run comes to rest that holds its sources, and, of up
+/// to six switches, in all others.
 /// @throws ModelError as equilibria(); BG412 each equilibrium that was found leaves its mode.
 SteadyStates steady_states(const Study& study, const RunInputs& scene, const SteadyOptions& options = {});
 
