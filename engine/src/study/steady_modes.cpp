@@ -119,8 +119,8 @@ class ModeSearch {
     const auto same = [&](const Equilibrium& other) {
       for (std::size_t i = 0; i < point.values.size(); ++i) {
         const double a = point.values[i].value, b = other.values[i].value;
-        const double off = std::max({point.values[i].rounding, other.values[i].rounding,
-                                     1e-9 * std::max(std::abs(a), std::abs(b))});
+        const double off =
+            std::max({point.values[i].rounding, other.values[i].rounding, 1e-9 * std::max(std::abs(a), std::abs(b))});
         if (std::abs(a - b) > off) return false;
       }
       return true;
@@ -202,7 +202,7 @@ class ModeSearch {
   Stored start_;
   std::set<Mode> seen_;
   std::deque<Place> all_sides_, one_side_;  ///< modes that equilibria of others lead to
-  std::vector<Equilibrium> left_;  ///< equilibria that leave their modes
+  std::vector<Equilibrium> left_;           ///< equilibria that leave their modes
   std::optional<ModelError> first_error_;
 };
 
