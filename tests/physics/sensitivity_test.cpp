@@ -308,14 +308,6 @@ TEST_CASE("what has no sensitivity is refused") {
                                "x", 2.0),
                      {"a"}),
              Contains("BG414"));
-  // An ideal switch.
-  CHECK_THAT(refusal(R"x("elements": { "s": { "kind": "Se", "effort": 1 }, "w": { "kind": "Sw", "closed": "t > 1" },
-      "one": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 }, "c": { "kind": "C", "capacitance": "k" } },
-      "parameters": { "k": 1 }, "bonds": [ { "from": "s", "to": "one" }, { "from": "one", "to": "w" },
-      { "from": "one", "to": "r" }, { "from": "one", "to": "c" } ], "outputs": { "q": "c.q" },
-      "scenes": { "s": { "stop": 2, "samples": 3 } })x",
-                     {"k"}),
-             Contains("BG414") && Contains("ideal switches"));
   // Dry friction that holds.
   CHECK_THAT(
       refusal(R"x("parameters": { "dry": 1 }, "elements": { "m": { "kind": "I", "inertance": 1, "initial": { "p": 1 } },
@@ -381,6 +373,14 @@ TEST_CASE("what the adjoint equations alone do not have is refused") {
   check_all(first_row(table_of(stateless, {"k"})), {4.0 * std::sin(2.0)});
   CHECK_THROWS_WITH(adjoint_table_of(stateless, {"k"}),
                     Contains("BG414") && Contains("nothing that the outputs depend on is stored"));
+  // Changes of the mode: q = k (1 - exp(-1/k)).
+  const std::string switched = R"x("elements": { "s": { "kind": "Se", "effort": 1 },
+      "w": { "kind": "Sw", "closed": "t < 1" }, "one": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 },
+      "c": { "kind": "C", "capacitance": "k" } }, "parameters": { "k": 2 },
+      "bonds": [ { "from": "s", "to": "one" }, { "from": "one", "to": "w" }, { "from": "one", "to": "r" },
+      { "from": "one", "to": "c" } ], "outputs": { "q": "c.q" }, "scenes": { "s": { "stop": 2, "samples": 3 } })x";
+  check_all(first_row(table_of(switched, {"k"})), {1.0 - 1.5 * std::exp(-0.5)});
+  CHECK_THROWS_WITH(adjoint_table_of(switched, {"k"}), Contains("BG414") && Contains("ideal switches"));
 }
 
 TEST_CASE("a peak that is as large to both sides has no derivative where the two change differently") {

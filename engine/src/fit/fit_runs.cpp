@@ -10,6 +10,7 @@
 #include "base/codes.hpp"
 #include "base/in_threads.hpp"
 #include "base/text.hpp"
+#include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
 #include "linear/variations.hpp"
 
@@ -311,6 +312,11 @@ void FitRuns::compile_scenes() {
     }
     scene.simulation = std::make_shared<const Simulation>(study_.scene(scene.name, overrides, {false, false}));
     scene.varied.resize(plan_.vary.size());
+    // Where impacts accumulate or a diode touches its border there is no derivative, at one of the points of a fit.
+    if (!switches_of(study_.model()).empty()) {
+      note("derivatives by differences of runs: the model has ideal switches, diodes or contacts");
+      continue;
+    }
     std::vector<std::string> refusals(plan_.vary.size());
     work(plan_.vary.size(), [&](std::size_t i) {
       try {

@@ -69,8 +69,7 @@ std::vector<std::string> side_notes(const Model& model, std::span<const ElementI
   std::vector<std::string> notes;
   for (const ElementId id : leaves) {
     const Element& element = model.elements[id.index()];
-    notes.push_back(short_name(element.name) + (element.diode ? " " : " is ") +
-                    side_text(element, is_closed(element)) +
+    notes.push_back(short_name(element.name) + (element.diode ? " " : " is ") + side_text(element, is_closed(element)) +
                     " in this mode, and its condition says otherwise at this point");
   }
   for (const Element& element : model.elements)

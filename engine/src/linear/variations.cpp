@@ -41,6 +41,20 @@ bool has_conditions(const ExprPool& pool, const std::vector<ExprId>& roots) {
   });
 }
 
+/// A value of 0.
+SignalId add_signal(Model& model) {
+  const SignalId id(model.signals.size());
+  Signal signal;
+  signal.value = model.pool.constant(0.0);
+  signal.symbol = SymbolId(model.symbols.size());
+  ModelSymbol meaning;
+  meaning.kind = ModelSymbol::Kind::signal;
+  meaning.signal = id;
+  model.symbols.push_back(meaning);
+  model.signals.push_back(std::move(signal));
+  return id;
+}
+
 /// Adds derivatives to a system.
 class Varying {
  public:
@@ -54,6 +68,7 @@ class Varying {
 
   VariedSystem run(GivenValues& given, const Seed& seed, const VariedParts& parts) {
     made_.own_states = order().rates.size();
+    signals_ = parts.signals;
     if (parts.squares || parts.integrals) add_integrals(parts.squares);
     const std::size_t n = order().rates.size();
     made_.variations.states = n;
@@ -69,11 +84,17 @@ class Varying {
     for (const Block& block : loops) roots.insert(roots.end(), block.residuals.begin(), block.residuals.end());
     by_time_[system().time] = pool().constant(1.0);
     for (std::size_t i = 0; i < n; ++i) by_time_[system().states[i].symbol] = order().rates[i];
-    if (parts.slopes || !system().events.empty() || has_conditions(pool(), roots))
+    if (parts.slopes || !system().events.empty() || !system().switches.empty() || has_conditions(pool(), roots))
       add_loops(loops, by_time_, [](const std::string& name) { return "d(" + name + ")/dt"; });
     for (std::size_t i = 0; i < n; ++i) {
       const ExprId rate = change(order().rates[i], by_parameter_);
-      add_state(varied[i], rate);
+      const State& state = system().states[i];
+      SignalId declared;
+      if (signals_ != nullptr)
+        if (const auto at = signals_->derivatives.find({state.element, state.port, state.signal});
+            at != signals_->derivatives.end())
+          declared = at->second;
+      add_state(varied[i], rate, declared);
     }
     const std::vector<ExprId> sets = order().event_values;
     for (const ExprId value : sets)
@@ -113,26 +134,19 @@ class Varying {
   }
 
   /// An integral of the model stands for a state that is added: it has a name, a place and an initial value.
-  void add_state(SymbolId symbol, ExprId rate) {
+  void add_state(SymbolId symbol, ExprId rate, SignalId declared) {
     const std::string name = system().symbols[symbol.index()].name;
-    const SignalId id(model_.signals.size());
-    Signal signal;
-    signal.name = name;
-    signal.kind = Signal::Kind::integral;
-    signal.value = model_.pool.constant(0.0);
-    signal.symbol = SymbolId(model_.symbols.size());
-    ModelSymbol meaning;
-    meaning.kind = ModelSymbol::Kind::signal;
-    meaning.signal = id;
-    model_.symbols.push_back(meaning);
-    model_.signals.push_back(std::move(signal));
+    const SignalId id = declared.valid() ? declared : add_signal(model_);
+    model_.signals[id.index()].name = name;
+    model_.signals[id.index()].kind = Signal::Kind::integral;
     State state;
     state.name = name;
     state.symbol = symbol;
     state.rate = rate;
     state.signal = id;
     system().states.push_back(std::move(state));
-    system().signals.push_back(symbol);
+    system().signals.resize(std::max(system().signals.size(), id.index() + 1));
+    system().signals[id.index()] = symbol;
     order().rates.push_back(rate);
   }
 
@@ -147,12 +161,14 @@ class Varying {
   }
 
   void add_integrals(bool of_squares) {
-    for (const std::size_t i : asked_) {
+    for (std::size_t k = 0; k < asked_.size(); ++k) {
+      const std::size_t i = asked_[k];
       const ExprId value = order().outputs[i];
       integrals_.push_back(system().states.size());
       const SymbolId symbol = add_symbol("integral of " + system().outputs[i].name + (of_squares ? "^2" : ""),
                                          SystemSymbol::Kind::state, system().states.size());
-      add_state(symbol, of_squares ? pool().mul(value, value) : value);
+      add_state(symbol, of_squares ? pool().mul(value, value) : value,
+                signals_ != nullptr ? signals_->integrals[k] : SignalId());
       fill_origins(value);
     }
   }
@@ -208,6 +224,7 @@ class Varying {
 
   Model model_;
   const std::vector<std::size_t>& asked_;
+  const VariationSignals* signals_ = nullptr;
   VariedSystem made_;
   Changes by_parameter_, by_time_;
   std::vector<std::size_t> integrals_;  ///< the states that are integrals of outputs, or of squares
@@ -512,6 +529,27 @@ std::vector<ExprId> parameter_variations(const Model& model, GivenValues& given,
   return changes;
 }
 
+Model with_variation_signals(Model model, std::size_t outputs, const VariedParts& parts, VariationSignals& signals) {
+  signals = {};
+  const std::size_t own = model.signals.size();
+  const auto add = [&](const StateKey& key, std::string of) {  // a copy: signals move
+    const SignalId id = add_signal(model);
+    model.signals[id.index()].name = "(derivative of " + of + ")";
+    signals.derivatives[key] = id;
+  };
+  for (std::size_t k = 0; k < outputs && (parts.squares || parts.integrals); ++k) {
+    signals.integrals.push_back(add_signal(model));
+    model.signals[signals.integrals.back().index()].name = "(integral of output " + std::to_string(k + 1) + ")";
+  }
+  for (std::size_t i = 0; i < model.elements.size(); ++i)
+    for (std::size_t port = 0; is_store(model.elements[i].kind) && port < port_count(model.elements[i]); ++port)
+      add({ElementId(i), static_cast<std::uint32_t>(port), {}}, port_name(model.elements[i], port));
+  for (std::size_t s = 0; s < own; ++s)
+    if (model.signals[s].is_state()) add({{}, 0, SignalId(s)}, model.signals[s].name);
+  for (const SignalId integral : signals.integrals) add({{}, 0, integral}, model.signals[integral.index()].name);
+  return model;
+}
+
 VariedSystem with_variations(const Model& model, const EquationSystem& system, const BlockOrder& order,
                              GivenValues& given, const Seed& seed, const std::vector<std::size_t>& outputs,
                              const VariedParts& parts) {
@@ -523,13 +561,25 @@ SeedSlopes seed_slopes(const Model& model, GivenValues& given, const Seed& seed,
   return {changes.parameters(), changes.run()};
 }
 
+RunInputs with_varied_outputs(RunInputs inputs, const std::vector<std::size_t>& outputs,
+                              const std::vector<std::string>& own_states) {
+  inputs.outputs = outputs;
+  // An absolute tolerance in the units of the states says nothing of their derivatives.
+  if (inputs.absolute) {
+    for (const std::string& state : own_states) inputs.absolute_by_state.try_emplace(state, *inputs.absolute);
+    inputs.absolute.reset();
+  }
+  return inputs;
+}
+
 RunInputs varied_inputs(const Model& model, const VariedSystem& varied, GivenValues& given, const Seed& seed,
                         const RunInputs& inputs) {
   refuse_kinks(model, varied.system, varied.order, varied.variations.states, varied.outputs, given, seed, inputs);
   const std::map<StateKey, double> changes = StartChanges(model, given, seed, inputs).run();
-  RunInputs result = inputs;
-  result.outputs = varied.outputs;
   const std::vector<State>& states = varied.system.states;
+  std::vector<std::string> own;
+  for (std::size_t i = 0; i < varied.own_states; ++i) own.push_back(states[i].name);
+  RunInputs result = with_varied_outputs(inputs, varied.outputs, own);
   const std::size_t n = varied.variations.states;
   for (std::size_t i = 0; i < n; ++i) {
     const auto change = changes.find({states[i].element, states[i].port, states[i].signal});
@@ -542,12 +592,6 @@ RunInputs varied_inputs(const Model& model, const VariedSystem& varied, GivenVal
   const auto key = [](const RunInputs::Initial& i) { return std::tuple(i.element, i.port, i.signal); };
   std::sort(result.initial.begin(), result.initial.end(),
             [&](const auto& a, const auto& b) { return key(a) < key(b); });
-  // An absolute tolerance in the units of the states says nothing of their derivatives.
-  if (result.absolute) {
-    for (std::size_t i = 0; i < varied.own_states; ++i)
-      result.absolute_by_state.try_emplace(states[i].name, *result.absolute);
-    result.absolute.reset();
-  }
   return result;
 }
 

@@ -27,12 +27,23 @@ Seed find_seed(const Model& model, const std::string& name);
 /// from one that is varied follow it; those that a scene or --set gives are what is written there.
 std::vector<ExprId> parameter_variations(const Model& model, GivenValues& given, const Seed& seed);
 
+/// Signals of a model that stand for the states which with_variations() adds. In each mode of a model with switches
+/// other stores are independent: a state is to mean the same in all of them.
+struct VariationSignals {
+  std::vector<SignalId> integrals;           ///< of the outputs, or of their squares
+  std::map<StateKey, SignalId> derivatives;  ///< of all stores, integrals, and `integrals`
+};
+
 /// What is derived beside the sensitivities of the outputs.
 struct VariedParts {
-  bool squares = false;    ///< the integrals of the outputs' squares
-  bool slopes = false;     ///< the outputs' derivatives by time
-  bool integrals = false;  ///< the integrals of the outputs; not with squares
+  bool squares = false;                       ///< the integrals of the outputs' squares
+  bool slopes = false;                        ///< the outputs' derivatives by time
+  bool integrals = false;                     ///< the integrals of the outputs; not with squares
+  const VariationSignals* signals = nullptr;  ///< those of the model; none: others are added for each state
 };
+
+/// The model with such signals: values of 0, until with_variations() makes some of them states.
+Model with_variation_signals(Model model, std::size_t outputs, const VariedParts& parts, VariationSignals& signals);
 
 /// A system with the derivatives by a seed. Its states are those of the model, then integrals, then the
 /// derivatives of all of them in the same order.
@@ -58,6 +69,11 @@ VariedSystem with_variations(const Model& model, const EquationSystem& system, c
 void refuse_kinks(const Model& model, const EquationSystem& system, const BlockOrder& order, std::size_t rates,
                   const std::vector<std::size_t>& outputs, GivenValues& given, const Seed& seed,
                   const RunInputs& inputs);
+
+/// In inputs of a scene: outputs of a varied program, and no absolute tolerance that would be one of the derivatives.
+/// @param own_states  names of the states that are the model's
+RunInputs with_varied_outputs(RunInputs inputs, const std::vector<std::size_t>& outputs,
+                              const std::vector<std::string>& own_states);
 
 /// By how much parameters and initial values change with a seed, at the start of a scene.
 struct SeedSlopes {

@@ -83,6 +83,12 @@ class Run {
   [[nodiscard]] bool left_by_states() const { return left_by_states_; }
   /// By Program::switch_elements: not 0 where one leaves it.
   [[nodiscard]] const std::vector<double>& leaving() const { return leaves_; }
+  /// Of a program with variations: where it has left the mode.
+  /// @param refused  BG414 if what made it leave has no instant that is known
+  [[nodiscard]] std::optional<Departure> departure(std::optional<Diagnostic>& refused);
+  /// Of a program with variations, where this run is one of many stretches: the states' derivatives are those at an
+  /// instant that moves with what is varied by @p instant. @param first  of the stretches
+  void know_instant(double instant, bool first) { instant_ = instant, follows_another_ = !first; }
   /// Four values by Program::diode_elements where it has left the mode (see Evaluator::diodes).
   [[nodiscard]] const std::vector<double>& diodes() const { return diodes_; }
   /// Of the model's events, from the stretch before and for the one after.
@@ -224,7 +230,8 @@ class Run {
   std::vector<double> y_;  ///< scratch
   std::vector<double> leaves_, diodes_, known_scales_;
   bool known_events_ = false;
-  bool left_mode_ = false, left_by_states_ = false;
+  bool left_mode_ = false, left_by_states_ = false, follows_another_ = false;
+  double instant_ = 0.0;  ///< see know_instant()
   double integration_seconds_ = 0.0;
 };
 

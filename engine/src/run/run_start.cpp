@@ -27,7 +27,13 @@ bool Run::begin() {
   }
   if (delays_.goes_on() && !delays_.changed(t_, x_.data(), branch_, true)) return fail(*delays_.failure());
 
-  if (program_.varied_states > 0) {
+  if (instant_ != 0.0) {  // at a time that does not move, from here on
+    std::vector<double> rates(x_.size());
+    if (!evaluator_.rates(t_, x_.data(), branch_, rates.data())) return fail_with_fault();
+    for (std::size_t i = 0; i < program_.varied_states; ++i) x_[program_.varied_states + i] -= rates[i] * instant_;
+  }
+  // Later stretches begin at borders that have just been passed.
+  if (program_.varied_states > 0 && !follows_another_) {
     VariedGuards guards(evaluator_);
     if (auto refused = variations_.begin(evaluator_, guards, t_, x_, branch_, !inputs_.starting_events.empty()))
       return fail(std::move(*refused));

@@ -33,7 +33,7 @@ bool SwitchedRun::stretch() {
     log_.count_given();
   }
   const Program* program = enter_mode();
-  if (program == nullptr) return false;
+  if (program == nullptr || !vary_into(*program)) return false;
   log_start(*program->model, stored_.t);
   log_sides(*program->model, [](bool) { return true; });
   if (auto full = log_.full(stored_.t)) return fail(std::move(*full));
@@ -56,6 +56,7 @@ bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) 
   if (const double soonest = soonest_return(); resume.empty() && soonest > 0.0)
     run.stop_at(stored_.t + kLonger * soonest);
   run.share_log(log_);
+  if (variation_) run.know_instant(variation_->instant(), !(stored_.t > inputs_.start));
   if (!events_.empty()) run.know_events(events_);
   // As long as it is the start, what was before it is to be what the mode found last makes of it.
   if (delays_ && stored_.t > inputs_.start) run.know_delays(std::move(*delays_));
@@ -78,11 +79,29 @@ bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) 
   if (part.stop != StopReason::completed || !run.left_mode()) return false;
   if (stored_.values.size() != program->states.size() + program->dependent.size())
     return fail(no_jump_failure("what the dependent stores hold has no value", stored_.t));
+  if (!vary_out_of(*program, run)) return false;
   if (only_clock)
-    std::erase_if(stored_.values, [&](const auto& value) { return value.signal == program->states.front().signal; });
+    std::erase_if(stored_.values, [&](const auto& value) {
+      return value.signal == program->states.front().signal || value.signal == program->states.back().signal;
+    });
   if (run.left_by_states()) changes_.push_back(stored_.t);
   take_diodes(run.diodes());
   return change_mode(run.leaving(), *program);
+}
+
+bool SwitchedRun::vary_into(const Program& program) {
+  if (!variation_) return true;
+  auto refused = variation_->enter(program, parameters_, stored_.t, scales(program), x_);
+  return !refused || fail(std::move(*refused));
+}
+
+bool SwitchedRun::vary_out_of(const Program& program, Run& run) {
+  if (!variation_) return true;
+  std::optional<Diagnostic> refused;
+  auto departure = run.departure(refused);
+  if (!departure) return fail(std::move(*refused));
+  variation_->leave(program, parameters_, stored_.t, std::move(*departure), stored_);
+  return true;
 }
 
 double SwitchedRun::soonest_return() const {
@@ -130,6 +149,7 @@ const Program* SwitchedRun::enter_mode() {
       continue;
     }
     if (!store_jumped(*program, parameters_, x_)) return nullptr;
+    if (variation_) variation_->tie(*program, parameters_);
   }
   fail(diagnostic_of("BG604",
                      "at t = " + number_text(stored_.t) + " the diodes change sides without end: " +

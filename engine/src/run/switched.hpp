@@ -23,18 +23,27 @@ using NetworkOfMode = std::function<const DiodeNetwork&(const Mode&)>;
 /// @throws ModelError where the graph does not allow it.
 using ImpactOfMode = std::function<const ImpactProgram&(const Mode&)>;
 
+/// What the programs of a switched run with variations have in common: how its start moves with what is varied.
+struct SwitchedVariation {
+  std::vector<double> parameters;                      ///< by ParameterId: slopes
+  std::function<std::optional<Stored>(double)> start;  ///< what stores hold there, moved by so much; none: no value
+  double size = 0.0;                                   ///< magnitude of what is varied
+};
+
 /// What a switched run takes its programs from.
 struct SwitchedPrograms {
   ProgramOfMode program_of;
-  NetworkOfMode network_of;  ///< asked for models with diodes or contacts only
-  ImpactOfMode impact_of;    ///< asked for models with contacts only
-  DelayTables delayed = {};  ///< those of all these programs
+  NetworkOfMode network_of;                      ///< asked for models with diodes or contacts only
+  ImpactOfMode impact_of;                        ///< asked for models with contacts only
+  DelayTables delayed = {};                      ///< those of all these programs
+  const SwitchedVariation* variation = nullptr;  ///< of programs with variations
 };
 
 /// Name of the state of a mode in which nothing is stored: the time, so that the run looks for events.
 inline constexpr const char* kModeClock = "(clock)";
 inline bool has_only_clock(const Program& program) {
-  return program.state_names.size() == 1 && program.state_names.front() == kModeClock;
+  const bool varied = program.varied_states == 1;  // with its derivative
+  return program.state_names.size() == (varied ? 2 : 1) && program.state_names.front() == kModeClock;
 }
 
 /// Where a switched run begins.

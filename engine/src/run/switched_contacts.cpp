@@ -60,6 +60,7 @@ bool SwitchedRun::take_impact() {
     if (names.size() > 1 && !std::exchange(simultaneous_, true))
       result_.report.notes.push_back(simultaneous_note(names, stored_.t));
     log_impacts(elements, *program.model, impulses, audited ? std::optional(std::max(0.0, loss)) : std::nullopt);
+    if (variation_) variation_->impact(impact, network_of_(mode_), kick_);
     kick_.clear();
     return store_jumped(program, parameters, jump.x);
   } catch (const ModelError& error) {
@@ -119,6 +120,7 @@ bool SwitchedRun::look_at_contacts(const Program& program) {
     if (lost && !series) series = Accumulation{0.0, stored_.t};
     if (!series) continue;
     if (!inputs_.close_zeno) return fail(accumulation_failure(element, contacts_[i], *series));
+    if (variation_) return fail(accumulation_variation_failure(element, stored_.t));
     if (++accumulations_ <= kNotedAccumulations)
       result_.report.notes.push_back(accumulation_note(element, contacts_[i], *series));
     contact.sticks = true;

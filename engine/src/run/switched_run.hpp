@@ -23,6 +23,7 @@
 #include "run/event_log.hpp"
 #include "run/jump.hpp"
 #include "run/kept_evaluators.hpp"
+#include "run/mode_variation.hpp"
 #include "run/run.hpp"
 #include "run/switched.hpp"
 #include "run/watch/headway.hpp"
@@ -51,6 +52,7 @@ class SwitchedRun {
         diodes_(static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true))),
         contacts_(diodes_.size()) {
     stored_.t = inputs.start;
+    if (programs.variation != nullptr) variation_.emplace(*programs.variation, inputs);
     if (!diodes_.empty()) sights_[mode_of_switches()] = start.sight;
   }
 
@@ -66,6 +68,11 @@ class SwitchedRun {
 
   /// The stretch of the present mode, from the present instant on or, where @p resume is not empty, from that snapshot.
   bool stretch_in(const Program& program, const std::string& resume);
+
+  /// The sensitivities where the present mode begins.
+  bool vary_into(const Program& program);
+  /// Where @p run leaves a mode: what the sensitivities are to go on from.
+  bool vary_out_of(const Program& program, Run& run);
 
   /// After what time the first of the contacts that have just left their wall is back; 0: none is known to be.
   [[nodiscard]] double soonest_return() const;
@@ -286,6 +293,7 @@ class SwitchedRun {
   std::optional<DelayMemory> delays_;
   EventMemory events_;  ///< empty before the first stretch
   KeptEvaluators evaluators_;
+  std::optional<ModeVariation> variation_;  ///< of a run with variations
   std::vector<DiodeState> diodes_;
   std::map<Mode, DiodeSight> sights_;        ///< by the sides of the switches alone
   std::vector<ContactHistory> contacts_;     ///< by diode

@@ -236,24 +236,51 @@ std::optional<VariationEvents::Jump> VariationEvents::take(Evaluator& evaluator,
   return Jump{std::move(*instant), std::move(left)};
 }
 
+std::optional<std::vector<double>> VariationEvents::instant_at(const GuardSlopes& guards, double t,
+                                                               const Decides& decides) const {
+  if (t != time_ || touched_) return std::nullopt;
+  const Change* first = nullptr;
+  for (const Change& change : changes_) {
+    if (!decides(change.relation, change.before)) continue;
+    if (first != nullptr && !same_instant(guards, change.instant, first->instant)) return std::nullopt;
+    if (first == nullptr) first = &change;
+  }
+  return first == nullptr ? std::nullopt : std::optional(first->instant);
+}
+
+Diagnostic VariationEvents::no_instant(const std::string& what, double t, std::optional<Place> place,
+                                       std::string rule) const {
+  const bool apart = t == time_ && !changes_.empty();
+  return diagnostic_of("BG414",
+                       "at t = " + number_text(t) + " " + what + ", " +
+                           (!apart     ? "and it is not known what set it off"
+                            : touched_ ? "and a border is touched there, not passed"
+                                       : "where conditions change that another value of the parameter parts"),
+                       std::move(place), std::move(rule),
+                       apart ? "ask for it at a slightly different value of the parameter"
+                             : "write the condition over quantities that do not jump");
+}
+
 std::optional<std::vector<double>> VariationEvents::instant_of_set(const GuardSlopes& guards, const ProgramEvent& event,
                                                                    double t, std::optional<Diagnostic>& refused) const {
-  const auto same = [&](const Change& change) {
-    return same_instant(guards, change.instant, changes_.front().instant);
-  };
-  if (t == time_ && !touched_ && !changes_.empty() && std::all_of(changes_.begin(), changes_.end(), same))
-    return changes_.front().instant;
-  const bool apart = t == time_ && !changes_.empty();
-  refused = diagnostic_of(
-      "BG414",
-      "at t = " + number_text(t) + " the event \"" + event.name + "\" takes place, " +
-          (t != time_ || changes_.empty() ? "and it is not known what set it off"
-           : touched_                     ? "and a border is touched there, not passed"
-                                          : "where conditions change that another value of the parameter parts"),
-      event.place, "what is set depends on the instant of the event, and so on how that changes with the parameter",
-      apart ? "ask for it at a slightly different value of the parameter"
-            : "write the condition over quantities that do not jump");
-  return std::nullopt;
+  auto found = instant_at(guards, t, [](std::size_t, double) { return true; });
+  if (!found)
+    refused =
+        no_instant("the event \"" + event.name + "\" takes place", t, event.place,
+                   "what is set depends on the instant of the event, and so on how that changes with the parameter");
+  return found;
+}
+
+std::optional<std::vector<double>> VariationEvents::instant_of_leaving(const GuardSlopes& guards, double t,
+                                                                       const Decides& decides,
+                                                                       std::optional<Diagnostic>& refused) const {
+  auto found = instant_at(guards, t, [](std::size_t, double) { return true; });
+  if (!found) found = instant_at(guards, t, decides);
+  if (!found)
+    refused = no_instant("the mode of the switches changes", t, {},
+                         "what the stores hold after that depends on its instant, and so on how that changes with the "
+                         "parameter");
+  return found;
 }
 
 Diagnostic held_variation_failure(const Program& program, double t) {
@@ -262,6 +289,13 @@ Diagnostic held_variation_failure(const Program& program, double t) {
       "dry friction or a condition of a resistor is held at its border, and sensitivities are not found while it is",
       "what holds a sign or condition at its border is no expression of the states",
       "write the law with tanh(f/f0) for the sign or condition: its sensitivities are found");
+}
+
+Diagnostic accumulation_variation_failure(const Element& contact, double t) {
+  return diagnostic_of(
+      "BG414", "at t = " + number_text(t) + " the impacts of \"" + contact.name + "\" accumulate, and it closes",
+      contact.place, "sensitivities cross impacts one by one, and there are infinitely many",
+      "ask for --method differences, or end the scene before");
 }
 
 Diagnostic ended_law_failure(double t) {
@@ -284,6 +318,31 @@ bool Run::vary_event(const Branch& before, std::optional<std::size_t> crossed) {
   const std::size_t n = program_.varied_states;
   for (std::size_t i = 0; i < n; ++i) x_[n + i] += jump->rates[i] * jump->instant.front();
   return true;
+}
+
+std::optional<Departure> Run::departure(std::optional<Diagnostic>& refused) {
+  Departure result{x_, std::vector<double>(x_.size()), branch_, {}};
+  if (!evaluator_.rates(t_, x_.data(), branch_, result.rates.data())) {
+    refused = fault_failure(evaluator_.fault());
+    return std::nullopt;
+  }
+  if (t_ > inputs_.start) {
+    const VariedGuards guards(evaluator_);
+    // Of conditions that another value of the parameter parts those without which a switch would not leave its side.
+    const auto decides = [&](std::size_t relation, double mode_before) {
+      Branch without = branch_;
+      without.modes[relation] = mode_before;
+      std::vector<double> leaves(leaves_.size());
+      if (!evaluator_.switches(t_, x_.data(), without, leaves.data())) return true;
+      for (std::size_t i = 0; i < leaves.size(); ++i)
+        if (leaves_[i] != 0.0 && leaves[i] == 0.0) return true;
+      return false;
+    };
+    const auto found = variations_.instant_of_leaving(guards, t_, decides, refused);
+    if (!found) return std::nullopt;
+    result.instant = found->front();
+  }
+  return result;
 }
 
 /// The sensitivities where events have set states. @param before  the rates before.

@@ -1,6 +1,7 @@
 /// Sensitivities at events: what the run of a system with Variations does where a condition changes.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -81,7 +82,18 @@ class VariationEvents {
   std::optional<std::vector<double>> instant_of_set(const GuardSlopes& guards, const ProgramEvent& event, double t,
                                                     std::optional<Diagnostic>& refused) const;
 
+  /// Whether a condition that changed, from that mode, has a part in what takes place.
+  using Decides = std::function<bool(std::size_t relation, double before)>;
+  /// The same of the switches that leave their sides at @p t.
+  std::optional<std::vector<double>> instant_of_leaving(const GuardSlopes& guards, double t, const Decides& decides,
+                                                        std::optional<Diagnostic>& refused) const;
+
  private:
+  [[nodiscard]] std::optional<std::vector<double>> instant_at(const GuardSlopes& guards, double t,
+                                                              const Decides& decides) const;
+  /// BG414: why there is no instant_at(), of what takes place.
+  [[nodiscard]] Diagnostic no_instant(const std::string& what, double t, std::optional<Place> place,
+                                      std::string rule) const;
   /// A condition that has changed, and what its instant changes by with the parameter.
   struct Change {
     std::size_t relation = 0;
@@ -103,8 +115,17 @@ class VariationEvents {
   bool touched_ = false;  ///< a condition changed whose border is touched and not passed
 };
 
+/// Where a run with variations has left its mode.
+struct Departure {
+  std::vector<double> x, rates;
+  Branch branch;
+  std::optional<double> instant;  ///< t' by what is varied; none: the mode was left as it began
+};
+
 /// BG414: signs of resistors are held at their border, where rates are no expressions of the states.
 Diagnostic held_variation_failure(const Program& program, double t);
+/// BG414: impacts of a contact accumulate.
+Diagnostic accumulation_variation_failure(const Element& contact, double t);
 /// BG414: a law ends at the border of its own condition.
 Diagnostic ended_law_failure(double t);
 

@@ -206,8 +206,15 @@ auto allowed(const std::shared_ptr<const Model>& model, const Make& make) {
 
 }  // namespace
 
-ModePrograms::ModePrograms(std::shared_ptr<const Model> model, CompileOptions options)
-    : model_(with_bands(std::move(model))), options_(std::move(options)) {}
+ModePrograms::ModePrograms(std::shared_ptr<const Model> model, CompileOptions options, Compile of_mode)
+    : model_(with_bands(std::move(model))),
+      options_(std::move(options)),
+      of_mode_(of_mode ? std::move(of_mode) : plain(options_)) {}
+
+ModePrograms::Compile ModePrograms::plain(CompileOptions options) {
+  return [options = std::move(options)](const std::shared_ptr<const Model>& model, const EquationSystem& system,
+                                        const BlockOrder& order) { return compile(model, system, order, options); };
+}
 
 std::vector<double> ModePrograms::completed(std::vector<double> parameters) const {
   parameters.resize(model_->parameters.size(), 0.0);
@@ -215,8 +222,8 @@ std::vector<double> ModePrograms::completed(std::vector<double> parameters) cons
 }
 
 std::unique_ptr<ModePrograms::Made> ModePrograms::make(const std::shared_ptr<const Model>& model,
-                                                       const CompileOptions& options) {
-  return allowed(model, [&options](std::shared_ptr<const Model> of) {
+                                                       const Compile& compile) {
+  return allowed(model, [&compile](std::shared_ptr<const Model> of) {
     auto made = std::make_unique<Made>();
     made->model = std::move(of);
     made->graph = build_bond_graph(*made->model);
@@ -230,7 +237,7 @@ std::unique_ptr<ModePrograms::Made> ModePrograms::make(const std::shared_ptr<con
     for (const SwitchEquation& at : system.switches)
       made->certain.push_back(free_of_switches(*made->model, system, at.leaves));
     const BlockOrder order = order_equations(*made->model, system);
-    made->program = compile(made->model, system, order, options);
+    made->program = compile(made->model, system, order);
     made->program.indefinite_outputs = indefinite_outputs(*made->model, made->graph, system);
     return made;
   });
@@ -239,7 +246,7 @@ std::unique_ptr<ModePrograms::Made> ModePrograms::make(const std::shared_ptr<con
 const Program& ModePrograms::at(const Mode& mode, const std::vector<double>& parameters) {
   const std::scoped_lock lock(mutex_);
   std::unique_ptr<Made>& made = made_[mode];
-  if (!made) made = make(std::make_shared<const Model>(in_mode(*model_, mode)), options_);
+  if (!made) made = make(std::make_shared<const Model>(in_mode(*model_, mode)), of_mode_);
   check_laws(*made->model, made->graph, made->causal, completed(parameters));
   return made->program;
 }
@@ -272,7 +279,7 @@ const ImpactProgram& ModePrograms::impact(const Mode& mode) {
   if (impact) return *impact;
   auto made = std::make_unique<ImpactProgram>();
   auto model = std::make_shared<const Model>(with_impacts(in_mode(*model_, mode), *made));
-  made->program = std::move(make(std::move(model), options_)->program);
+  made->program = std::move(make(std::move(model), plain(options_))->program);
   impact = std::move(made);
   return *impact;
 }
@@ -293,7 +300,7 @@ SwitchedStart ModePrograms::start(const RunInputs& inputs, DelayedPrograms& own)
     if (!looked_without_) {
       looked_without_ = true;
       try {
-        without_switches_ = make(std::make_shared<const Model>(with_resistors(*model_)), {{}, false});
+        without_switches_ = make(std::make_shared<const Model>(with_resistors(*model_)), plain({{}, false}));
       } catch (const ModelError&) {
         // The graph does not allow resistors there. The run finds its first mode from that of the model as read.
       }
@@ -370,7 +377,7 @@ void ModePrograms::begin_without_switches(const Made& without, const RunInputs& 
     const Mode before = start.mode;
     const std::shared_ptr<const Model> model =
         std::make_shared<const Model>(with_resistors(in_mode(*model_, start.mode)));
-    const std::unique_ptr<Made> made = make(model, {{}, false});
+    const std::unique_ptr<Made> made = make(model, plain({{}, false}));
     put_switches(*made, inputs, own, start);
     if (start.mode == before) return;
   }

@@ -1,6 +1,7 @@
 /// The programs of a model with switches, by mode.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -17,7 +18,11 @@ namespace bgsim {
 /// Causality, equations and program of each mode, made when it is first asked for, and kept. From several threads.
 class ModePrograms {
  public:
-  ModePrograms(std::shared_ptr<const Model> model, CompileOptions options);
+  /// Makes the program of a mode from its equations.
+  using Compile = std::function<Program(const std::shared_ptr<const Model>&, const EquationSystem&, const BlockOrder&)>;
+
+  /// @param of_mode  for the programs of modes; none: compile() with the options, as for all else
+  ModePrograms(std::shared_ptr<const Model> model, CompileOptions options, Compile of_mode = {});
 
   /// @throws ModelError where the graph does not allow the mode, or its laws these parameters.
   const Program& at(const Mode& mode, const std::vector<double>& parameters);
@@ -49,13 +54,15 @@ class ModePrograms {
   void begin_without_switches(const Made& without, const RunInputs& inputs, DelayedPrograms& own, SwitchedStart& start);
   void put_switches(const Made& without, const RunInputs& inputs, DelayedPrograms& own, SwitchedStart& start) const;
   void put_diodes(const RunInputs& inputs, DelayedPrograms& own, SwitchedStart& start);
-  static std::unique_ptr<Made> make(const std::shared_ptr<const Model>& model, const CompileOptions& options);
+  static std::unique_ptr<Made> make(const std::shared_ptr<const Model>& model, const Compile& compile);
+  static Compile plain(CompileOptions options);
 
   /// With those that the programs have more than the model: 0.
   [[nodiscard]] std::vector<double> completed(std::vector<double> parameters) const;
 
   std::shared_ptr<const Model> model_;
   CompileOptions options_;
+  Compile of_mode_;
   std::mutex mutex_;
   std::map<Mode, std::unique_ptr<Made>> made_;
   std::map<Mode, std::unique_ptr<DiodeNetwork>> networks_;  ///< with the diodes open in the key

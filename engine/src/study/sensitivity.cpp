@@ -11,9 +11,30 @@
 #include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
 #include "linear/variations.hpp"
+#include "run/clock.hpp"
+#include "run/stored.hpp"
+#include "study/mode_programs.hpp"
 #include "study/sensitivity_parts.hpp"
 
 namespace bgsim {
+namespace {
+
+[[noreturn]] void refuse_derivatives(const Model& model, const std::string& why) {
+  refuse_sensitivity(model, "the equations cannot be derived as often as sensitivities ask for: " + why,
+                     "implicit integration takes second derivatives of the laws",
+                     "fit a formula to the data, or use spline data where the store is in integral causality");
+}
+
+CompileOptions options_of(const VariedSystem& varied) {
+  CompileOptions options;
+  options.outputs = varied.outputs;
+  options.energies = false;
+  options.variations = &varied.variations;
+  return options;
+}
+
+}  // namespace
+
 struct SensitivityScene::Inside {
   std::shared_ptr<const Model> model;
   SceneOverrides overrides;
@@ -21,12 +42,94 @@ struct SensitivityScene::Inside {
   Seed seed;
   double value = 0.0;
   std::string unit;
+  // Without switches: one system.
   VariedSystem varied;
   Program program;
+  // With switches: one for each mode, of the model with signals for the derivatives.
+  VariationSignals signals;
+  std::unique_ptr<ModePrograms> modes;
+  std::vector<std::size_t> outputs;      ///< VariedSystem::outputs, in all modes
+  std::vector<std::string> state_names;  ///< of all stores and integrals
 
   [[nodiscard]] RunResult run(const RunInputs& own, const SceneOverrides& values, const SimulateOptions& how) const {
     GivenValues given = given_of(*model, own.scene, values);
-    return simulate(program, varied_inputs(*model, varied, given, seed, own), how);
+    if (!modes) return simulate(program, varied_inputs(*model, varied, given, seed, own), how);
+    const SeedSlopes slopes = seed_slopes(*model, given, seed, own);
+    const auto start_at = [&](double h) { return modes->start(moved_start(own, slopes, h)); };
+    const SwitchedStart start = start_at(0.0);
+    SwitchedVariation variation;
+    variation.parameters = slopes.parameters;
+    variation.size = std::abs(value_of(*model, given, seed, own));
+    variation.start = [&](double h) -> std::optional<Stored> {
+      SwitchedStart moved = start_at(h);
+      // Diodes that carry nothing may be on either side.
+      for (std::size_t i = 0; i < start.mode.size(); ++i)
+        if (!start.diodes[i] && moved.mode[i] != start.mode[i]) return std::nullopt;
+      return std::move(moved.stored);
+    };
+    const auto program_of = [&](const Mode& mode) -> const Program& { return modes->at(mode, own.parameters); };
+    const auto network_of = [&](const Mode& mode) -> const DiodeNetwork& { return modes->network(mode); };
+    const auto impact_of = [&](const Mode& mode) -> const ImpactProgram& { return modes->impact(mode); };
+    return simulate_switched({program_of, network_of, impact_of, {}, &variation}, start,
+                             with_varied_outputs(own, outputs, state_names), how, wall_seconds);
+  }
+
+  static RunInputs moved_start(RunInputs inputs, const SeedSlopes& slopes, double h) {
+    for (std::size_t i = 0; i < slopes.parameters.size(); ++i) inputs.parameters[i] += h * slopes.parameters[i];
+    for (const auto& [key, slope] : slopes.states) {
+      const auto same = [&of = key](const RunInputs::Initial& i) {
+        return StateKey{i.element, i.port, i.signal} == of;
+      };
+      auto at = std::find_if(inputs.initial.begin(), inputs.initial.end(), same);
+      if (at == inputs.initial.end()) at = inputs.initial.insert(at, {key.element, key.port, 0.0, {}, key.signal});
+      at->value += h * slope;
+    }
+    sort_stored(inputs.initial);
+    return inputs;
+  }
+
+  void vary(const Study& study, const VariedParts& parts) {
+    GivenValues given = given_of(*model, inputs.scene, overrides);
+    // An event acts on what it sets, whatever the outputs depend on.
+    const auto cut = model->events.empty()
+                         ? slice(*model, study.graph(), study.equations(), study.order(), inputs.outputs, false)
+                         : std::nullopt;
+    const EquationSystem& system = cut ? cut->system : study.equations();
+    const BlockOrder& order = cut ? cut->order : study.order();
+    try {
+      varied = with_variations(*model, system, order, given, seed, inputs.outputs, parts);
+      program = compile(varied.model, varied.system, varied.order, options_of(varied));
+    } catch (const std::invalid_argument& error) {
+      refuse_derivatives(*model, error.what());
+    }
+  }
+
+  void vary_modes(VariedParts parts) {
+    for (const Element& element : model->elements)
+      for (std::uint32_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
+        state_names.push_back(initial_name(element, port, false));
+    for (const Signal& signal : model->signals)
+      if (signal.is_state()) state_names.push_back(signal.name);
+    const auto declared =
+        std::make_shared<const Model>(with_variation_signals(*model, inputs.outputs.size(), parts, signals));
+    parts.signals = &signals;
+    modes = std::make_unique<ModePrograms>(
+        declared, CompileOptions{{}, false},
+        [this, parts](const std::shared_ptr<const Model>& of, const EquationSystem& system, const BlockOrder& order) {
+          try {
+            GivenValues given = given_of(*model, inputs.scene, overrides);
+            const VariedSystem made = with_variations(*of, system, order, given, seed, inputs.outputs, parts);
+            RunInputs point = inputs;
+            point.parameters.resize(of->parameters.size(), 0.0);  // with the bands of diodes
+            refuse_kinks(*of, made.system, made.order, made.variations.states, made.outputs, given, seed, point);
+            if (outputs.empty()) outputs = made.outputs;  // the same in all modes
+            return compile(made.model, made.system, made.order, options_of(made));
+          } catch (const std::invalid_argument& error) {
+            refuse_derivatives(*of, error.what());
+          }
+        });
+    static_cast<void>(
+        modes->at(modes->start(inputs).mode, inputs.parameters));  // what cannot be derived is refused here
   }
 };
 
@@ -38,30 +141,15 @@ SensitivityScene::SensitivityScene(const Study& study, const std::string& scene,
   made->overrides = overrides;
   made->seed = find_seed(model, to);
   made->inputs = study.scene(scene, overrides).inputs();  // with all that is looked at before a run
-  refuse_jumps(model);
+  refuse_delayed(model);
   GivenValues given = given_of(model, made->inputs.scene, overrides);
   made->value = value_of(model, given, made->seed, made->inputs);
   if (made->seed.parameter.valid()) made->unit = model.parameters[made->seed.parameter.index()].unit;
-  // An event acts on what it sets, whatever the outputs depend on.
-  const auto cut = model.events.empty()
-                       ? slice(model, study.graph(), study.equations(), study.order(), made->inputs.outputs, false)
-                       : std::nullopt;
-  const EquationSystem& system = cut ? cut->system : study.equations();
-  const BlockOrder& order = cut ? cut->order : study.order();
-  try {
-    made->varied = with_variations(model, system, order, given, made->seed, made->inputs.outputs,
-                                   {parts.squares, parts.slopes, parts.integrals});
-    CompileOptions options;
-    options.outputs = made->varied.outputs;
-    options.energies = false;
-    options.variations = &made->varied.variations;
-    made->program = compile(made->varied.model, made->varied.system, made->varied.order, options);
-  } catch (const std::invalid_argument& error) {
-    refuse_sensitivity(
-        model, std::string("the equations cannot be derived as often as sensitivities ask for: ") + error.what(),
-        "implicit integration takes second derivatives of the laws",
-        "fit a formula to the data, or use spline data where the store is in integral causality");
-  }
+  const VariedParts varied{parts.squares, parts.slopes, parts.integrals};
+  if (switches_of(model).empty())
+    made->vary(study, varied);
+  else
+    made->vary_modes(varied);
   inside_ = made;
 }
 

@@ -24,19 +24,23 @@ void refuse_sensitivity(const Model& model, std::string situation, std::string r
                    model.sources);
 }
 
-void refuse_jumps(const Model& model) {
+void refuse_delayed(const Model& model) {
   for (const Signal& signal : model.signals)
     if (signal.delay)
       refuse_sensitivity(model, "the model has delayed signals (" + in_quotes(signal.name) + "), which are not derived",
                          "what a delayed signal was depends on parameters as well", "ask for --method differences",
                          signal.place);
+}
+
+void refuse_jumps(const Model& model) {
+  refuse_delayed(model);
   const std::vector<ElementId> switches = switches_of(model);
   if (switches.empty()) return;
   const Element& first = model.elements[switches.front().index()];
   refuse_sensitivity(
       model, "the model has ideal switches or diodes (" + in_quotes(first.name) + "), whose jumps are not derived",
-      "sensitivities cross events, not changes of the equations themselves", "ask for --method differences",
-      first.place);
+      "the adjoint equations cross events, not changes of the equations themselves",
+      "ask for --method forward, or differences", first.place);
 }
 
 void throw_failure(const RunResult& result, const Model& model) {

@@ -16,7 +16,9 @@ GivenValues given_of(const Model& model, const std::string& scene, const SceneOv
 [[noreturn]] void refuse_sensitivity(const Model& model, std::string situation, std::string rule, std::string help,
                                      std::optional<Place> place = {});
 
-/// @throws ModelError BG414 what jumps without a derivative here: delays, switches.
+/// @throws ModelError BG414 delayed signals.
+void refuse_delayed(const Model& model);
+/// @throws ModelError BG414 what jumps without a derivative in the adjoint equations: delays, switches.
 void refuse_jumps(const Model& model);
 
 /// @throws ModelError the failure of a run.

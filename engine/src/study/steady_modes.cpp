@@ -44,7 +44,7 @@ class ModeSearch {
     look({start.mode, start_, "the start of the scene"});
     // Each change of all sides that are left is a step of block pivoting: of a ladder of diodes one more conducts.
     follow(all_sides_, kMostModes + made_.switches);
-    if (made_.found.empty() || (options_.all && has_contacts())) come_to_rest();
+    if (!enough()) come_to_rest();
     follow(all_sides_, 2 * (kMostModes + made_.switches));
     follow(one_side_, kMostModes);
     look_at_all();
@@ -63,11 +63,6 @@ class ModeSearch {
   };
 
   [[nodiscard]] bool enough() const { return !options_.all && !made_.found.empty(); }
-
-  [[nodiscard]] bool has_contacts() const {
-    const std::vector<Element>& elements = study_.model().elements;
-    return std::any_of(elements.begin(), elements.end(), [](const Element& e) { return e.contact.has_value(); });
-  }
 
   /// Looks for equilibria of one mode, and puts those down to be looked at that these lead to.
   void look(const Place& from) {
@@ -133,7 +128,7 @@ class ModeSearch {
   /// Where the scene comes to if its sources are held: the mode, and stores from which a rest in it is found.
   void come_to_rest() {
     constexpr std::uint64_t kMostSteps = 200000;
-    constexpr double kMostSeconds = 10.0, kLonger[] = {1.0, 30.0, 1000.0};
+    constexpr double kMostSeconds = 5.0, kLonger[] = {1.0, 30.0, 1000.0};
     const Study held(std::make_shared<const Model>(with_held_time(study_.model())));
     RunInputs inputs = scene_;
     // Just after it: sources jump at the start of the scene, too.
@@ -144,7 +139,6 @@ class ModeSearch {
     how.max_steps = kMostSteps;
     how.time_limit = kMostSeconds;
     const double span = scene_.stop > scene_.start ? scene_.stop - scene_.start : 1.0;
-    const std::size_t before = made_.found.size();
     for (const double longer : kLonger) {
       inputs.stop = scene_.start + longer * span;
       inputs.output_times = {inputs.start, inputs.stop};
@@ -157,7 +151,7 @@ class ModeSearch {
       if (result.stored.values.empty() || result.mode.empty()) return;
       // Looked at again where it was met on another way, since contacts close in a run alone.
       look({result.mode, result.stored, "where a run comes to that holds the sources"});
-      if (made_.found.size() > before || result.stop != StopReason::completed) return;
+      if (!made_.found.empty() || result.stop != StopReason::completed) return;
     }
   }
 

@@ -1,0 +1,248 @@
+#include "run/mode_variation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/codes.hpp"
+#include "bgsim/modes.hpp"
+#include "bgsim/text.hpp"
+#include "run/failures.hpp"
+#include "run/jump.hpp"
+#include "run/stored.hpp"
+
+namespace bgsim {
+namespace {
+
+Diagnostic refusal(double t, const std::string& what, std::string rule) {
+  return diagnostic_of("BG414", "at t = " + number_text(t) + " " + what, {}, std::move(rule),
+                       "ask for --method differences");
+}
+
+void put(Stored& stored, const StateInfo& state, double value) {
+  const auto key = stored_key(state);
+  const auto at = std::lower_bound(stored.values.begin(), stored.values.end(), key,
+                                   [](const RunInputs::Initial& v, const auto& k) { return stored_key(v) < k; });
+  if (at != stored.values.end() && stored_key(*at) == key) at->value = value;
+}
+
+/// What all stores hold where the states are @p x. False where that has no value.
+bool put_all(Evaluator& evaluator, double t, const std::vector<double>& x, Branch& branch, Stored& stored) {
+  const Program& program = evaluator.program();
+  std::vector<double> dependent(program.dependent.size());
+  if (!dependent.empty() && !evaluator.dependents(t, x.data(), branch, dependent.data())) return false;
+  for (std::size_t i = 0; i < x.size(); ++i) put(stored, program.states[i], x[i]);
+  for (std::size_t i = 0; i < dependent.size(); ++i) put(stored, program.dependent[i], dependent[i]);
+  return true;
+}
+
+}  // namespace
+
+void ModeVariation::leave(const Program& program, const std::vector<double>& parameters, double t, Departure departure,
+                          const Stored& stored) {
+  // A mode that is left as it begins belongs to the instant before it, whose t' it has.
+  if (departure.instant) instant_ = *departure.instant;
+  steps_.clear();
+  left_ = Left{&program, parameters, std::move(departure), stored};
+  left_->stored.t = t;
+}
+
+void ModeVariation::impact(const ImpactProgram& impact, const DiodeNetwork& network,
+                           const std::vector<std::optional<double>>& kick) {
+  Step step{&impact.program, inputs_.parameters, &impact, &network, {}};
+  for (const std::optional<double>& each : kick) step.kicked.push_back(each.has_value());
+  steps_.push_back(std::move(step));
+}
+
+void ModeVariation::tie(const Program& program, const std::vector<double>& parameters) {
+  steps_.push_back({&program, parameters, nullptr, nullptr, {}});
+}
+
+std::optional<Stored> ModeVariation::before(double h, double t) const {
+  if (!left_) return of_.start(h);
+  const Departure& from = left_->departure;
+  std::vector<double> x = from.x;
+  const std::size_t n = left_->program->varied_states;
+  for (std::size_t i = 0; i < n; ++i) x[i] += h * (from.x[n + i] + from.rates[i] * instant_);
+  Evaluator evaluator(*left_->program, moved(left_->parameters, h));
+  Branch branch = from.branch;
+  Stored stored = left_->stored;
+  if (!put_all(evaluator, t, x, branch, stored)) return std::nullopt;
+  return stored;
+}
+
+std::vector<double> ModeVariation::moved(std::vector<double> parameters, double h) const {
+  for (std::size_t i = 0; i < of_.parameters.size(); ++i) parameters[i] += h * of_.parameters[i];
+  return parameters;
+}
+
+/// The speeds with which contacts separate after an impact, by those with which they close before it.
+bool ModeVariation::set_kicks(const Step& step, double h, double t, const Stored& stored,
+                              std::vector<double>& parameters) const {
+  const Program& program = step.network->program;
+  std::vector<double> own = moved(inputs_.parameters, h);
+  own.resize(program.model->parameters.size(), 0.0);
+  for (const ParameterId resistance : step.network->resistances) own[resistance.index()] = 1.0;
+  Evaluator evaluator(program, own);
+  std::vector<double> x, rates(program.states.size());
+  for (const StateInfo& state : program.states) x.push_back(value_of(stored, state));
+  Branch branch = first_branch(program);
+  if (!evaluator.initialize_modes(t, x.data(), branch) || !evaluator.rates(t, x.data(), branch, rates.data()))
+    return false;
+  // as_network() adds for each diode a source, then for each its flow and two derivatives, then for each contact the
+  // room and the restitution.
+  const std::size_t n = step.kicked.size(), flows = step.network->first_signal + n, rooms = flows + 3 * n;
+  const auto rate_of = [&](std::size_t signal) {
+    for (std::size_t i = 0; i < program.states.size(); ++i)
+      if (program.states[i].signal.valid() && program.states[i].signal.index() == signal) return rates[i];
+    return std::numeric_limits<double>::quiet_NaN();
+  };
+  for (std::size_t i = 0, contact = 0; i < n; ++i) {
+    if (!step.network->displacements[i].valid()) continue;
+    double& kick = parameters[step.impact->kicks[contact].index()];
+    kick = step.kicked[i] ? std::max(0.0, rate_of(flows + 3 * i)) * rate_of(rooms + 2 * contact + 1) : 0.0;
+    ++contact;
+    if (!std::isfinite(kick)) return false;
+  }
+  return true;
+}
+
+bool ModeVariation::take(const Step& step, double h, double t, Stored& stored) const {
+  std::vector<double> parameters = moved(step.parameters, h);
+  parameters.resize(step.program->model->parameters.size(), 0.0);
+  if (step.impact != nullptr && !set_kicks(step, h, t, stored, parameters)) return false;
+  Evaluator evaluator(*step.program, parameters);
+  const Jump jump = jump_into(evaluator, t, stored);
+  if (jump.failure) return false;
+  Branch branch = first_branch(*step.program);
+  return evaluator.initialize_modes(t, jump.x.data(), branch) && put_all(evaluator, t, jump.x, branch, stored);
+}
+
+std::vector<double> ModeVariation::at(double h, double t, const Step& last) const {
+  const double then = t + h * instant_;
+  std::optional<Stored> stored = before(h, then);
+  bool known = stored.has_value();
+  for (std::size_t i = 0; known && i < steps_.size(); ++i) known = take(steps_[i], h, then, *stored);
+  if (!known || !take(last, h, then, *stored)) return {};
+  std::vector<double> x;
+  for (std::size_t i = 0; i < last.program->varied_states; ++i) x.push_back(value_of(*stored, last.program->states[i]));
+  return x;
+}
+
+/// A thousandth of what moves most beside its size.
+double ModeVariation::step_size(const Program& program, const std::vector<double>& scales) const {
+  constexpr double kPart = 1e-3;
+  double most = 0.0;
+  const auto look = [&](double slope, double size) {
+    if (size > 0.0) most = std::max(most, std::abs(slope) / size);
+  };
+  for (std::size_t i = 0; i < of_.parameters.size(); ++i) look(of_.parameters[i], std::abs(inputs_.parameters[i]));
+  look(instant_, inputs_.stop - inputs_.start);
+  if (left_) {
+    const std::size_t n = left_->program->varied_states;
+    for (std::size_t i = 0; i < n; ++i) {
+      const StateInfo& state = left_->program->states[i];
+      double size = std::abs(left_->departure.x[i]);
+      for (std::size_t k = 0; k < scales.size(); ++k)
+        if (stored_key(program.states[k]) == stored_key(state)) size = std::max(size, scales[k]);
+      look(left_->departure.x[n + i] + left_->departure.rates[i] * instant_, size);
+    }
+  } else if (of_.size > 0.0) {
+    look(1.0, of_.size);
+  }
+  return most > 0.0 ? kPart / most : kPart;
+}
+
+/// How far diodes are beyond their borders at the start, with what is varied moved by @p h.
+double ModeVariation::beyond(double h, double t, const Step& last) const {
+  const Program& program = *last.program;
+  std::vector<double> x = at(h, t, last), values(4 * program.diode_elements.size());
+  if (x.empty()) return 0.0;
+  x.resize(program.states.size(), 0.0);
+  Evaluator evaluator(program, moved(last.parameters, h));
+  Branch branch = first_branch(program);
+  if (!evaluator.initialize_modes(t, x.data(), branch) || !evaluator.diodes(t, x.data(), branch, values.data()))
+    return 0.0;
+  double most = 0.0;
+  for (std::size_t i = 0; i < program.diode_elements.size(); ++i) {
+    const Element& element = program.model->elements[program.diode_elements[i].index()];
+    const double effort = values[4 * i], flow = values[4 * i + 1], threshold = values[4 * i + 2];
+    double off = is_closed(element) ? -flow : effort - threshold;
+    // A closed contact stays at its gap: the flow of diodes() is the room that is left there.
+    if (element.contact && !is_closed(element)) off = std::max(off, std::abs(flow));
+    most = std::max(most, off);
+  }
+  return most;
+}
+
+/// Whether a diode is at its border as the run begins, and another value of the parameter takes it across: then it is
+/// beyond it by a part of that change. What rounding makes of a diode that carries nothing is no such part.
+bool ModeVariation::begins_at_border(double h, double t, const Step& last) const {
+  constexpr double kPart = 0.25, kLeast = 0.75, kMost = 1.25;
+  for (const double side : {1.0, -1.0}) {
+    const double a = beyond(side * h, t, last), b = beyond(side * kPart * h, t, last),
+                 c = beyond(side * kPart * kPart * h, t, last);
+    const auto of = [&](double less, double more) {
+      return less > kLeast * kPart * more && less < kMost * kPart * more;
+    };
+    if (a > 0.0 && of(b, a) && of(c, b)) return true;
+  }
+  return false;
+}
+
+/// Central differences over h, h/2 and h/4, whose errors go with h^2: of two of them one whose error goes with h^4.
+std::optional<Diagnostic> ModeVariation::differentiate(double h, double t, const Step& last,
+                                                       const std::vector<double>& sizes, std::vector<double>& x) const {
+  constexpr int kLevels = 3;
+  constexpr double kAgree = 1e-5, kRounding = 1e-12;  // of jumps, whose iteration ends at 1e-13
+  const std::size_t n = sizes.size();
+  std::vector<std::vector<double>> slope;
+  for (int level = 0; level < kLevels; ++level, h *= 0.5) {
+    const std::vector<double> above = at(h, t, last), below = at(-h, t, last);
+    if (above.size() != n || below.size() != n)
+      return refusal(t, "the jump of the stores has no value beside this value of the parameter",
+                     "a derivative exists where the jump does");
+    slope.emplace_back();
+    for (std::size_t i = 0; i < n; ++i) slope.back().push_back((above[i] - below[i]) / (2.0 * h));
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const double one = (4.0 * slope[1][i] - slope[0][i]) / 3.0, other = (4.0 * slope[2][i] - slope[1][i]) / 3.0;
+    if (!(std::abs(one - other) <= kAgree * std::max(std::abs(one), std::abs(other)) + kRounding * sizes[i] / h))
+      return refusal(t, "the jump of the stores has a kink at this value of the parameter",
+                     "a derivative exists where both sides have the same one");
+    x[n + i] = other;
+  }
+  return std::nullopt;
+}
+
+std::optional<Diagnostic> ModeVariation::enter(const Program& program, const std::vector<double>& parameters, double t,
+                                               const std::vector<double>& scales, std::vector<double>& x) {
+  const Step last{&program, parameters, nullptr, nullptr, {}};
+  const std::size_t n = program.varied_states;
+  constexpr double kSame = 1e-9;
+  double h = step_size(program, scales);
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < n; ++i) sizes.push_back(std::max(std::abs(x[i]), i < scales.size() ? scales[i] : 0.0));
+  const std::vector<double> here = at(0.0, t, last);
+  bool same = here.size() == n;
+  for (std::size_t i = 0; same && i < n; ++i) same = std::abs(here[i] - x[i]) <= kSame * sizes[i];
+  if (!same)
+    return refusal(t, "the jump of the stores is not what the mode alone makes of them",
+                   "sensitivities cross a change of the mode by the jump of its stores");
+  // A diode of the start that another value of the parameter turns is no kink where it is far enough away.
+  constexpr double kNearer = 1.0 / 32.0;
+  constexpr int kTimes = 3;
+  std::optional<Diagnostic> refused;
+  for (int k = 0; k < kTimes; ++k, h *= kNearer) {
+    refused = differentiate(h, t, last, sizes, x);
+    if (!refused) break;
+  }
+  if (refused) return refused;
+  if (!(t > inputs_.start) && !program.diode_elements.empty() && begins_at_border(h, t, last))
+    return refusal(t, "a diode or contact is at its border as the scene begins, and this parameter takes it across",
+                   "a derivative exists where both sides have the same one");
+  steps_.clear();
+  return std::nullopt;
+}
+
+}  // namespace bgsim

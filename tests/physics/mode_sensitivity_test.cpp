@@ -1,0 +1,220 @@
+// Variational equations across changes of the mode: switches, diodes, contacts and their impacts, against closed forms
+// and against differences of runs.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/run.hpp"
+
+using namespace bgsim;
+using namespace bgsim::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+SensitivityTable forward(const Study& study, const std::vector<std::string>& to,
+                         SensitivityNorm norm = SensitivityNorm::final, double relative = 1e-11) {
+  return sensitivities(study, "", with_relative(relative), to, norm);
+}
+
+/// The errors of a run at 1e-11, and what a jump's differences are known to (run/mode_variation: 1e-9 of the sizes).
+constexpr double kWithin = 1e-8;
+
+void check(const SensitivityTable& table, std::size_t output, const std::vector<double>& exact) {
+  for (std::size_t p = 0; p < exact.size(); ++p) {
+    INFO(table.outputs[output] << " by " << table.parameters[p]);
+    const double size = std::abs(table.values[output] / table.parameter_values[p]);
+    CHECK(std::abs(table.of[output][p].derivative - exact[p]) <= kWithin * std::max(std::abs(exact[p]), size));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("the derivative of what a switch cuts off follows its instant") {
+  // A capacitor charged through a resistor until a, then held: u = U (1 - exp(-a/(R C))).
+  const Study study =
+      Study::from_text(R"x({ "bgsim": 1, "name": "held", "parameters": { "U": 3, "R": 2, "C": 0.4, "a": 0.7 },
+    "elements": { "s": { "kind": "Se", "effort": "U" }, "loop": { "kind": "1" }, "r": { "kind": "R", "resistance": "R" },
+      "k": { "kind": "Sw", "closed": "t < a" }, "c": { "kind": "C", "capacitance": "C" } },
+    "bonds": [ { "from": "s", "to": "loop" }, { "from": "loop", "to": "r" }, { "from": "loop", "to": "k" },
+      { "from": "loop", "to": "c" } ],
+    "outputs": { "u": "c.e" }, "scenes": { "run": { "stop": 1, "samples": 3 } } })x");
+  const double U = 3, R = 2, C = 0.4, a = 0.7, e = std::exp(-a / (R * C));
+  check(forward(study, {"U", "R", "C", "a"}), 0,
+        {1 - e, -U * e * a / (R * R * C), -U * e * a / (R * C * C), U * e / (R * C)});
+  // The mean over the scene: what is held counts for the rest of it.
+  const double tau = R * C, held = U * (1 - e), rising = U * (a - tau * (1 - e));
+  const SensitivityTable mean = forward(study, {"a"}, SensitivityNorm::mean);
+  CHECK(mean.values[0] == Approx(rising + held * (1 - a)).epsilon(1e-9));
+  check(mean, 0, {U * (1 - e) - held + U * e / tau * (1 - a)});
+}
+
+TEST_CASE("stores that a switch ties to each other take their derivatives along") {
+  // C1 loses its charge through R until a; then C2 takes its part: u = (C1 u1 exp(-a/(R C1)) + C2 u2)/(C1 + C2), which
+  // goes on falling with R (C1 + C2).
+  const Study study = Study::from_text(
+      R"x({ "bgsim": 1, "name": "tied", "parameters": { "C1": 0.5, "C2": 0.8, "R": 3, "a": 0.6, "u1": 2, "u2": -0.4 },
+    "elements": { "n": { "kind": "0" }, "c1": { "kind": "C", "capacitance": "C1", "initial": { "e": "u1" } },
+      "r": { "kind": "R", "resistance": "R" }, "way": { "kind": "1" }, "k": { "kind": "Sw", "closed": "t >= a" },
+      "c2": { "kind": "C", "capacitance": "C2", "initial": { "e": "u2" } } },
+    "bonds": [ { "from": "n", "to": "c1" }, { "from": "n", "to": "r" }, { "from": "n", "to": "way" },
+      { "from": "way", "to": "k" }, { "from": "way", "to": "c2" } ],
+    "outputs": { "u": "n.e" }, "scenes": { "run": { "stop": 1.5, "samples": 3 } } })x");
+  const auto u = [](double C1, double C2, double R, double a, double u1, double u2) {
+    return (C1 * u1 * std::exp(-a / (R * C1)) + C2 * u2) / (C1 + C2) * std::exp(-(1.5 - a) / (R * (C1 + C2)));
+  };
+  const std::vector<double> p = {0.5, 0.8, 3, 0.6, 2, -0.4};
+  std::vector<double> exact;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    // Of a smooth closed form by differences of the eighth order: 1e-11 of it.
+    double slope = 0.0;
+    const double weights[] = {4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280}, h = 1e-2 * std::abs(p[i]);
+    for (int k = 1; k <= 4; ++k)
+      for (const int side : {1, -1}) {
+        std::vector<double> q = p;
+        q[i] += side * k * h;
+        slope += side * weights[k - 1] / h * u(q[0], q[1], q[2], q[3], q[4], q[5]);
+      }
+    exact.push_back(slope);
+  }
+  check(forward(study, {"C1", "C2", "R", "a", "u1", "u2"}), 0, exact);
+}
+
+TEST_CASE("a peak detector's diode lets go at an instant of its own") {
+  // Ideal: the capacitor follows V sin(w t) until the diode's current is zero, at w t1 = pi - atan(w R C), then
+  // u = V sin(w t1) exp(-(t - t1)/(R C)), whose derivative by t1 is zero.
+  const Study study = Study::from_text(
+      R"x({ "bgsim": 1, "name": "peak", "parameters": { "V": 5, "w": 2, "R": 4, "C": 0.7 },
+    "elements": { "s": { "kind": "MSe", "effort": "V*sin(w*t)" }, "way": { "kind": "1" }, "d": { "kind": "D" },
+      "n": { "kind": "0" }, "c": { "kind": "C", "capacitance": "C" }, "r": { "kind": "R", "resistance": "R" } },
+    "bonds": [ { "from": "s", "to": "way" }, { "from": "way", "to": "d" }, { "from": "way", "to": "n" },
+      { "from": "n", "to": "c" }, { "from": "n", "to": "r" } ],
+    "outputs": { "u": "n.e" }, "scenes": { "run": { "stop": 2, "samples": 3 } } })x");
+  const double V = 5, w = 2, R = 4, C = 0.7, pi = std::acos(-1.0);
+  const double t1 = (pi - std::atan(w * R * C)) / w, fall = std::exp(-(2 - t1) / (R * C));
+  const double u = V * std::sin(w * t1) * fall;
+  const SensitivityTable table = forward(study, {"V", "w", "R", "C"});
+  CHECK(table.values[0] == Approx(u).epsilon(1e-9));
+  check(table, 0, {u / V, V * t1 * std::cos(w * t1) * fall, u * (2 - t1) / (R * R * C), u * (2 - t1) / (R * C * C)});
+}
+
+TEST_CASE("a ball that rebounds at a contact, and one that hits another") {
+  // v = e v0 - g (t - t1), v0 = sqrt(2 g h), t1 = sqrt(2 h/g).
+  const Study study = Study::from_text(
+      R"x({ "bgsim": 1, "name": "ball", "parameters": { "m": 0.2, "g": 9.81, "h": 1, "e": 0.7 },
+    "elements": { "fall": { "kind": "1" }, "ball": { "kind": "I", "inertance": "m" },
+      "weight": { "kind": "Se", "effort": "m*g" },
+      "ground": { "kind": "contact", "gap": 0, "initial": { "q": "-h" }, "restitution": "e" } },
+    "bonds": [ { "from": "weight", "to": "fall" }, { "from": "fall", "to": "ball" }, { "from": "fall", "to": "ground" } ],
+    "outputs": { "v": "-ball.f" }, "scenes": { "run": { "stop": 0.9, "samples": 3 } } })x");
+  const double g = 9.81, h = 1, e = 0.7, stop = 0.9, t1 = std::sqrt(2 * h / g), v0 = g * t1;
+  const SensitivityTable table = forward(study, {"h", "g", "e"});
+  CHECK(table.values[0] == Approx(e * v0 - g * (stop - t1)).epsilon(1e-9));
+  // dv0/dh = g/v0, dt1/dh = 1/v0; dv0/dg = h/v0, dt1/dg = -t1/(2 g).
+  check(table, 0, {(e + 1) * g / v0, e * h / v0 - (stop - t1) - t1 / 2, v0});
+
+  // Two masses: the first, at v, hits the second, at rest 0.3 in front of it; momentum and restitution give both
+  // speeds.
+  const Study pair = Study::from_text(
+      R"x({ "bgsim": 1, "name": "pair", "parameters": { "m1": 2, "m2": 3, "v": 1.5, "e": 0.6, "room": 0.3 },
+    "signals": { "x2": { "integral": "b2.f" } },
+    "elements": { "b1": { "kind": "1" }, "one": { "kind": "I", "inertance": "m1", "initial": { "f": "v" } },
+      "b2": { "kind": "1" }, "other": { "kind": "I", "inertance": "m2" }, "between": { "kind": "0" },
+      "hit": { "kind": "contact", "gap": "room", "restitution": "e" } },
+    "bonds": [ { "from": "b1", "to": "one" }, { "from": "b2", "to": "other" }, { "from": "b1", "to": "between" },
+      { "from": "between", "to": "b2" }, { "from": "between", "to": "hit" } ],
+    "outputs": { "x2": "x2", "v1": "b1.f" }, "scenes": { "run": { "stop": 1, "samples": 3 } } })x");
+  const double m1 = 2, m2 = 3, v = 1.5, r = 0.6, room = 0.3, m = m1 + m2, after = m1 * v * (1 + r) / m;
+  const SensitivityTable both = forward(pair, {"m1", "m2", "v", "e", "room"});
+  const double time = 1 - room / v;
+  CHECK(both.values[0] == Approx(after * time).epsilon(1e-9));
+  check(both, 0,
+        {v * (1 + r) * m2 / (m * m) * time, -after / m * time, after / v * time + after * room / (v * v),
+         m1 * v / m * time, -after / v});
+  check(both, 1, {v * (1 + r) * m2 / (m * m), -v * m1 * (1 + r) / (m * m), (m1 - r * m2) / m, -v * m2 / m, 0.0});
+}
+
+TEST_CASE("conditions on their borders after a change of the mode are on the side that the run takes") {
+  // As a block begins to slip its friction has the sign of a speed that is still 0: with no sign the rates after the
+  // change are those of a block without friction, and derivatives were five times too large.
+  const Study study = study_of("models/stick_slip.json");
+  const std::vector<std::string> to = {"Fs", "k", "v0", "Fd", "m"};
+  const SensitivityTable table = forward(study, to),
+                         other = difference_sensitivities(study, "", {}, to, SensitivityNorm::final);
+  for (std::size_t p = 0; p < to.size(); ++p) {
+    INFO(to[p]);
+    // The other way is known to that.
+    CHECK(std::abs(table.of[0][p].derivative - other.of[0][p].derivative) <=
+          1e-7 * std::abs(table.of[0][p].derivative) + 2.0 * other.of[0][p].error);
+  }
+}
+
+TEST_CASE("variational equations over modes agree with differences of runs", "[long]") {
+  struct Case {
+    const char *file, *scene;
+    std::vector<std::string> to;
+    SensitivityNorm norm;
+  };
+  for (const Case& each : {Case{"buck", "start_up", {"duty", "L", "C", "Rl"}, SensitivityNorm::mean},
+                           Case{"boost", "start_up", {"duty", "L", "C"}, SensitivityNorm::final},
+                           Case{"water_hammer", "closure", {"t_shut", "L", "R"}, SensitivityNorm::final},
+                           Case{"gripper", "cycle", {"t_vent", "A", "K", "grip"}, SensitivityNorm::final},
+                           Case{"thyristor_bridge", "late", {"alpha"}, SensitivityNorm::rms},
+                           Case{"relief_valve", "pumping", {"p_open", "p_shut", "Q"}, SensitivityNorm::final}}) {
+    const Study study = study_of(std::string("models/") + each.file + ".json");
+    const SensitivityTable table = sensitivities(study, each.scene, with_relative(1e-10), each.to, each.norm),
+                           other = difference_sensitivities(study, each.scene, {}, each.to, each.norm);
+    for (std::size_t i = 0; i < table.outputs.size(); ++i)
+      for (std::size_t p = 0; p < each.to.size(); ++p) {
+        INFO(each.file << ": " << table.outputs[i] << " by " << each.to[p]);
+        const double size = table.parameter_values[p] == 0.0 ? 0.0 : table.values[i] / table.parameter_values[p];
+        // Both at 1e-10; differences over a thousandth of the parameter, extrapolated (differences_test.cpp).
+        CHECK(std::abs(table.of[i][p].derivative - other.of[i][p].derivative) <=
+              1e-6 * std::max(std::abs(size), std::abs(table.of[i][p].derivative)) + 2.0 * other.of[i][p].error);
+      }
+  }
+}
+
+TEST_CASE("what has no derivative over a change of the mode is refused") {
+  const auto refusal = [](const Study& study, const std::vector<std::string>& to) {
+    try {
+      forward(study, to);
+    } catch (const ModelError& error) {
+      return render(error);
+    }
+    return std::string();
+  };
+  CHECK_THAT(refusal(study_of("models/ball_contact.json"), {"e"}),
+             Contains("BG414") && Contains("the impacts of \"ground\" accumulate, and it closes") &&
+                 Contains("--method differences"));
+  // A diode at its border as the scene begins, which this parameter takes across; and one that another one keeps.
+  const Study border = Study::from_text(
+      R"x({ "bgsim": 1, "name": "border", "parameters": { "V": 0, "R": 2 },
+    "elements": { "u": { "kind": "Se", "effort": "V" }, "j": { "kind": "1" }, "d": { "kind": "D" },
+      "r": { "kind": "R", "resistance": "R" }, "c": { "kind": "C", "capacitance": 0.5 } },
+    "bonds": [ { "from": "u", "to": "j" }, { "from": "j", "to": "d" }, { "from": "j", "to": "r" },
+      { "from": "j", "to": "c" } ],
+    "outputs": { "u": "c.e" }, "scenes": { "s": { "stop": 1, "samples": 3 } } })x");
+  CHECK_THAT(refusal(border, {"V"}), Contains("BG414") && Contains("at its border as the scene begins"));
+  CHECK(refusal(border, {"R"}).empty());
+  // A contact that touches: on one side of that it is inside of the wall.
+  const Study touch = Study::from_text(
+      R"x({ "bgsim": 1, "name": "touch", "parameters": { "x0": 0, "f": 1 },
+    "elements": { "u": { "kind": "Se", "effort": "f" }, "j": { "kind": "1" }, "m": { "kind": "I", "inertance": 1 },
+      "w": { "kind": "contact", "gap": 0, "initial": { "q": "x0" }, "restitution": 0.5 } },
+    "bonds": [ { "from": "u", "to": "j" }, { "from": "j", "to": "m" }, { "from": "j", "to": "w" } ],
+    "outputs": { "x": "w.q" }, "scenes": { "s": { "stop": 1, "samples": 3 } } })x");
+  CHECK_THAT(refusal(touch, {"x0"}), Contains("BG414") && Contains("at its border as the scene begins"));
+  // Two switches at one instant, of which another value of the parameter moves one.
+  const Study two = Study::from_text(
+      R"x({ "bgsim": 1, "name": "two", "parameters": { "a": 0.5, "b": 0.5 },
+    "elements": { "n": { "kind": "0" }, "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } },
+      "w1": { "kind": "1" }, "k1": { "kind": "Sw", "closed": "t > a" }, "r1": { "kind": "R", "resistance": 1 },
+      "w2": { "kind": "1" }, "k2": { "kind": "Sw", "closed": "c.e > b + t - 0.5" },
+      "r2": { "kind": "R", "resistance": 2 }, "s": { "kind": "Sf", "flow": 0 } },
+    "bonds": [ { "from": "n", "to": "c" }, { "from": "n", "to": "w1" }, { "from": "w1", "to": "k1" },
+      { "from": "w1", "to": "r1" }, { "from": "n", "to": "w2" }, { "from": "w2", "to": "k2" },
+      { "from": "w2", "to": "r2" }, { "from": "s", "to": "n" } ],
+    "outputs": { "u": "n.e" }, "scenes": { "run": { "stop": 1, "samples": 3 } } })x");
+  CHECK(refusal(two, {"a"}).empty());  // the second switch opens elsewhere: c.e = exp(-t/2) there
+}
