@@ -223,6 +223,9 @@ Exit sensitivity_command(const Arguments& arguments) {
 
   const SensitivityNorm norm = norm_of(options.norm);
   SensitivityTable table;
+  // Where nobody has asked for a parameter it may have no derivative.
+  RefusedParameters refused;
+  RefusedParameters* const lenient = options.to.empty() ? &refused : nullptr;
   {
     const RunWatch watch(inputs.start, inputs.stop, true);
     SimulateOptions how;
@@ -230,11 +233,11 @@ Exit sensitivity_command(const Arguments& arguments) {
     options.limits.apply(how);
     try {
       const bool errors = !options.no_error_estimate;
-      table = options.differences
-                  ? difference_sensitivities(study, given.scene, given.overrides, to, norm, how, options.threads)
+      table = options.differences ? difference_sensitivities(study, given.scene, given.overrides, to, norm, how,
+                                                             options.threads, lenient)
               : options.adjoint
                   ? adjoint_sensitivities(study, given.scene, given.overrides, to, norm, how, errors)
-                  : sensitivities(study, given.scene, given.overrides, to, norm, how, options.threads, errors);
+                  : sensitivities(study, given.scene, given.overrides, to, norm, how, options.threads, errors, lenient);
     } catch (const ModelError& error) {
       // A name of the command line.
       if (error.diagnostics.front().code == "BG413") throw UsageError(render(error));
@@ -247,6 +250,8 @@ Exit sensitivity_command(const Arguments& arguments) {
   for (const std::string& note : table.notes)
     if (!given.quiet) std::cerr << "note: " << visible_line(note) << '\n';
   print(table, options.norm);
+  for (const auto& [name, why] : refused)
+    std::cout << "\nno derivative by " << short_name(name) << ": " << visible_line(why.situation) << '\n';
   for (const std::string& name : options.files) {
     OutputFile file(name);
     if (name.ends_with(".csv"))

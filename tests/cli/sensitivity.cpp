@@ -48,6 +48,30 @@ TEST_CASE("by default sensitivities are those of the outputs of the scene to all
   CHECK_THAT(twice.out, Contains("double = "));
 }
 
+TEST_CASE("of all parameters those without a derivative are named, and refused where they are asked for") {
+  Workplace here;
+  // At the end of the scene the switch has just closed again: with a longer period it would not have.
+  here.write("chop.json", R"({ "bgsim": 1, "name": "chop", "parameters": { "T": 0.5, "R": 2 },
+    "elements": { "s": { "kind": "Se", "effort": 1 }, "w": { "kind": "Sw", "closed": "mod(t, T) < 0.2" },
+      "one": { "kind": "1" }, "r": { "kind": "R", "resistance": "R" }, "n": { "kind": "0" },
+      "c": { "kind": "C", "capacitance": 1 }, "leak": { "kind": "R", "resistance": 3 } },
+    "bonds": [ { "from": "s", "to": "one" }, { "from": "one", "to": "w" }, { "from": "one", "to": "r" },
+      { "from": "one", "to": "n" }, { "from": "n", "to": "c" }, { "from": "n", "to": "leak" } ],
+    "outputs": { "q": "c.q" }, "scenes": { "s": { "stop": 2 } } })");
+  for (const std::string method : {"forward", "differences"}) {
+    const Outcome all = here.bgsim("sensitivity chop.json --quiet --method " + method);
+    CAPTURE(method, all.out, all.err);
+    CHECK(all.code == 0);
+    CHECK_THAT(all.out, Contains("\nR ") && !Contains("\nT ") && Contains("\nno derivative by T: "));
+    const Outcome one = here.bgsim("sensitivity chop.json --quiet --to R,T --method " + method);
+    CHECK(one.code == 1);
+    CHECK_THAT(one.err, Contains("BG414"));
+  }
+  // The mean does not see it.
+  CHECK_THAT(here.bgsim("sensitivity chop.json --quiet --norm mean").out,
+             Contains("\nT ") && !Contains("no derivative"));
+}
+
 TEST_CASE("by the adjoint equations, and by differences of runs, comes the same table") {
   Workplace here;
   const Outcome forward = with_model(here).bgsim("sensitivity rc.json --norm integral --method forward,radau --quiet");

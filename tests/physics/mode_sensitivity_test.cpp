@@ -187,6 +187,26 @@ TEST_CASE("what has no derivative over a change of the mode is refused") {
   CHECK_THAT(refusal(study_of("models/ball_contact.json"), {"e"}),
              Contains("BG414") && Contains("the impacts of \"ground\" accumulate, and it closes") &&
                  Contains("--method differences"));
+  // A condition whose instant is the end of the scene: an integral that grows from there on, or not at all.
+  const Study end = Study::from_text(
+      R"x({ "bgsim": 1, "name": "end", "parameters": { "a": 2, "b": 3 },
+    "signals": { "x": { "integral": "if(t > a, b, 0)" } },
+    "elements": { "c": { "kind": "C", "capacitance": 1 }, "r": { "kind": "R", "resistance": 1 } },
+    "bonds": [ { "from": "c", "to": "r" } ],
+    "outputs": { "x": "x" }, "scenes": { "s": { "stop": 2, "samples": 3 } } })x");
+  CHECK_THAT(refusal(end, {"a"}), Contains("BG414") && Contains("falls on the end of the run") &&
+                                      Contains("by 0 on one side of it and by -3 on the other"));
+  CHECK(refusal(end, {"b"}).empty());
+  // The same of a switch, which is on its other side from then on.
+  const Study late = Study::from_text(
+      R"x({ "bgsim": 1, "name": "late", "parameters": { "a": 2 },
+    "elements": { "s": { "kind": "Se", "effort": 1 }, "k": { "kind": "Sw", "closed": "t > a" }, "j": { "kind": "1" },
+      "r": { "kind": "R", "resistance": 1 }, "c": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "k" }, { "from": "j", "to": "r" },
+      { "from": "j", "to": "c" } ],
+    "outputs": { "q": "c.q" }, "scenes": { "s": { "stop": 2, "samples": 3 } } })x");
+  CHECK_THAT(refusal(late, {"a"}), Contains("BG414") && Contains("falls on the end of the run"));
+  CHECK(forward(late, {"a"}, SensitivityNorm::mean).of[0][0].derivative == 0.0);
   // A diode at its border as the scene begins, which this parameter takes across; and one that another one keeps.
   const Study border = Study::from_text(
       R"x({ "bgsim": 1, "name": "border", "parameters": { "V": 0, "R": 2 },

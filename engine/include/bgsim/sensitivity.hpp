@@ -78,14 +78,20 @@ struct SensitivityTable {
   std::vector<std::string> notes;                  ///< of the runs
 };
 
+/// Parameters by which there is no derivative, with BG414.
+using RefusedParameters = std::vector<std::pair<std::string, Diagnostic>>;
+
 /// The sensitivities of all outputs of a scene to all parameters in @p to, each by a run of its own, on up to
 /// @p threads threads. The result does not depend on their number, nor that of one parameter on the others.
 /// @param errors  whether each run is made again at ten times its tolerance (twice its step, of a fixed-step method):
 /// the difference is more than what is wrong, mostly by a factor of several.
-/// @throws ModelError as SensitivityScene; the failure of a run; BG414 a peak at a corner.
+/// @param refused  if given, parameters without a derivative come here, and are left out of the table; unless all are
+/// @throws ModelError as SensitivityScene; the failure of a run; BG414 a peak at a corner, an event that falls on the
+///         end of the run.
 SensitivityTable sensitivities(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                                const std::vector<std::string>& to, SensitivityNorm norm,
-                               const SimulateOptions& how = {}, unsigned threads = 1, bool errors = true);
+                               const SimulateOptions& how = {}, unsigned threads = 1, bool errors = true,
+                               RefusedParameters* refused = nullptr);
 
 /// The same by the adjoint equations: one run, and one back over it, for all parameters together. Its cost hardly grows
 /// with their number, but with the outputs'. No derivatives over time: the trace holds the outputs alone.
@@ -104,6 +110,7 @@ SensitivityTable adjoint_sensitivities(const Study& study, const std::string& sc
 ///         for a parameter that is 0.
 SensitivityTable difference_sensitivities(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                                           const std::vector<std::string>& to, SensitivityNorm norm,
-                                          const SimulateOptions& how = {}, unsigned threads = 1);
+                                          const SimulateOptions& how = {}, unsigned threads = 1,
+                                          RefusedParameters* refused = nullptr);
 
 }  // namespace bgsim

@@ -148,6 +148,8 @@ class Run {
   void go_to(double t);
   bool audit_to(double t);
   bool follow_grid();
+  bool look_before_end(const Branch& before);
+  void look_beyond_end();
   bool vary_event(const Branch& before, std::optional<std::size_t> crossed);
   bool vary_sets(const std::vector<double>& before);
   /// Whether derivatives of the run are wanted, in it or of what is recorded: what has none ends it.

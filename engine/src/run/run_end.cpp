@@ -106,6 +106,7 @@ void Run::report() {
   // A mode that is left where it began has been nowhere.
   if (options_.measures && !(left_mode_ && !(t_ > inputs_.start))) {
     report.measures = measures_.finish(t_, x_.data(), branch_);
+    if (result_.stop == StopReason::completed && !left_mode_) look_beyond_end();
     report.why_not_measured = measures_.why_not();
     for (const std::size_t output : measures_.coarse())
       note("the integral of \"" + program_.output_names[output] +

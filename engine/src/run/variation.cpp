@@ -304,6 +304,59 @@ Diagnostic ended_law_failure(double t) {
                        "write a law with a bounded slope (ssqrt(x, d))");
 }
 
+/// Where an event falls on the end of the run, the derivatives of both sides differ: those before it are kept.
+bool Run::look_before_end(const Branch& before) {
+  if (program_.varied_states == 0 || !result_.before_end.empty() ||
+      inputs_.stop - t_ > kAtOnce * (inputs_.stop - inputs_.start))
+    return true;
+  std::vector<double> outputs(program_.output_names.size());
+  Branch branch = before;
+  if (!evaluator_.outputs(t_, x_.data(), branch, outputs.data())) return fail_with_fault();
+  result_.before_end = std::move(outputs);
+  return true;
+}
+
+/// A condition at its border as the run ends, which has not changed yet (t > stop), is such an event as well.
+void Run::look_beyond_end() {
+  if (program_.varied_states == 0 || !result_.before_end.empty()) return;
+  const std::size_t n = program_.varied_states;
+  VariedGuards guards(evaluator_);
+  Branch here = branch_;
+  std::vector<double> own(x_.size()), others(x_.size()), outputs(program_.output_names.size());
+  if (!guards.at(t_, x_, here) || !evaluator_.rates(t_, x_.data(), here, own.data())) return;
+  const double within = kAtOnce * (inputs_.stop - inputs_.start);
+  for (std::size_t r = 0; r < program_.relations.size(); ++r) {
+    const Relation::Kind kind = program_.relations[r].kind;
+    const double by_time = guards.by_time(r), moves = guards.by_variation(r).front();
+    if (kind == Relation::Kind::denominator || kind == Relation::Kind::cell || moves == 0.0 || by_time == 0.0 ||
+        !at_border(evaluator_, program_.relations[r], t_, x_, here, by_time, within))
+      continue;
+    for (const double side : {-1.0, 1.0}) {
+      Branch other = branch_;
+      double& mode = other.modes[r];
+      if (kind == Relation::Kind::sign)
+        mode = side;
+      else if (kind == Relation::Kind::condition || kind == Relation::Kind::step)
+        mode = side > 0.0 ? 1.0 : 0.0;
+      else
+        mode += side;
+      if (mode == branch_.modes[r] || !evaluator_.rates(t_, x_.data(), other, others.data())) continue;
+      std::vector<double> x = x_;
+      for (std::size_t i = 0; i < n; ++i) x[n + i] += (own[i] - others[i]) * -moves / by_time;
+      std::vector<double> leaves(program_.switch_elements.size());
+      const bool known = evaluator_.outputs(t_, x.data(), other, outputs.data());
+      const bool stays =
+          leaves.empty() || (evaluator_.switches(t_, x.data(), other, leaves.data()) &&
+                             std::all_of(leaves.begin(), leaves.end(), [](double l) { return l == 0.0; }));
+      // Of another mode of the switches the derivatives are not known here.
+      if (!known || !stays) std::fill(outputs.begin(), outputs.end(), std::nan(""));
+      if (known && stays && x == x_ && same_rates(own, others)) continue;
+      result_.before_end = outputs;
+      return;
+    }
+  }
+}
+
 /// The sensitivities of a system with Variations cross an event; of a run that is recorded, the event is recorded.
 bool Run::vary_event(const Branch& before, std::optional<std::size_t> crossed) {
   std::optional<std::size_t> relation;

@@ -6,7 +6,6 @@
 #include <map>
 #include <optional>
 
-#include "base/in_threads.hpp"
 #include "base/text.hpp"
 #include "bgsim/sensitivity.hpp"
 #include "bgsim/text.hpp"
@@ -151,7 +150,7 @@ Difference difference_by(const Simulation& simulation, const Simulation& looser,
 
 SensitivityTable difference_sensitivities(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                                           const std::vector<std::string>& to, SensitivityNorm norm,
-                                          const SimulateOptions& how, unsigned threads) {
+                                          const SimulateOptions& how, unsigned threads, RefusedParameters* refused) {
   const Model& model = study.model();
   std::vector<Seed> seeds;
   for (const std::string& name : to) seeds.push_back(find_seed(model, name));
@@ -163,11 +162,14 @@ SensitivityTable difference_sensitivities(const Study& study, const std::string&
   RunNumbers middle = numbers_of(simulation, norm, how);
 
   std::vector<Difference> derived(to.size());
-  in_threads(to.size(), threads, [&](std::size_t i) {
-    GivenValues given = given_of(model, inputs.scene, tight);
-    derived[i] =
-        difference_by(simulation, other, seeds[i], value_of(model, given, seeds[i], inputs), middle, norm, how);
-  });
+  const std::vector<std::size_t> known = derive_each(
+      to, threads,
+      [&](std::size_t i) {
+        GivenValues given = given_of(model, inputs.scene, tight);
+        derived[i] =
+            difference_by(simulation, other, seeds[i], value_of(model, given, seeds[i], inputs), middle, norm, how);
+      },
+      refused);
 
   SensitivityTable table;
   table.scene = inputs.scene;
@@ -175,7 +177,7 @@ SensitivityTable difference_sensitivities(const Study& study, const std::string&
   table.times = middle.times;
   table.notes = middle.run.report.notes;
   table.trace = std::move(middle.run.trace);
-  for (std::size_t p = 0; p < to.size(); ++p) {
+  for (const std::size_t p : known) {
     const ParameterId parameter = seeds[p].parameter;
     table.parameters.push_back(to[p]);
     table.parameter_units.push_back(parameter.valid() ? model.parameters[parameter.index()].unit : "");
@@ -186,9 +188,11 @@ SensitivityTable difference_sensitivities(const Study& study, const std::string&
     table.outputs.push_back(output.name);
     table.output_units.push_back(output.unit);
     std::vector<OutputSensitivity>& row = table.of.emplace_back();
-    for (const Difference& each : derived)
+    for (const std::size_t p : known) {
+      const Difference& each = derived[p];
       row.push_back({each.of[i].derivative, relative_sensitivity(each.of[i].derivative, each.value, table.values[i]),
                      each.of[i].error});
+    }
   }
   return table;
 }

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "base/codes.hpp"
-#include "base/in_threads.hpp"
 #include "base/text.hpp"
 #include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
@@ -180,6 +179,23 @@ struct Derived {
   std::string unit;
 };
 
+/// @throws ModelError BG414 an event falls on the end of the run, and the derivative @p of output @p i is another one
+/// on its other side.
+void refuse_end(const Model& model, const RunResult& run, const std::string& parameter, std::size_t i, std::size_t of,
+                bool final) {
+  constexpr double kSame = 1e-6;
+  if (run.before_end.empty()) return;
+  const double one = run.before_end[of], other = run.report.measures[of].final;
+  // What takes place at the end alone changes no integral.
+  if (std::isnan(one) ? !final : std::abs(one - other) <= kSame * std::max(std::abs(one), std::abs(other))) return;
+  refuse_sensitivity(model,
+                     "an event falls on the end of the run, and " + in_quotes(run.trace.names[i]) + " changes with " +
+                         in_quotes(short_name(parameter)) + " by " + number_text(other) + " on one side of it" +
+                         (std::isnan(one) ? ", with another mode of the switches on the other"
+                                          : " and by " + number_text(one) + " on the other"),
+                     "a derivative exists where both sides have the same one", "let the run end at another time");
+}
+
 Derived derive(const SensitivityScene& varied, const Model& model, const SceneOverrides& overrides,
                SensitivityNorm norm, SimulateOptions how) {
   const bool peak = norm == SensitivityNorm::peak;
@@ -199,6 +215,8 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
   if (!peak) {
     for (std::size_t i = 0; i < n; ++i) {
       made.times.push_back(inputs.stop);
+      refuse_end(model, made.run, varied.parameter(), i, norm == SensitivityNorm::final ? n + i : 3 * n + i,
+                 norm == SensitivityNorm::final);
       if (norm == SensitivityNorm::final) {
         made.values.push_back(measures[i].final);
         made.derivatives.push_back(measures[n + i].final);
@@ -275,13 +293,14 @@ Derived derive_and_compare(const Study& study, const std::string& scene, const S
 
 SensitivityTable sensitivities(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                                const std::vector<std::string>& to, SensitivityNorm norm, const SimulateOptions& how,
-                               unsigned threads, bool errors) {
+                               unsigned threads, bool errors, RefusedParameters* refused) {
   const Model& model = study.model();
   for (const std::string& name : to) find_seed(model, name);
   std::vector<Derived> derived(to.size());
-  in_threads(to.size(), threads, [&](std::size_t i) {
-    derived[i] = derive_and_compare(study, scene, overrides, to[i], norm, how, errors);
-  });
+  const std::vector<std::size_t> known = derive_each(
+      to, threads,
+      [&](std::size_t i) { derived[i] = derive_and_compare(study, scene, overrides, to[i], norm, how, errors); },
+      refused);
 
   SensitivityTable table;
   const RunInputs inputs = prepare_scene(model, scene, overrides);
@@ -292,13 +311,13 @@ SensitivityTable sensitivities(const Study& study, const std::string& scene, con
     table.output_units.push_back(model.outputs[i].unit);
   }
   table.of.resize(n);
-  for (std::size_t p = 0; p < to.size(); ++p) {
+  for (const std::size_t p : known) {
     Derived& each = derived[p];
     table.parameters.push_back(to[p]);
     table.parameter_units.push_back(each.unit);
     table.parameter_values.push_back(each.value);
     const Trace& trace = each.run.trace;
-    if (p == 0) {
+    if (p == known.front()) {
       table.values = each.values;
       table.times = each.times;
       table.trace.times = trace.times;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "base/codes.hpp"
+#include "base/in_threads.hpp"
 #include "base/text.hpp"
 #include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
@@ -41,6 +42,27 @@ void refuse_jumps(const Model& model) {
       model, "the model has ideal switches or diodes (" + in_quotes(first.name) + "), whose jumps are not derived",
       "the adjoint equations cross events, not changes of the equations themselves",
       "ask for --method forward, or differences", first.place);
+}
+
+std::vector<std::size_t> derive_each(const std::vector<std::string>& to, unsigned threads,
+                                     const std::function<void(std::size_t)>& work, RefusedParameters* refused) {
+  std::vector<std::optional<ModelError>> errors(to.size());
+  in_threads(to.size(), threads, [&](std::size_t i) {
+    try {
+      work(i);
+    } catch (const ModelError& error) {
+      if (refused == nullptr || error.diagnostics.front().code != "BG414") throw;
+      errors[i] = error;
+    }
+  });
+  std::vector<std::size_t> known;
+  for (std::size_t i = 0; i < to.size(); ++i)
+    if (errors[i])
+      refused->emplace_back(to[i], errors[i]->diagnostics.front());
+    else
+      known.push_back(i);
+  if (known.empty() && !to.empty()) throw *errors.front();
+  return known;
 }
 
 void throw_failure(const RunResult& result, const Model& model) {

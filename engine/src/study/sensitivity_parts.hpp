@@ -1,6 +1,7 @@
 /// What the two ways to sensitivities share.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,13 @@ GivenValues given_of(const Model& model, const std::string& scene, const SceneOv
 void refuse_delayed(const Model& model);
 /// @throws ModelError BG414 what jumps without a derivative in the adjoint equations: delays, switches.
 void refuse_jumps(const Model& model);
+
+/// Derives by each parameter of @p to, on up to @p threads threads.
+/// @return those by which there is a derivative, in the same order
+/// @param refused  as of sensitivities()
+/// @throws ModelError what @p work throws but for BG414 where others have a derivative and @p refused is given
+std::vector<std::size_t> derive_each(const std::vector<std::string>& to, unsigned threads,
+                                     const std::function<void(std::size_t)>& work, RefusedParameters* refused);
 
 /// @throws ModelError the failure of a run.
 void throw_failure(const RunResult& result, const Model& model);
