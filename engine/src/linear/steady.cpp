@@ -107,11 +107,12 @@ Found iterate(Field& field, Vector x, const Vector& usual, const Iteration& how)
       }
       break;
     }
-    // The longest part of the step on all of which the rates go about as their slopes say: of a sine that is level the
-    // step is without bound, and somewhere on it they fit by chance.
-    // Rounding of the states is none of it: of equal efforts at both ends of a resistor nothing but that is left.
+    // What rounding of the states makes of the rates is no part of them: of equal efforts at both ends of a resistor
+    // nothing but that is left.
     constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
     const Vector noise = kRounding * (jacobian.cwiseAbs() * x.cwiseAbs());
+    // The longest part of the step on all of which the rates go about as their slopes say: of a sine that is level the
+    // step is without bound, and somewhere on it they fit by chance.
     const auto fits = [&](double part) {
       const Vector step = part * dx, at = x + step;
       if (!field.rates(at, next_f)) return false;
