@@ -223,7 +223,7 @@ Exit sensitivity_command(const Arguments& arguments) {
 
   const SensitivityNorm norm = norm_of(options.norm);
   SensitivityTable table;
-  // Where nobody has asked for a parameter it may have no derivative.
+  // By default all parameters are taken: some may have no derivative.
   RefusedParameters refused;
   RefusedParameters* const lenient = options.to.empty() ? &refused : nullptr;
   {

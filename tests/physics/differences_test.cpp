@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "support/held_capacitor.hpp"
 #include "support/run.hpp"
 
 using namespace bgsim;
@@ -61,17 +62,9 @@ TEST_CASE("what differences of runs are said to be known to covers what the runs
 }
 
 TEST_CASE("differences of runs over switches and contacts have the derivatives of closed forms") {
-  // A capacitor charged through a resistor until a, then held: u = U (1 - exp(-a/(R C))).
-  const Study held =
-      Study::from_text(R"x({ "bgsim": 1, "name": "held", "parameters": { "U": 3, "R": 2, "C": 0.4, "a": 0.7 },
-    "elements": { "s": { "kind": "Se", "effort": "U" }, "loop": { "kind": "1" }, "r": { "kind": "R", "resistance": "R" },
-      "k": { "kind": "Sw", "closed": "t < a" }, "c": { "kind": "C", "capacitance": "C" } },
-    "bonds": [ { "from": "s", "to": "loop" }, { "from": "loop", "to": "r" }, { "from": "loop", "to": "k" },
-      { "from": "loop", "to": "c" } ],
-    "outputs": { "u": "c.e" }, "scenes": { "run": { "stop": 1, "samples": 3 } } })x");
-  const double U = 3, R = 2, C = 0.4, a = 0.7, e = std::exp(-a / (R * C));
-  const std::vector<double> exact = {1 - e, -U * e * a / (R * R * C), -U * e * a / (R * C * C), U * e / (R * C)};
-  const SensitivityTable table = differences(held, "run", {"U", "R", "C", "a"});
+  const HeldCapacitor held;
+  const std::vector<double> exact = held.derivatives();
+  const SensitivityTable table = differences(held.study(), "run", held.parameters);
   for (std::size_t p = 0; p < exact.size(); ++p) {
     INFO(table.parameters[p]);
     CHECK(table.of[0][p].derivative == Approx(exact[p]).epsilon(kWithin));

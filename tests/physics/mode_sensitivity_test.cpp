@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "support/held_capacitor.hpp"
 #include "support/run.hpp"
 
 using namespace bgsim;
@@ -31,22 +32,14 @@ void check(const SensitivityTable& table, std::size_t output, const std::vector<
 }  // namespace
 
 TEST_CASE("the derivative of what a switch cuts off follows its instant") {
-  // A capacitor charged through a resistor until a, then held: u = U (1 - exp(-a/(R C))).
-  const Study study =
-      Study::from_text(R"x({ "bgsim": 1, "name": "held", "parameters": { "U": 3, "R": 2, "C": 0.4, "a": 0.7 },
-    "elements": { "s": { "kind": "Se", "effort": "U" }, "loop": { "kind": "1" }, "r": { "kind": "R", "resistance": "R" },
-      "k": { "kind": "Sw", "closed": "t < a" }, "c": { "kind": "C", "capacitance": "C" } },
-    "bonds": [ { "from": "s", "to": "loop" }, { "from": "loop", "to": "r" }, { "from": "loop", "to": "k" },
-      { "from": "loop", "to": "c" } ],
-    "outputs": { "u": "c.e" }, "scenes": { "run": { "stop": 1, "samples": 3 } } })x");
-  const double U = 3, R = 2, C = 0.4, a = 0.7, e = std::exp(-a / (R * C));
-  check(forward(study, {"U", "R", "C", "a"}), 0,
-        {1 - e, -U * e * a / (R * R * C), -U * e * a / (R * C * C), U * e / (R * C)});
+  const HeldCapacitor held;
+  const Study study = held.study();
+  check(forward(study, held.parameters), 0, held.derivatives());
   // The mean over the scene: what is held counts for the rest of it.
-  const double tau = R * C, held = U * (1 - e), rising = U * (a - tau * (1 - e));
+  const double tau = held.R * held.C, e = held.rest(), last = held.U * (1 - e);
   const SensitivityTable mean = forward(study, {"a"}, SensitivityNorm::mean);
-  CHECK(mean.values[0] == Approx(rising + held * (1 - a)).epsilon(1e-9));
-  check(mean, 0, {U * (1 - e) - held + U * e / tau * (1 - a)});
+  CHECK(mean.values[0] == Approx(held.U * (held.a - tau * (1 - e)) + last * (1 - held.a)).epsilon(1e-9));
+  check(mean, 0, {held.U * e / tau * (1 - held.a)});
 }
 
 TEST_CASE("stores that a switch ties to each other take their derivatives along") {
@@ -80,7 +73,7 @@ TEST_CASE("stores that a switch ties to each other take their derivatives along"
   check(forward(study, {"C1", "C2", "R", "a", "u1", "u2"}), 0, exact);
 }
 
-TEST_CASE("a peak detector's diode lets go at an instant of its own") {
+TEST_CASE("a peak detector's diode blocks at an instant that depends on the parameters") {
   // Ideal: the capacitor follows V sin(w t) until the diode's current is zero, at w t1 = pi - atan(w R C), then
   // u = V sin(w t1) exp(-(t - t1)/(R C)), whose derivative by t1 is zero.
   const Study study = Study::from_text(
@@ -135,8 +128,8 @@ TEST_CASE("a ball that rebounds at a contact, and one that hits another") {
 }
 
 TEST_CASE("conditions on their borders after a change of the mode are on the side that the run takes") {
-  // As a block begins to slip its friction has the sign of a speed that is still 0: with no sign the rates after the
-  // change are those of a block without friction, and derivatives were five times too large.
+  // When a block starts to slide its speed is still 0, and its friction has the sign of the speed just after. With the
+  // sign 0 the rates after the change were those of a block without friction, and derivatives five times too large.
   const Study study = study_of("models/stick_slip.json");
   const std::vector<std::string> to = {"Fs", "k", "v0", "Fd", "m"};
   const SensitivityTable table = forward(study, to),
@@ -194,9 +187,17 @@ TEST_CASE("what has no derivative over a change of the mode is refused") {
     "elements": { "c": { "kind": "C", "capacitance": 1 }, "r": { "kind": "R", "resistance": 1 } },
     "bonds": [ { "from": "c", "to": "r" } ],
     "outputs": { "x": "x" }, "scenes": { "s": { "stop": 2, "samples": 3 } } })x");
-  CHECK_THAT(refusal(end, {"a"}), Contains("BG414") && Contains("falls on the end of the run") &&
+  CHECK_THAT(refusal(end, {"a"}), Contains("BG414") && Contains("event at the end of the run") &&
                                       Contains("by 0 on one side of it and by -3 on the other"));
   CHECK(refusal(end, {"b"}).empty());
+  // Of several conditions at the end any one may be the one that matters.
+  const Study several = Study::from_text(
+      R"x({ "bgsim": 1, "name": "several", "parameters": { "a": 2 },
+    "signals": { "y": { "integral": "if(t > 2*a - 2, 1, 0)" }, "x": { "integral": "if(t > a, 3, 0)" } },
+    "elements": { "c": { "kind": "C", "capacitance": 1 }, "r": { "kind": "R", "resistance": 1 } },
+    "bonds": [ { "from": "c", "to": "r" } ],
+    "outputs": { "y": "y", "x": "x" }, "scenes": { "s": { "stop": 2, "samples": 3 } } })x");
+  CHECK_THAT(refusal(several, {"a"}), Contains("\"y\" changes with \"a\" by 0 on one side of it and by -2"));
   // The same of a switch, which is on its other side from then on.
   const Study late = Study::from_text(
       R"x({ "bgsim": 1, "name": "late", "parameters": { "a": 2 },
@@ -205,7 +206,7 @@ TEST_CASE("what has no derivative over a change of the mode is refused") {
     "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "k" }, { "from": "j", "to": "r" },
       { "from": "j", "to": "c" } ],
     "outputs": { "q": "c.q" }, "scenes": { "s": { "stop": 2, "samples": 3 } } })x");
-  CHECK_THAT(refusal(late, {"a"}), Contains("BG414") && Contains("falls on the end of the run"));
+  CHECK_THAT(refusal(late, {"a"}), Contains("BG414") && Contains("event at the end of the run"));
   CHECK(forward(late, {"a"}, SensitivityNorm::mean).of[0][0].derivative == 0.0);
   // A diode at its border as the scene begins, which this parameter takes across; and one that another one keeps.
   const Study border = Study::from_text(
@@ -227,14 +228,15 @@ TEST_CASE("what has no derivative over a change of the mode is refused") {
   CHECK_THAT(refusal(touch, {"x0"}), Contains("BG414") && Contains("at its border as the scene begins"));
   // Two switches at one instant, of which another value of the parameter moves one.
   const Study two = Study::from_text(
-      R"x({ "bgsim": 1, "name": "two", "parameters": { "a": 0.5, "b": 0.5 },
+      R"x({ "bgsim": 1, "name": "two", "parameters": { "a": 0.5, "b": 0.5, "R": 2 },
     "elements": { "n": { "kind": "0" }, "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } },
       "w1": { "kind": "1" }, "k1": { "kind": "Sw", "closed": "t > a" }, "r1": { "kind": "R", "resistance": 1 },
-      "w2": { "kind": "1" }, "k2": { "kind": "Sw", "closed": "c.e > b + t - 0.5" },
-      "r2": { "kind": "R", "resistance": 2 }, "s": { "kind": "Sf", "flow": 0 } },
+      "w2": { "kind": "1" }, "k2": { "kind": "Sw", "closed": "t > b" }, "r2": { "kind": "R", "resistance": "R" } },
     "bonds": [ { "from": "n", "to": "c" }, { "from": "n", "to": "w1" }, { "from": "w1", "to": "k1" },
       { "from": "w1", "to": "r1" }, { "from": "n", "to": "w2" }, { "from": "w2", "to": "k2" },
-      { "from": "w2", "to": "r2" }, { "from": "s", "to": "n" } ],
+      { "from": "w2", "to": "r2" } ],
     "outputs": { "u": "n.e" }, "scenes": { "run": { "stop": 1, "samples": 3 } } })x");
-  CHECK(refusal(two, {"a"}).empty());  // the second switch opens elsewhere: c.e = exp(-t/2) there
+  CHECK_THAT(refusal(two, {"a"}), Contains("BG414") && Contains("that another value of the parameter parts"));
+  // By R both stay where they are: u = exp(-(1 + 1/R)/2).
+  check(forward(two, {"R"}), 0, {std::exp(-0.75) / 8.0});
 }

@@ -86,8 +86,8 @@ using RefusedParameters = std::vector<std::pair<std::string, Diagnostic>>;
 /// @param errors  whether each run is made again at ten times its tolerance (twice its step, of a fixed-step method):
 /// the difference is more than what is wrong, mostly by a factor of several.
 /// @param refused  if given, parameters without a derivative come here, and are left out of the table; unless all are
-/// @throws ModelError as SensitivityScene; the failure of a run; BG414 a peak at a corner, an event that falls on the
-///         end of the run.
+/// @throws ModelError as SensitivityScene; the failure of a run; BG414 a peak at a corner, an event at the end
+///         of the run.
 SensitivityTable sensitivities(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                                const std::vector<std::string>& to, SensitivityNorm norm,
                                const SimulateOptions& how = {}, unsigned threads = 1, bool errors = true,

@@ -132,9 +132,8 @@ struct RunResult {
   std::optional<Diagnostic> failure;  ///< BG6xx, set if stop is not completed
   Stored stored;                      ///< where the run ended: after its last accepted step
   Mode mode;                          ///< in which it ended; empty without switches
-  /// Of a run with sensitivities: the outputs on the other side of an event that falls on its end, NaN where they are
-  /// not known; empty if none does.
-  std::vector<double> before_end;
+  /// Of a run with sensitivities: the outputs on the other side of each event at its end, NaN where they are not known.
+  std::vector<std::vector<double>> beside_end;
 };
 
 /// Something that happened at one instant of a run.

@@ -126,7 +126,7 @@ class Simulation {
   std::shared_ptr<const Compiled> compiled_;
 };
 
-/// Equilibria of a model with whatever modes of its switches.
+/// Equilibria of a model, in any mode of its switches.
 struct SteadyStates {
   std::vector<Equilibrium> found;  ///< each in a mode whose sides it does not leave
   std::size_t looked_at = 1;       ///< modes

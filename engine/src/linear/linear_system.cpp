@@ -273,15 +273,15 @@ LinearSystem linear_system(const std::shared_ptr<const Model>& model, const RunI
   RunInputs at = point;
   at.outputs.clear();
   std::vector<double> x;
+  const std::vector<double> errors = errors_of(system, point);
   std::vector<std::string> notes;
   {
     const Program program = compile(perturbed.model, system, order, {{}, false});
     Evaluator evaluator(program, point.parameters);
     x = initial_states(evaluator, at);
-    notes = side_notes(*perturbed.model, left_sides(evaluator, point.start, x, std::vector<double>(x.size(), 0.0)));
+    notes = side_notes(*perturbed.model, left_sides(evaluator, point.start, x, errors));
     for (std::string& note : events_left_out(*model)) notes.push_back(std::move(note));
   }
-  const std::vector<double> errors = errors_of(system, point);
   const PointPartials partials =
       partials_at(perturbed.model, system, order, {point.start, point.parameters, x, errors}, true);
 

@@ -7,6 +7,7 @@
 #include "base/codes.hpp"
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
+#include "model/add_symbols.hpp"
 #include "model/replace_symbols.hpp"
 
 namespace bgsim {
@@ -142,17 +143,8 @@ class Perturbation {
     ExprPool& pool = model_.pool;
     std::vector<SignalId>& chain = inputs_[i].chain;
     for (std::size_t k = 0; k <= kInputDerivatives; ++k) {
-      chain.emplace_back(model_.signals.size());
-      Signal signal;
-      signal.name = inputs_[i].name + " (deviation" + std::string(k, '\'') + ")";
-      signal.kind = Signal::Kind::integral;
-      signal.symbol = SymbolId(model_.symbols.size());
-      signal.value = pool.constant(0.0);
-      ModelSymbol meaning;
-      meaning.kind = ModelSymbol::Kind::signal;
-      meaning.signal = chain.back();
-      model_.symbols.push_back(meaning);
-      model_.signals.push_back(std::move(signal));
+      chain.push_back(
+          add_signal(model_, inputs_[i].name + " (deviation" + std::string(k, '\'') + ")", Signal::Kind::integral));
       if (k > 0) model_.signals[chain[k - 1].index()].value = pool.symbol(model_.signals[chain[k].index()].symbol);
     }
     const ExprId w = pool.symbol(model_.signals[chain[0].index()].symbol);

@@ -195,6 +195,7 @@ class Search {
     Jump jump = jump_into(field_.evaluator(), scene_.start, from.stored);
     if (jump.failure) throw ModelError({std::move(*jump.failure)}, model_->sources);
     where_ = from.where;
+    beside_left_ = from.beside_left;
     return run(jump.x, options);
   }
 
@@ -210,7 +211,8 @@ class Search {
         !attempt(x0, {duration_ * 1e-9, 0.02, 4000}, "short implicit steps from " + where_))
       fail();
     // With free states, or without a linearization that would tell, there may be others beside it without end.
-    if (options.all && result_.front().free.empty() && !result_.front().poles.empty()) others(x0);
+    const bool wanted = options.all && (beside_left_ || result_.front().leaves.empty());
+    if (wanted && result_.front().free.empty() && !result_.front().poles.empty()) others(x0);
     return std::move(result_);
   }
 
@@ -327,8 +329,10 @@ class Search {
     made.residual = found.residual;
     made.found = found_by;
     made.mode = mode_of(*model_);
+    constexpr double kDecides = 1e-9;
+    const Vector off = kDecides * found.size;
     made.leaves = left_sides(field_.evaluator(), scene_.start, {found.x.data(), found.x.data() + found.x.size()},
-                             {found.size.data(), found.size.data() + found.size.size()});
+                             {off.data(), static_cast<std::size_t>(off.size())});
     for (const std::string& note : side_notes(*model_, made.leaves)) made.found += "; " + note;
     for (const std::string& note : events_left_out(*model_))
       made.found += "; " + note + ": whether the point stays at rest is not known";
@@ -491,8 +495,9 @@ class Search {
   const RunInputs& scene_;
   Field field_;
   std::string where_ = "the start of the scene";
-  Vector usual_;    ///< by state: the largest magnitude at the start and at what was found
-  Vector largest_;  ///< and on the ways there
+  bool beside_left_ = true;  ///< see SteadyStart
+  Vector usual_;             ///< by state: the largest magnitude at the start and at what was found
+  Vector largest_;           ///< and on the ways there
   double duration_ = 1.0;
   Found best_;
   std::vector<Vector> points_;

@@ -13,6 +13,8 @@ namespace bgsim {
 struct SteadyStart {
   Stored stored;      ///< of all stores, in whatever mode: they jump into that of the model (jump_into)
   std::string where;  ///< in words
+  /// Whether others are looked for where the first one leaves its mode.
+  bool beside_left = true;
 };
 
 /// The same as equilibria().

@@ -11,7 +11,7 @@
 namespace bgsim {
 namespace {
 
-constexpr double kDecides = 1e-9;
+constexpr double kLeastOff = 1e-9;
 
 /// By Program::switch_elements.
 std::vector<bool> leaving(Evaluator& evaluator, double t, const std::vector<double>& x) {
@@ -29,8 +29,10 @@ std::vector<bool> leaving(Evaluator& evaluator, double t, const std::vector<doub
 }  // namespace
 
 std::vector<ElementId> left_sides(Evaluator& evaluator, double t, const std::vector<double>& x,
-                                  std::span<const double> sizes) {
+                                  std::span<const double> errors) {
   const Program& program = evaluator.program();
+  std::vector<double> off;
+  for (std::size_t i = 0; i < x.size(); ++i) off.push_back(std::max(errors[i], kLeastOff * std::abs(x[i])));
   std::vector<ElementId> result;
   std::vector<bool> left = leaving(evaluator, t, x);
   std::mt19937_64 random(20261127);
@@ -38,8 +40,7 @@ std::vector<ElementId> left_sides(Evaluator& evaluator, double t, const std::vec
   // A flow that is 0 but for rounding, or a condition at its border, is on either side.
   for (int k = 0; k < kTries && std::find(left.begin(), left.end(), true) != left.end(); ++k) {
     std::vector<double> beside = x;
-    for (std::size_t i = 0; i < x.size(); ++i)
-      beside[i] += ((random() >> 63U) == 0 ? kDecides : -kDecides) * std::max(sizes[i], std::abs(x[i]));
+    for (std::size_t i = 0; i < x.size(); ++i) beside[i] += (random() >> 63U) == 0 ? off[i] : -off[i];
     const std::vector<bool> there = leaving(evaluator, t, beside);
     for (std::size_t i = 0; i < left.size(); ++i) left[i] = left[i] && there[i];
   }
@@ -56,10 +57,10 @@ std::vector<ElementId> left_sides(Evaluator& evaluator, double t, const std::vec
     const ElementId id = program.diode_elements[i];
     const Element& element = program.model->elements[id.index()];
     if (!element.contact || is_closed(element)) continue;
-    double size = 0.0;
+    double near = 0.0;
     for (std::size_t k = 0; k < x.size(); ++k)
-      if (program.states[k].signal == element.contact->displacement) size = std::max(sizes[k], std::abs(x[k]));
-    if (std::abs(values[4 * i + 1]) > kDecides * size && std::find(result.begin(), result.end(), id) == result.end())
+      if (program.states[k].signal == element.contact->displacement) near = off[k];
+    if (std::abs(values[4 * i + 1]) > near && std::find(result.begin(), result.end(), id) == result.end())
       result.push_back(id);
   }
   return result;

@@ -10,11 +10,10 @@
 
 namespace bgsim {
 
-/// Those that leave their sides at a point, beyond what a billionth of its states decides, and closed contacts that are
-/// not at their gaps.
-/// @param sizes  by state: a magnitude
+/// Those that leave their sides at a point and beside it, and closed contacts that are not at their gaps.
+/// @param errors  by state: what it may be off by; a billionth of it at least is taken
 std::vector<ElementId> left_sides(Evaluator& evaluator, double t, const std::vector<double>& x,
-                                  std::span<const double> sizes);
+                                  std::span<const double> errors);
 
 /// What is to be known of a model's switches at a point where these leave their sides.
 std::vector<std::string> side_notes(const Model& model, std::span<const ElementId> leaves);

@@ -13,6 +13,7 @@
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
 #include "expression/graph.hpp"
+#include "model/add_symbols.hpp"
 #include "model/constitutive.hpp"
 #include "model/element_kinds.hpp"
 #include "scene/set_target.hpp"
@@ -39,20 +40,6 @@ bool has_conditions(const ExprPool& pool, const std::vector<ExprId>& roots) {
     const Op op = pool[e].op;
     return is_comparison(op) || op == Op::sign || op == Op::step || is_rounding(op) || op == Op::mod || is_table(op);
   });
-}
-
-/// A value of 0.
-SignalId add_signal(Model& model) {
-  const SignalId id(model.signals.size());
-  Signal signal;
-  signal.value = model.pool.constant(0.0);
-  signal.symbol = SymbolId(model.symbols.size());
-  ModelSymbol meaning;
-  meaning.kind = ModelSymbol::Kind::signal;
-  meaning.signal = id;
-  model.symbols.push_back(meaning);
-  model.signals.push_back(std::move(signal));
-  return id;
 }
 
 /// Adds derivatives to a system.
@@ -136,7 +123,7 @@ class Varying {
   /// An integral of the model stands for a state that is added: it has a name, a place and an initial value.
   void add_state(SymbolId symbol, ExprId rate, SignalId declared) {
     const std::string name = system().symbols[symbol.index()].name;
-    const SignalId id = declared.valid() ? declared : add_signal(model_);
+    const SignalId id = declared.valid() ? declared : add_signal(model_, name, Signal::Kind::integral);
     model_.signals[id.index()].name = name;
     model_.signals[id.index()].kind = Signal::Kind::integral;
     State state;
@@ -411,14 +398,12 @@ std::vector<ExprId> parameter_variations(const Model& model, GivenValues& given,
 Model with_variation_signals(Model model, std::size_t outputs, const VariedParts& parts, VariationSignals& signals) {
   signals = {};
   const std::size_t own = model.signals.size();
-  const auto add = [&](const StateKey& key, std::string of) {  // a copy: signals move
-    const SignalId id = add_signal(model);
-    model.signals[id.index()].name = "(derivative of " + of + ")";
-    signals.derivatives[key] = id;
+  const auto add = [&](const StateKey& key, const std::string& of) {
+    signals.derivatives[key] = add_signal(model, "(derivative of " + of + ")", Signal::Kind::value);
   };
   for (std::size_t k = 0; k < outputs && (parts.squares || parts.integrals); ++k) {
-    signals.integrals.push_back(add_signal(model));
-    model.signals[signals.integrals.back().index()].name = "(integral of output " + std::to_string(k + 1) + ")";
+    signals.integrals.push_back(
+        add_signal(model, "(integral of output " + std::to_string(k + 1) + ")", Signal::Kind::value));
   }
   for (std::size_t i = 0; i < model.elements.size(); ++i)
     for (std::size_t port = 0; is_store(model.elements[i].kind) && port < port_count(model.elements[i]); ++port)

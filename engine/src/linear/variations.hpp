@@ -27,8 +27,8 @@ Seed find_seed(const Model& model, const std::string& name);
 /// from one that is varied follow it; those that a scene or --set gives are what is written there.
 std::vector<ExprId> parameter_variations(const Model& model, GivenValues& given, const Seed& seed);
 
-/// Signals of a model that stand for the states which with_variations() adds. In each mode of a model with switches
-/// other stores are independent: a state is to mean the same in all of them.
+/// Signals of a model for the states that with_variations() adds. Which stores are independent differs from mode to
+/// mode of a model with switches; with these a state means the same in all of them.
 struct VariationSignals {
   std::vector<SignalId> integrals;           ///< of the outputs, or of their squares
   std::map<StateKey, SignalId> derivatives;  ///< of all stores, integrals, and `integrals`

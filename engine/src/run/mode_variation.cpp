@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/codes.hpp"
 #include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
 #include "run/failures.hpp"
 #include "run/jump.hpp"
+#include "run/network_slopes.hpp"
 #include "run/stored.hpp"
 
 namespace bgsim {
@@ -19,20 +19,12 @@ Diagnostic refusal(double t, const std::string& what, std::string rule) {
                        "ask for --method differences");
 }
 
-void put(Stored& stored, const StateInfo& state, double value) {
-  const auto key = stored_key(state);
-  const auto at = std::lower_bound(stored.values.begin(), stored.values.end(), key,
-                                   [](const RunInputs::Initial& v, const auto& k) { return stored_key(v) < k; });
-  if (at != stored.values.end() && stored_key(*at) == key) at->value = value;
-}
-
 /// What all stores hold where the states are @p x. False where that has no value.
 bool put_all(Evaluator& evaluator, double t, const std::vector<double>& x, Branch& branch, Stored& stored) {
   const Program& program = evaluator.program();
   std::vector<double> dependent(program.dependent.size());
   if (!dependent.empty() && !evaluator.dependents(t, x.data(), branch, dependent.data())) return false;
-  for (std::size_t i = 0; i < x.size(); ++i) put(stored, program.states[i], x[i]);
-  for (std::size_t i = 0; i < dependent.size(); ++i) put(stored, program.dependent[i], dependent[i]);
+  put_stored(stored, program, x, dependent);
   return true;
 }
 
@@ -79,29 +71,19 @@ std::vector<double> ModeVariation::moved(std::vector<double> parameters, double 
 /// The speeds with which contacts separate after an impact, by those with which they close before it.
 bool ModeVariation::set_kicks(const Step& step, double h, double t, const Stored& stored,
                               std::vector<double>& parameters) const {
-  const Program& program = step.network->program;
   std::vector<double> own = moved(inputs_.parameters, h);
-  own.resize(program.model->parameters.size(), 0.0);
-  for (const ParameterId resistance : step.network->resistances) own[resistance.index()] = 1.0;
-  Evaluator evaluator(program, own);
-  std::vector<double> x, rates(program.states.size());
-  for (const StateInfo& state : program.states) x.push_back(value_of(stored, state));
-  Branch branch = first_branch(program);
-  if (!evaluator.initialize_modes(t, x.data(), branch) || !evaluator.rates(t, x.data(), branch, rates.data()))
-    return false;
-  // as_network() adds for each diode a source, then for each its flow and two derivatives, then for each contact the
-  // room and the restitution.
-  const std::size_t n = step.kicked.size(), flows = step.network->first_signal + n, rooms = flows + 3 * n;
-  const auto rate_of = [&](std::size_t signal) {
-    for (std::size_t i = 0; i < program.states.size(); ++i)
-      if (program.states[i].signal.valid() && program.states[i].signal.index() == signal) return rates[i];
-    return std::numeric_limits<double>::quiet_NaN();
-  };
+  own.resize(step.network->program.model->parameters.size(), 0.0);
+  const std::size_t n = step.kicked.size();
+  KeptEvaluators evaluators;
+  NetworkSlopes network(
+      *step.network, own, t, stored, [](const StateInfo&) { return 0.0; }, evaluators);
+  // The speed of a contact that takes an impulse depends on no effort, so on no resistance or source either.
+  static_cast<void>(network.look(std::vector<double>(n, 1.0), std::vector<double>(n, 0.0)));
+  if (!network.has_rates()) return false;
   for (std::size_t i = 0, contact = 0; i < n; ++i) {
     if (!step.network->displacements[i].valid()) continue;
-    double& kick = parameters[step.impact->kicks[contact].index()];
-    kick = step.kicked[i] ? std::max(0.0, rate_of(flows + 3 * i)) * rate_of(rooms + 2 * contact + 1) : 0.0;
-    ++contact;
+    double& kick = parameters[step.impact->kicks[contact++].index()];
+    kick = step.kicked[i] ? std::max(0.0, -network.speed(i)) * network.restitution(i) : 0.0;
     if (!std::isfinite(kick)) return false;
   }
   return true;

@@ -16,8 +16,8 @@ namespace bgsim {
 /// impacts and by ties, to the states of the mode that comes. With d the change of all this by what is varied, at an
 /// instant that follows it (x by s + f- t', the time by t'), the sensitivities become d - f+ t'. The jumps are
 /// functions that a run has as code and not as expressions: d is the limit of differences of the same jumps, with the
-/// same sides, extrapolated. The run of the mode takes off f+ t', since it alone knows the sides of conditions at their
-/// borders.
+/// same sides, extrapolated. The run of the next mode subtracts f+ t', since it alone knows the sides of conditions at
+/// their borders.
 class ModeVariation {
  public:
   /// @param slopes  must outlive this

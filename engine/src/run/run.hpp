@@ -148,6 +148,7 @@ class Run {
   void go_to(double t);
   bool audit_to(double t);
   bool follow_grid();
+  [[nodiscard]] bool at_end() const;
   bool look_before_end(const Branch& before);
   void look_beyond_end();
   bool vary_event(const Branch& before, std::optional<std::size_t> crossed);

@@ -29,7 +29,7 @@ void SwitchedRun::store_exactly(Evaluator& evaluator) {
   if (!evaluator.initialize_modes(t, exact_.data(), branch) ||
       !evaluator.dependents(t, exact_.data(), branch, dependent.data()))
     return lose_errors("the jump at t = " + number_text(stored_.t, 6) + " could not be evaluated", true);
-  put(errors_->exact, program, exact_, dependent);
+  put_stored(errors_->exact, program, exact_, dependent);
 }
 
 void SwitchedRun::hand_errors(const Program& program, Run& run) {

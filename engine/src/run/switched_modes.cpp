@@ -14,18 +14,8 @@ bool SwitchedRun::store_jumped(const Program& program, const std::vector<double>
       !evaluator.dependents(stored_.t, x.data(), branch, dependent.data()))
     return fail(fault_failure(evaluator.fault()));
   store_exactly(evaluator);
-  put(stored_, program, x, dependent);
+  put_stored(stored_, program, x, dependent);
   return true;
-}
-
-void SwitchedRun::put(Stored& stored, const Program& program, const std::vector<double>& x,
-                      const std::vector<double>& dependent) {
-  const auto one = [&stored](const StateInfo& state, double value) {
-    for (RunInputs::Initial& at : stored.values)
-      if (at.element == state.element && at.port == state.port && at.signal == state.signal) at.value = value;
-  };
-  for (std::size_t i = 0; i < x.size(); ++i) one(program.states[i], x[i]);
-  for (std::size_t i = 0; i < dependent.size(); ++i) one(program.dependent[i], dependent[i]);
 }
 
 const Program* SwitchedRun::program_here() {

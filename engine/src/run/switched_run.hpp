@@ -25,6 +25,7 @@
 #include "run/kept_evaluators.hpp"
 #include "run/mode_variation.hpp"
 #include "run/run.hpp"
+#include "run/stored.hpp"
 #include "run/switched.hpp"
 #include "run/watch/headway.hpp"
 
@@ -159,9 +160,6 @@ class SwitchedRun {
 
   /// What the stores hold after a jump.
   bool store_jumped(const Program& program, const std::vector<double>& parameters, const std::vector<double>& x);
-
-  static void put(Stored& stored, const Program& program, const std::vector<double>& x,
-                  const std::vector<double>& dependent);
 
   // --- errors of outputs
 

@@ -25,7 +25,7 @@ void SwitchedRun::add(const RunResult& part) {
   if (part.failure && part.failure->code == "BG618")  // of what was left of the limit
     result_.failure = time_limit_failure(own.reached, inputs_.stop, options_.time_limit);
   result_.rows += part.rows;
-  if (result_.before_end.empty()) result_.before_end = part.before_end;
+  result_.beside_end.insert(result_.beside_end.end(), part.beside_end.begin(), part.beside_end.end());
   report.model = own.model;
   report.scene = own.scene;
   if (!own.method.empty() &&

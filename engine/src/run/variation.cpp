@@ -1,6 +1,7 @@
 #include "run/variation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -84,6 +85,24 @@ bool same_instant(const GuardSlopes& guards, const std::vector<double>& one, con
   return apart <= kSameInstant * size;
 }
 
+/// The branch with one relation on its other side, or on the next ones below and above. A cell of a table has none: its
+/// slope alone is another one.
+std::vector<Branch> other_sides(const Relation& relation, std::size_t r, const Branch& branch) {
+  using Kind = Relation::Kind;
+  std::vector<Branch> result;
+  if (relation.kind == Kind::cell) return result;
+  const double mode = branch.modes[r];
+  const bool two = relation.kind == Kind::condition || relation.kind == Kind::step;
+  for (const double other : two                           ? std::array{0.0, 1.0}
+                            : relation.kind == Kind::sign ? std::array{-1.0, 1.0}
+                                                          : std::array{mode - 1.0, mode + 1.0}) {
+    if (other == mode) continue;
+    result.push_back(branch);
+    result.back().modes[r] = other;
+  }
+  return result;
+}
+
 bool same_rates(const std::vector<double>& one, const std::vector<double>& other) {
   for (std::size_t i = 0; i < one.size(); ++i)
     if (!(std::abs(one[i] - other[i]) <= kSame * std::max(std::abs(one[i]), std::abs(other[i])))) return false;
@@ -131,19 +150,8 @@ std::optional<Diagnostic> VariationEvents::begin(Evaluator& evaluator, GuardSlop
     const std::vector<double> moves = guards.by_variation(r);
     if (std::all_of(moves.begin(), moves.end(), [](double by) { return by == 0.0; })) continue;
     bool jumps = sets;
-    for (const double side : {-1.0, 1.0}) {
-      Branch other = branch;
-      double& mode = other.modes[r];
-      if (relation.kind == Relation::Kind::sign)
-        mode = side;
-      else if (relation.kind == Relation::Kind::condition || relation.kind == Relation::Kind::step)
-        mode = side > 0.0 ? 1.0 : 0.0;
-      else if (relation.kind == Relation::Kind::cell)
-        continue;  // its slope alone is another one
-      else
-        mode += side;
+    for (Branch& other : other_sides(relation, r, branch))
       jumps = jumps || !rates(evaluator, t, x, other, others) || !same_rates(own, others);
-    }
     if (jumps)
       return failure(program, r, t, "which is the start, and moves away from it with the parameter",
                      "what lies before the start has no part in the run, so the derivatives of both sides differ",
@@ -304,55 +312,46 @@ Diagnostic ended_law_failure(double t) {
                        "write a law with a bounded slope (ssqrt(x, d))");
 }
 
-/// Where an event falls on the end of the run, the derivatives of both sides differ: those before it are kept.
+bool Run::at_end() const {
+  return inputs_.stop - t_ <= kAtOnce * (inputs_.stop - inputs_.start) + kLocated * std::abs(t_);
+}
+
+/// An event at the end of the run: the derivatives before it may be others than those after it.
 bool Run::look_before_end(const Branch& before) {
-  if (program_.varied_states == 0 || !result_.before_end.empty() ||
-      inputs_.stop - t_ > kAtOnce * (inputs_.stop - inputs_.start))
-    return true;
+  if (program_.varied_states == 0 || !at_end()) return true;
   std::vector<double> outputs(program_.output_names.size());
   Branch branch = before;
   if (!evaluator_.outputs(t_, x_.data(), branch, outputs.data())) return fail_with_fault();
-  result_.before_end = std::move(outputs);
+  result_.beside_end.push_back(std::move(outputs));
   return true;
 }
 
-/// A condition at its border as the run ends, which has not changed yet (t > stop), is such an event as well.
+/// Conditions at their borders as the run ends, which have not changed yet (t > stop), are such events as well.
 void Run::look_beyond_end() {
-  if (program_.varied_states == 0 || !result_.before_end.empty()) return;
+  if (program_.varied_states == 0 || !at_end()) return;
+  if (follows_another_ && !(t_ > inputs_.start)) return;  // conditions at their borders have just been passed
   const std::size_t n = program_.varied_states;
   VariedGuards guards(evaluator_);
   Branch here = branch_;
   std::vector<double> own(x_.size()), others(x_.size()), outputs(program_.output_names.size());
+  std::vector<double> leaves(program_.switch_elements.size());
   if (!guards.at(t_, x_, here) || !evaluator_.rates(t_, x_.data(), here, own.data())) return;
-  const double within = kAtOnce * (inputs_.stop - inputs_.start);
+  const double within = kAtOnce * (inputs_.stop - inputs_.start) + kLocated * std::abs(t_);
   for (std::size_t r = 0; r < program_.relations.size(); ++r) {
-    const Relation::Kind kind = program_.relations[r].kind;
+    const Relation& relation = program_.relations[r];
+    if (relation.kind == Relation::Kind::denominator) continue;
     const double by_time = guards.by_time(r), moves = guards.by_variation(r).front();
-    if (kind == Relation::Kind::denominator || kind == Relation::Kind::cell || moves == 0.0 || by_time == 0.0 ||
-        !at_border(evaluator_, program_.relations[r], t_, x_, here, by_time, within))
-      continue;
-    for (const double side : {-1.0, 1.0}) {
-      Branch other = branch_;
-      double& mode = other.modes[r];
-      if (kind == Relation::Kind::sign)
-        mode = side;
-      else if (kind == Relation::Kind::condition || kind == Relation::Kind::step)
-        mode = side > 0.0 ? 1.0 : 0.0;
-      else
-        mode += side;
-      if (mode == branch_.modes[r] || !evaluator_.rates(t_, x_.data(), other, others.data())) continue;
+    if (moves == 0.0 || by_time == 0.0 || !at_border(evaluator_, relation, t_, x_, here, by_time, within)) continue;
+    for (Branch& other : other_sides(relation, r, branch_)) {
+      bool known = evaluator_.rates(t_, x_.data(), other, others.data());
       std::vector<double> x = x_;
-      for (std::size_t i = 0; i < n; ++i) x[n + i] += (own[i] - others[i]) * -moves / by_time;
-      std::vector<double> leaves(program_.switch_elements.size());
-      const bool known = evaluator_.outputs(t_, x.data(), other, outputs.data());
-      const bool stays =
-          leaves.empty() || (evaluator_.switches(t_, x.data(), other, leaves.data()) &&
-                             std::all_of(leaves.begin(), leaves.end(), [](double l) { return l == 0.0; }));
+      for (std::size_t i = 0; known && i < n; ++i) x[n + i] += (own[i] - others[i]) * -moves / by_time;
+      known = known && evaluator_.outputs(t_, x.data(), other, outputs.data()) &&
+              (leaves.empty() || evaluator_.switches(t_, x.data(), other, leaves.data()));
       // Of another mode of the switches the derivatives are not known here.
-      if (!known || !stays) std::fill(outputs.begin(), outputs.end(), std::nan(""));
-      if (known && stays && x == x_ && same_rates(own, others)) continue;
-      result_.before_end = outputs;
-      return;
+      if (!known || std::any_of(leaves.begin(), leaves.end(), [](double l) { return l != 0.0; }))
+        std::fill(outputs.begin(), outputs.end(), std::nan(""));
+      result_.beside_end.push_back(outputs);
     }
   }
 }

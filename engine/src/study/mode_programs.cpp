@@ -6,6 +6,7 @@
 #include "equations/idle_switches.hpp"
 #include "equations/solvable_causality.hpp"
 #include "graph/law_numbers.hpp"
+#include "model/add_symbols.hpp"
 #include "run/stored.hpp"
 #include "run/tried_sides.hpp"
 #include "run/watch/event_jumps.hpp"
@@ -16,16 +17,8 @@ namespace {
 
 /// A model in which nothing is stored, with the time as a state.
 Model with_clock(Model model) {
-  Signal clock;
-  clock.name = kModeClock;
-  clock.kind = Signal::Kind::integral;
-  clock.value = model.pool.constant(1.0);
-  ModelSymbol meaning;
-  meaning.kind = ModelSymbol::Kind::signal;
-  meaning.signal = SignalId(model.signals.size());
-  clock.symbol = SymbolId(model.symbols.size());
-  model.symbols.push_back(meaning);
-  model.signals.push_back(std::move(clock));
+  const SignalId clock = add_signal(model, kModeClock, Signal::Kind::integral);
+  model.signals[clock.index()].value = model.pool.constant(1.0);
   return model;
 }
 
@@ -39,38 +32,9 @@ Model with_resistors(Model model) {
   return model;
 }
 
-/// A symbol of its own for what is added to a model.
-SymbolId new_symbol(Model& model, const ModelSymbol& meaning) {
-  model.symbols.push_back(meaning);
-  return SymbolId(model.symbols.size() - 1);
-}
-
-ParameterId add_parameter(Model& model, std::string name) {
-  const ParameterId id(model.parameters.size());
-  Parameter parameter;
-  parameter.name = std::move(name);
-  parameter.value = model.pool.constant(0.0);
-  ModelSymbol meaning;
-  meaning.kind = ModelSymbol::Kind::parameter;
-  meaning.parameter = id;
-  parameter.symbol = new_symbol(model, meaning);
-  model.parameters.push_back(std::move(parameter));
-  return id;
-}
-
 /// An integral, from 0, with a rate that is written later.
 SignalId add_integral(Model& model, std::string name) {
-  const SignalId id(model.signals.size());
-  Signal signal;
-  signal.name = std::move(name);
-  signal.kind = Signal::Kind::integral;
-  signal.value = model.pool.constant(0.0);
-  ModelSymbol meaning;
-  meaning.kind = ModelSymbol::Kind::signal;
-  meaning.signal = id;
-  signal.symbol = new_symbol(model, meaning);
-  model.signals.push_back(std::move(signal));
-  return id;
+  return add_signal(model, std::move(name), Signal::Kind::integral);
 }
 
 /// With a parameter for each diode's band.

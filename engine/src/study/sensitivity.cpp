@@ -179,21 +179,25 @@ struct Derived {
   std::string unit;
 };
 
-/// @throws ModelError BG414 an event falls on the end of the run, and the derivative @p of output @p i is another one
-/// on its other side.
+/// @throws ModelError BG414 there is an event at the end of the run, and the derivative @p of output @p i is another
+/// one on its other side.
 void refuse_end(const Model& model, const RunResult& run, const std::string& parameter, std::size_t i, std::size_t of,
                 bool final) {
   constexpr double kSame = 1e-6;
-  if (run.before_end.empty()) return;
-  const double one = run.before_end[of], other = run.report.measures[of].final;
-  // What takes place at the end alone changes no integral.
-  if (std::isnan(one) ? !final : std::abs(one - other) <= kSame * std::max(std::abs(one), std::abs(other))) return;
-  refuse_sensitivity(model,
-                     "an event falls on the end of the run, and " + in_quotes(run.trace.names[i]) + " changes with " +
-                         in_quotes(short_name(parameter)) + " by " + number_text(other) + " on one side of it" +
-                         (std::isnan(one) ? ", with another mode of the switches on the other"
-                                          : " and by " + number_text(one) + " on the other"),
-                     "a derivative exists where both sides have the same one", "let the run end at another time");
+  const double here = run.report.measures[of].final;
+  for (const std::vector<double>& beside : run.beside_end) {
+    const double other = beside[of];
+    // What takes place at the end alone changes no integral.
+    if (std::isnan(other) ? !final : std::abs(other - here) <= kSame * std::max(std::abs(other), std::abs(here)))
+      continue;
+    refuse_sensitivity(model,
+                       "there is an event at the end of the run, and " + in_quotes(run.trace.names[i]) +
+                           " changes with " + in_quotes(short_name(parameter)) + " by " + number_text(here) +
+                           " on one side of it" +
+                           (std::isnan(other) ? ", with another mode of the switches on the other"
+                                              : " and by " + number_text(other) + " on the other"),
+                       "a derivative exists where both sides have the same one", "let the run end at another time");
+  }
 }
 
 Derived derive(const SensitivityScene& varied, const Model& model, const SceneOverrides& overrides,

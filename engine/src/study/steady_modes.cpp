@@ -10,6 +10,7 @@
 #include "bgsim/study.hpp"
 #include "bgsim/text.hpp"
 #include "linear/steady.hpp"
+#include "model/add_symbols.hpp"
 #include "model/replace_symbols.hpp"
 #include "study/mode_programs.hpp"
 
@@ -18,16 +19,8 @@ namespace {
 
 /// The model with its time held where it is: a parameter more, the last one.
 Model with_held_time(Model model) {
-  Parameter held;
-  held.name = "(time held)";
-  held.value = model.pool.constant(0.0);
-  ModelSymbol meaning;
-  meaning.kind = ModelSymbol::Kind::parameter;
-  meaning.parameter = ParameterId(model.parameters.size());
-  held.symbol = SymbolId(model.symbols.size());
-  model.symbols.push_back(meaning);
-  model.parameters.push_back(held);
-  replace_symbols(model, {{model.time, model.pool.symbol(held.symbol)}});
+  const ParameterId held = add_parameter(model, "(time held)");
+  replace_symbols(model, {{model.time, model.pool.symbol(model.parameters[held.index()].symbol)}});
   return model;
 }
 
@@ -64,7 +57,7 @@ class ModeSearch {
 
   [[nodiscard]] bool enough() const { return !options_.all && !made_.found.empty(); }
 
-  /// Looks for equilibria of one mode, and puts those down to be looked at that these lead to.
+  /// Looks for equilibria of one mode, and adds the modes that these lead to to the lists.
   void look(const Place& from) {
     if (enough()) return;
     const bool first = seen_.empty();
@@ -72,10 +65,9 @@ class ModeSearch {
     std::vector<Equilibrium> points;
     const Study mode = study_.in_mode(from.mode);
     try {
-      points = equilibria_from(mode.shared_model(), scene_, {from.stored, from.where}, {false});
       // On the way to a mode through many others, one rest of each is enough.
-      if (options_.all && (points.front().leaves.empty() || made_.switches <= kMostSwitches))
-        points = equilibria_from(mode.shared_model(), scene_, {from.stored, from.where}, options_);
+      points = equilibria_from(mode.shared_model(), scene_, {from.stored, from.where, made_.switches <= kMostSwitches},
+                               options_);
     } catch (const ModelError& error) {
       if (first) first_error_ = error;  // another mode may be impossible, or rest nowhere
       return;
@@ -100,7 +92,7 @@ class ModeSearch {
     }
   }
 
-  /// What was put down, until so many modes have been looked at.
+  /// The modes of a list, until so many have been looked at.
   void follow(std::deque<Place>& open, std::size_t most) {
     while (!open.empty() && !enough() && seen_.size() < most) {
       const Place next = std::move(open.front());
@@ -185,7 +177,7 @@ class ModeSearch {
                        {},
                        "in a steady state all stores and integrals rest, sources held at their values at t = " +
                            number_text(scene_.start) + ", and no switch, diode or contact changes its side",
-                       "a model that switches on and off for ever has none: run the scene instead", std::move(notes))},
+                       "a model that keeps switching has none: run the scene instead", std::move(notes))},
         study_.model().sources);
   }
 
