@@ -142,6 +142,32 @@ TEST_CASE("conditions on their borders after a change of the mode are on the sid
   }
 }
 
+TEST_CASE("an event at the instant of a switch has the instant of that switch") {
+  // At the time at which u comes to a the switch closes, and what is set depends on that time.
+  const Study study = Study::from_text(
+      R"x({ "bgsim": 1, "name": "event", "parameters": { "a": 0.8, "C": 0.5, "R": 1.3, "k": 0.4 },
+    "signals": { "n": { "integral": "c.e" } },
+    "elements": { "u": { "kind": "Se", "effort": 2 }, "j": { "kind": "1" }, "r": { "kind": "R", "resistance": "R" },
+      "o": { "kind": "0" }, "c": { "kind": "C", "capacitance": "C" }, "w": { "kind": "1" },
+      "s": { "kind": "Sw", "close": "c.e > a", "open": "c.e < 0" }, "load": { "kind": "R", "resistance": 0.2 } },
+    "events": { "tick": { "when": "c.e > a", "set": { "n": "k*pre(n) + t" } } },
+    "bonds": [ { "from": "u", "to": "j" }, { "from": "j", "to": "r" }, { "from": "j", "to": "o" },
+      { "from": "o", "to": "c" }, { "from": "o", "to": "w" }, { "from": "w", "to": "s" },
+      { "from": "w", "to": "load" } ],
+    "outputs": { "u": "c.e", "n": "n" }, "scenes": { "s": { "stop": 1.1, "samples": 3 } } })x");
+  const std::vector<std::string> to = {"a", "C", "R", "k"};
+  const SensitivityTable table = forward(study, to),
+                         other = difference_sensitivities(study, "", {}, to, SensitivityNorm::final);
+  for (std::size_t i = 0; i < 2; ++i)
+    for (std::size_t p = 0; p < to.size(); ++p) {
+      INFO(table.outputs[i] << " by " << to[p]);
+      // The other way is known to that.
+      CHECK(std::abs(table.of[i][p].derivative - other.of[i][p].derivative) <=
+            1e-7 * std::abs(table.of[i][p].derivative) + 2.0 * other.of[i][p].error);
+    }
+  CHECK(std::abs(table.of[1][0].derivative) > 0.1);
+}
+
 TEST_CASE("variational equations over modes agree with differences of runs", "[long]") {
   struct Case {
     const char *file, *scene;

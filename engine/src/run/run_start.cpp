@@ -33,7 +33,9 @@ bool Run::begin() {
     for (std::size_t i = 0; i < program_.varied_states; ++i) x_[program_.varied_states + i] -= rates[i] * instant_;
   }
   // Later stretches begin at borders that have just been passed.
-  if (program_.varied_states > 0 && !follows_another_) {
+  if (follows_another_) {
+    variations_.follow(t_, instant_);
+  } else if (program_.varied_states > 0) {
     VariedGuards guards(evaluator_);
     if (auto refused = variations_.begin(evaluator_, guards, t_, x_, branch_, !inputs_.starting_events.empty()))
       return fail(std::move(*refused));

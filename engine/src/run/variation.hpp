@@ -60,6 +60,12 @@ class VariationEvents {
   std::optional<Diagnostic> begin(Evaluator& evaluator, GuardSlopes& guards, double t, const std::vector<double>& x,
                                   const Branch& branch, bool sets);
 
+  /// Begins at an instant of another run, whose t' is that: what takes place here at once has it as well.
+  void follow(double t, double instant) {
+    time_ = t;
+    changes_.push_back({0, {instant}, 0.0, 0.0});
+  }
+
   /// What an event does.
   struct Jump {
     std::vector<double> instant;  ///< t' by what is varied
