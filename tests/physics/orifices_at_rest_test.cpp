@@ -1,4 +1,5 @@
 // Orifices at rest: the flow of e = k f |f| begins with a slope by the effort that has no bound.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
@@ -37,13 +38,34 @@ RunResult run(const std::string& model, Method method, double relative) {
   return Study::from_text(model).scene("s", overrides).simulate(untimed());
 }
 
+/// Tanks in series behind a source, all empty, with an orifice before each.
+std::string series(int tanks, const std::string& law) {
+  std::string elements = R"x("s": {"kind": "Se", "effort": "1 + sin(t)"}, "j0": {"kind": "1"})x",
+              bonds = R"({"from": "s", "to": "j0"})";
+  for (int i = 0; i < tanks; ++i) {
+    const std::string k = std::to_string(i), next = std::to_string(i + 1);
+    elements += R"x(, "o)x" + k + R"x(": {"kind": "R", "law": ")x" + law + R"x("}, "n)x" + k +
+                R"x(": {"kind": "0"}, "c)x" + k + R"x(": {"kind": "C", "capacitance": 1})x";
+    bonds += R"x(, {"from": "j)x" + k + R"x(", "to": "o)x" + k + R"x("}, {"from": "j)x" + k + R"x(", "to": "n)x" + k +
+             R"x("}, {"from": "n)x" + k + R"x(", "to": "c)x" + k + R"x("})x";
+    if (i + 1 < tanks) {
+      elements += R"x(, "j)x" + next + R"x(": {"kind": "1"})x";
+      bonds += R"x(, {"from": "n)x" + k + R"x(", "to": "j)x" + next + R"x("})x";
+    }
+  }
+  return R"({"bgsim": 1, "name": "tanks", "elements": {)" + elements + R"(}, "bonds": [)" + bonds +
+         R"(], "outputs": {"first": "c0.q", "last": "c)" + std::to_string(tanks - 1) +
+         R"(.q"}, "scenes": {"s": {"stop": 10, "samples": 11}}})";
+}
+
 }  // namespace
 
 TEST_CASE("an empty store begins to fill behind an orifice, by every method") {
   // A thyristor that is fired at t = 0.3, and a law that lets nothing back. The tolerance of the store was 0, and the
   // step size went to nothing.
   const std::string one_way = R"x("r": {"kind": "R", "law": "f = if(t > 0.3, max(e, 0), 0)"})x";
-  for (const std::string law : {"f = sign(e)*sqrt(abs(e))", "f = sign(e)*abs(e)^0.625", "f = 3*sign(e)*abs(e)^0.3"}) {
+  for (const std::string law : {"f = sign(e)*sqrt(abs(e))", "f = sign(e)*abs(e)^0.625", "f = 3*sign(e)*abs(e)^0.3",
+                                "e = f*abs(f)", "e = 0.3*f*abs(f)^0.6"}) {
     const RunResult reference = run(fed(one_way, {law}), Method::radau9, 1e-11);
     REQUIRE(reference.stop == StopReason::completed);
     std::string model = fed(R"("d": {"kind": "D", "fire": "t > 0.3"}, "r": {"kind": "R", "resistance": 1})", {law});
@@ -61,8 +83,9 @@ TEST_CASE("an empty store begins to fill behind an orifice, by every method") {
 }
 
 TEST_CASE("a tank runs empty through an orifice in some hundred steps, by every method") {
-  // q' = -sqrt(q): q = (1 - t/2)^2.
-  for (const std::string law : {"f = sign(e)*sqrt(abs(e))", "f = sign(e)*abs(e)^0.5"})
+  // q' = -sqrt(q): q = (1 - t/2)^2. Solved as a loop, 1e4 to 2e5 steps were made about the end.
+  for (const std::string law :
+       {"e = f*abs(f)", "f = sign(e)*sqrt(abs(e))", "e = f*abs(f)^1.0", "f = sign(e)*abs(e)^0.5"})
     for (const Method method : kMethods) {
       INFO(law << ", " << method_name(method));
       const RunResult result = run(
@@ -81,32 +104,55 @@ TEST_CASE("a tank runs empty through an orifice in some hundred steps, by every 
 }
 
 TEST_CASE("tanks in series that are all empty fill one after the other through their orifices") {
-  // The flow into the k-th begins with a power of time that doubles with k: some 1e-60 after a moment.
-  std::string elements = R"x("s": {"kind": "Se", "effort": "1 + sin(t)"}, "j0": {"kind": "1"})x",
-              bonds = R"({"from": "s", "to": "j0"})";
-  constexpr int kTanks = 20;
-  for (int i = 0; i < kTanks; ++i) {
-    const std::string k = std::to_string(i), next = std::to_string(i + 1);
-    elements += R"x(, "o)x" + k + R"x(": {"kind": "R", "law": "e = f*abs(f)"}, "n)x" + k + R"x(": {"kind": "0"}, "c)x" +
-                k + R"x(": {"kind": "C", "capacitance": 1})x";
-    bonds += R"x(, {"from": "j)x" + k + R"x(", "to": "o)x" + k + R"x("}, {"from": "j)x" + k + R"x(", "to": "n)x" + k +
-             R"x("}, {"from": "n)x" + k + R"x(", "to": "c)x" + k + R"x("})x";
-    if (i + 1 < kTanks) {
-      elements += R"x(, "j)x" + next + R"x(": {"kind": "1"})x";
-      bonds += R"x(, {"from": "n)x" + k + R"x(", "to": "j)x" + next + R"x("})x";
-    }
+  // The flow into the k-th begins with a power of time that doubles with k: some 1e-60 after a moment. Written as
+  // roots, chains from five tanks on ended with BG605 at 1e-18 s: the tolerances were of that size.
+  for (const int tanks : {5, 8, 20}) {
+    const RunResult reference = run(series(tanks, "f = sign(e)*sqrt(abs(e))"), Method::rodas5p, 1e-9);
+    REQUIRE(reference.stop == StopReason::completed);
+    for (const std::string law : {"e = f*abs(f)", "f = sign(e)*sqrt(abs(e))"})
+      for (const Method method :
+           {Method::automatic, Method::bdf, Method::ida, Method::dirk5, Method::radau, Method::radau9, Method::rodas5p})
+        for (const double relative : {1e-6, 1e-9}) {
+          // The sign of a level's difference chatters there (BG604).
+          if (method == Method::ida && relative < 1e-6 && tanks > 8) continue;
+          INFO(tanks << ", " << law << ", " << method_name(method) << ", " << relative);
+          const RunResult result = run(series(tanks, law), method, relative);
+          REQUIRE(result.stop == StopReason::completed);
+          // A few hundred tolerances: those of twenty tanks add up.
+          for (const char* output : {"first", "last"})
+            CHECK(std::abs(last(result, output) - last(reference, output)) < 300.0 * relative);
+        }
   }
-  const std::string model = R"({"bgsim": 1, "name": "tanks", "elements": {)" + elements + R"(}, "bonds": [)" + bonds +
-                            R"(], "outputs": {"first": "c0.q", "last": "c19.q"},
-                               "scenes": {"s": {"stop": 10, "samples": 11}}})";
-  const RunResult reference = run(model, Method::radau9, 1e-9);
-  REQUIRE(reference.stop == StopReason::completed);
-  for (const Method method :
-       {Method::automatic, Method::bdf, Method::ida, Method::dirk5, Method::radau, Method::rodas5p}) {
-    INFO(method_name(method));
-    const RunResult result = run(model, method, 1e-6);
-    REQUIRE(result.stop == StopReason::completed);
-    for (const char* output : {"first", "last"})
-      CHECK(last(result, output) == Approx(last(reference, output)).margin(1e-4));  // a hundred tolerances
+}
+
+TEST_CASE("a store begins to fill behind a coil and an orifice, whatever their sizes") {
+  // At rest the orifice's flow has no slope by its effort, and the coil's current, which alone fills the store, is 0:
+  // the store's tolerance was 1e-38, or the store stayed empty. Sizes of failing members.
+  struct Sizes {
+    const char *coil, *store, *orifice;
+  };
+  for (const Sizes& of : {Sizes{"0.306", "0.0105", "0.89"}, Sizes{"3.22", "0.0013", "0.857"},
+                          Sizes{"6.57", "0.146", "0.761"}, Sizes{"0.0493", "0.00856", "0.523"}}) {
+    const std::string model = std::string(R"x({"bgsim": 1, "name": "fed", "elements": {
+      "s": {"kind": "Se", "effort": "9.63*sin(4.794*t)"}, "j": {"kind": "1"}, "l": {"kind": "I", "inertance": )x") +
+                              of.coil + R"x(}, "d": {"kind": "D", "fire": "t > 0.28"}, "n": {"kind": "0"},
+      "c": {"kind": "C", "capacitance": )x" +
+                              of.store + R"x(}, "o": {"kind": "R", "law": "e = )x" + of.orifice + R"x(*f*abs(f)"}},
+      "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "l"}, {"from": "j", "to": "d"}, {"from": "j", "to": "n"},
+                {"from": "n", "to": "c"}, {"from": "n", "to": "o"}],
+      "outputs": {"q": "c.q"}, "scenes": {"s": {"stop": 2, "samples": 41}}})x";
+    const RunResult reference = run(model, Method::radau9, 1e-11);
+    REQUIRE(reference.stop == StopReason::completed);
+    const auto& q = reference.trace["q"];
+    const double range = *std::max_element(q.begin(), q.end());
+    REQUIRE(range > 0.0);
+    for (const Method method : {Method::automatic, Method::bdf, Method::adams, Method::erk5, Method::erk8,
+                                Method::dirk5, Method::radau, Method::radau9, Method::radau13, Method::rodas5p}) {
+      INFO(of.coil << ", " << method_name(method));
+      const RunResult result = run(model, method, 1e-8);
+      REQUIRE(result.stop == StopReason::completed);
+      for (std::size_t k = 0; k < q.size(); ++k)  // a thousand tolerances: between its steps erk8 is wrong by 5e-6
+        CHECK(std::abs(result.trace["q"][k] - q[k]) < 1e-5 * range);
+    }
   }
 }

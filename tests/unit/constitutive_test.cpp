@@ -73,12 +73,13 @@ TEST_CASE("A nonlinear law serves as written, inverted, implicitly or not at all
       Row{"R", "e = 2*f + 1", LawUse::as_written, LawUse::inverted},
       Row{"R", "e = f^3", LawUse::as_written, LawUse::inverted},
       Row{"R", "f = exp(e) - 1", LawUse::inverted, LawUse::as_written},
+      Row{"R", "e = f*abs(f)", LawUse::as_written, LawUse::inverted},
+      Row{"R", "f = sign(e)*abs(e)^0.6", LawUse::inverted, LawUse::as_written},
       // smooth, without a closed form
       Row{"R", "e = f + f^3", LawUse::as_written, LawUse::implicit},
       Row{"R", "f = e*exp(e)", LawUse::implicit, LawUse::as_written},
       // jumps and kinks
       Row{"R", "e = sign(f)", LawUse::as_written, LawUse::impossible},
-      Row{"R", "e = f*abs(f)", LawUse::as_written, LawUse::impossible},
       Row{"R", "f = max(e, 0)", LawUse::impossible, LawUse::as_written},
       Row{"R", "f = if(e > 0, e, e/1000)", LawUse::impossible, LawUse::as_written},
       Row{"R", "e = floor(f)", LawUse::as_written, LawUse::impossible},

@@ -22,17 +22,32 @@ NumberOf numbers(const World& w) {
 
 TEST_CASE("laws with kinks that are continuous and strictly monotone are inverted part by part") {
   World w;
-  for (const char* text :
-       {"if(x > 0, x/y, x/z)", "if(x < 0, 2*x, 1e7*x)", "if(-x < 2, y*x, -((-x - 2)/z + y*2))",
-        "if(x >= y, 3*x - 3*y, x - y)", "max(x, 0)/y + min(x, 0)/z", "min(x, 2*x) - z", "abs(x) + 2*x", "-y*x*abs(x)",
-        "x*abs(x)^0.75/y", "x*sqrt(abs(x))", "if(x > 0, y*sqrt(x), -y*sqrt(-x))", "if(x > 0, exp(x/y) - 1, x/y)",
-        "if(abs(x) < 1, x, 2*x - sign(x))", "(if(x > 0, x, x/1000) + y)*z", "sinh(if(x > 0.5, x, 0.25 + x/2))",
-        "if(x > 1, 4*x - 2, if(x > -1, 2*x, x - 1))"}) {
+  for (const char* text : {"if(x > 0, x/y, x/z)", "if(x < 0, 2*x, 1e7*x)", "if(-x < 2, y*x, -((-x - 2)/z + y*2))",
+                           "if(x >= y, 3*x - 3*y, x - y)", "max(x, 0)/y + min(x, 0)/z", "min(x, 2*x) - z",
+                           "abs(x) + 2*x", "if(x > 0, y*sqrt(x), -y*sqrt(-x))", "if(x > 0, exp(x/y) - 1, x/y)",
+                           "if(abs(x) < 1, x, 2*x - sign(x))", "(if(x > 0, x, x/1000) + y)*z",
+                           "sinh(if(x > 0.5, x, 0.25 + x/2))", "if(x > 1, 4*x - 2, if(x > -1, 2*x, x - 1))"}) {
     CAPTURE(text);
     const PieceInverse inverse = invert_in_pieces(w.pool, w.parse(text), w.id("x"), w.symbol("R_b"), numbers(w));
     CHECK(inverse.monotone);
     REQUIRE(inverse.solution.valid());
     for (const double x : {-3.1, -1.3, -0.4, 0.2, 0.9, 1.7}) {
+      std::vector<double> v{0.0, x, 1.25, 3.5, 0.0, 0.0, 0.0};
+      v[6] = w.value(w.parse(text), v);
+      CAPTURE(x, w.text(inverse.solution));
+      CHECK(w.value(inverse.solution, v) == Approx(x).epsilon(1e-12));  // a few roundings, and a root
+    }
+  }
+}
+
+TEST_CASE("a power that keeps the sign is inverted whole, without conditions") {
+  World w;
+  const auto nothing = [](SymbolId) { return std::nan(""); };
+  for (const char* text : {"-y*x*abs(x)", "x*abs(x)^0.75/y", "x*sqrt(abs(x))", "z*sign(x)*abs(x)^1.75"}) {
+    CAPTURE(text);
+    const PieceInverse inverse = invert_in_pieces(w.pool, w.parse(text), w.id("x"), w.symbol("R_b"), nothing);
+    REQUIRE(inverse.solution.valid());
+    for (const double x : {-3.1, -0.4, 0.0, 0.2, 1.7}) {
       std::vector<double> v{0.0, x, 1.25, 3.5, 0.0, 0.0, 0.0};
       v[6] = w.value(w.parse(text), v);
       CAPTURE(x, w.text(inverse.solution));

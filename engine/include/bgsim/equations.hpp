@@ -28,9 +28,6 @@ struct Equation {
   /// logarithms, which have no digits left where a diode blocks; without roots, whose slope has no bound where a pipe
   /// is at rest; without the conditions of an inverse by parts. None for most.
   ExprId loop_form = {};
-  /// A law by parts whose slope has no bound where these meet: solved in its loop form, as a loop of its own if need
-  /// be.
-  bool always_loop = false;
   ExprId whole;  ///< of a derivative: what it is the derivative of, if that has to be looked at in a run (Continuous)
 };
 

@@ -450,7 +450,7 @@ class Derivation {
     if (solved.wanted != Variable::effort && solved.wanted != Variable::flow) return;
     ExprPool& pool = system_.pool;
     const ExprId right = (*translate_)(law.right), solution = (*translate_)(solved.solution);
-    LawForm form;
+    ExprId form;
     if (solved.use == LawUse::inverted) {
       form = form_of_inverted(pool, left, right, unknown, solution);
     } else if (solved.use == LawUse::as_written) {
@@ -458,9 +458,7 @@ class Derivation {
       form = form_of_written(pool, left, right,
                              (solved.wanted == Variable::effort ? system_.flows : system_.efforts)[bond]);
     }
-    Equation& equation = system_.equations[system_.symbols[unknown.index()].index];
-    equation.loop_form = form.zero;
-    equation.always_loop = form.always;
+    system_.equations[system_.symbols[unknown.index()].index].loop_form = form;
   }
 
   void write_transformer(ElementId id) {

@@ -44,22 +44,20 @@ bool levels_off(const ExprPool& pool, ExprId inverse, ExprId law) {
 
 }  // namespace
 
-LawForm form_of_inverted(ExprPool& pool, ExprId left, ExprId right, SymbolId unknown, ExprId solution) {
+ExprId form_of_inverted(ExprPool& pool, ExprId left, ExprId right, SymbolId unknown, ExprId solution) {
   const bool conditions = has_conditions(pool, solution);
   const auto power = signed_power(pool, right, unknown);
-  const bool steep = power && power->power > 1.0 && conditions;
-  if (power && (power->power > 1.0 || conditions)) return {power_form(pool, left, *power, pool.symbol(unknown)), steep};
-  if (levels_off(pool, solution, right) || (conditions && !has_conditions(pool, right)))
-    return {pool.sub(left, right), steep};
-  return {{}, steep};
+  if (power && power->power != 1.0) return power_form(pool, left, *power, pool.symbol(unknown));
+  if (levels_off(pool, solution, right) || (conditions && !has_conditions(pool, right))) return pool.sub(left, right);
+  return {};
 }
 
-LawForm form_of_written(ExprPool& pool, ExprId left, ExprId right, SymbolId other) {
+ExprId form_of_written(ExprPool& pool, ExprId left, ExprId right, SymbolId other) {
   const auto power = signed_power(pool, right, other);
   if (power && (power->power < 1.0 || has_conditions(pool, right)))
-    return {power_form(pool, left, *power, pool.symbol(other))};
+    return power_form(pool, left, *power, pool.symbol(other));
   const auto inverse = invert(pool, right, other, left);
-  if (inverse && levels_off(pool, right, *inverse)) return {pool.sub(pool.symbol(other), *inverse)};
+  if (inverse && levels_off(pool, right, *inverse)) return pool.sub(pool.symbol(other), *inverse);
   return {};
 }
 

@@ -144,8 +144,8 @@ class Ordering {
   void resolve_component(const std::vector<std::uint32_t>& component) {
     const Equation& first = system_.equations[component.front()];
     const auto& own = depends_on_[component.front()];
-    const bool alone = component.size() == 1 && !first.implicit && !first.always_loop &&
-                       std::find(own.begin(), own.end(), component.front()) == own.end();
+    const bool alone =
+        component.size() == 1 && !first.implicit && std::find(own.begin(), own.end(), component.front()) == own.end();
     if (alone) return set_resolved(first, resolve_equation(first));
     resolve_loop(component);
   }

@@ -16,7 +16,7 @@ inline SymbolId add_symbol(EquationSystem& system, SystemSymbol::Kind kind, std:
 /// A new unknown; define() writes its equation later.
 inline SymbolId add_unknown(EquationSystem& system, std::string name) {
   const SymbolId symbol = add_symbol(system, SystemSymbol::Kind::unknown, system.equations.size(), std::move(name));
-  system.equations.push_back({symbol, {}, false, {}, {}, {}, false, {}});
+  system.equations.push_back({symbol, {}, false, {}, {}, {}, {}});
   return symbol;
 }
 
@@ -24,7 +24,7 @@ inline SymbolId add_unknown(EquationSystem& system, std::string name) {
 inline void define(EquationSystem& system, SymbolId unknown, ExprId expression, ElementId element, Place place,
                    bool implicit = false) {
   Equation& equation = system.equations[system.symbols[unknown.index()].index];
-  equation = {unknown, expression, implicit, element, place, {}, false, equation.whole};
+  equation = {unknown, expression, implicit, element, place, {}, equation.whole};
 }
 
 /// Where the model says what an element does: its value, rather than its name.

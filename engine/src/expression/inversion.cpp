@@ -2,6 +2,7 @@
 
 #include "expression/graph.hpp"
 #include "expression/inverter.hpp"
+#include "expression/signed_power.hpp"
 
 namespace bgsim {
 
@@ -13,11 +14,8 @@ bool is_odd_integer(double n) { return std::fabs(std::fmod(n, 2.0)) == 1.0; }
 ExprId root(ExprPool& pool, ExprId y, double n) {
   if (!is_odd_integer(n)) return {};
   if (n == -1.0) return pool.div(pool.constant(1.0), y);
-  const double m = std::fabs(n);
-  ExprId u = m == 3.0 ? pool.make(Op::cbrt, y)
-                      : pool.mul(pool.make(Op::sign, y), pool.pow(pool.make(Op::abs, y), pool.constant(1.0 / m)));
-  if (n < 0.0) u = pool.div(pool.constant(1.0), u);
-  return u;
+  const ExprId u = odd_root(pool, y, std::fabs(n));
+  return n < 0.0 ? pool.div(pool.constant(1.0), u) : u;
 }
 
 /// u with base^u = y.
@@ -117,6 +115,8 @@ std::optional<ExprId> invert(ExprPool& pool, ExprId expression, SymbolId x, Expr
     } else if (n == 2 && has_x(node.a) && has_x(node.b)) {
       const auto form = linear_in(pool, at, x);
       if (form && !pool.is_constant(form->slope, 0.0)) return pool.div(pool.sub(before, form->offset), form->slope);
+      if (const auto power = signed_power(pool, at, x))
+        return odd_root(pool, pool.div(before, power->factor), power->power);
     } else if (n == 2) {
       const bool first = has_x(node.a);
       y = undone(pool, node.op, ExprId(first ? node.b : node.a), first, before);

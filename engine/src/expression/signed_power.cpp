@@ -75,6 +75,14 @@ std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, Symbo
   return SignedPower{whole.factor, whole.power};
 }
 
+ExprId odd_root(ExprPool& pool, ExprId y, double power) {
+  if (power <= 1.0) return odd_power(pool, y, 1.0 / power);
+  if (power == 3.0) return pool.make(Op::cbrt, y);
+  const ExprId size = pool.make(Op::abs, y);
+  const ExprId root = power == 2.0 ? pool.make(Op::sqrt, size) : pool.pow(size, pool.constant(1.0 / power));
+  return pool.mul(pool.make(Op::sign, y), root);
+}
+
 ExprId odd_power(ExprPool& pool, ExprId u, double power) {
   if (power == 1.0) return u;
   const ExprId size = pool.make(Op::abs, u);

@@ -17,6 +17,9 @@ struct SignedPower {
 /// `sign(x)*sqrt(abs(x)/k)`. New expressions go to @p pool.
 std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, SymbolId x);
 
+/// u with sign(u) |u|^power = y, for power > 0: defined everywhere, 0 at 0.
+ExprId odd_root(ExprPool& pool, ExprId y, double power);
+
 /// sign(u) * |u|^power for power >= 1, as u |u|^(power-1): no condition, and a slope at 0.
 ExprId odd_power(ExprPool& pool, ExprId u, double power);
 

@@ -4,8 +4,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
-#include "run/integrate/sweeps.hpp"
+#include "run/euler_steps.hpp"
 
 namespace bgsim {
 
@@ -27,74 +28,7 @@ constexpr double kWindow = 4.0;
 constexpr double kAhead = 10.0, kAheadAtStart = 1e-4;
 /// Euler steps longer than so many times what drives them are not asked for.
 constexpr double kBrief = 3.0;
-constexpr std::size_t kDenseUpTo = 50;
 
-}  // namespace
-
-/// Solves (I - h J) d = h f at one point for several h, with or without the loops as unknowns of their own.
-struct Tolerances::Probe {
-  ContextHandle context = make_context();
-  VectorHandle right, change;
-  LinearAlgebra algebra;
-  const Program& program;
-  const Sparsity& pattern;
-  bool implicit;
-  bool sweeps = false, factored = false;  ///< how systems are solved now
-  std::vector<double> entries, swept;
-
-  Probe(const Program& the_program, bool is_implicit)
-      : program(the_program),
-        pattern(is_implicit ? the_program.implicit_pattern : the_program.jacobian_pattern),
-        implicit(is_implicit),
-        entries(pattern.row.size()) {
-    right = make_vector(context.get(), pattern.size);
-    change = make_vector(context.get(), pattern.size);
-    algebra = pattern.size <= kDenseUpTo ? make_dense(context.get(), right.get())
-                                         : make_sparse(context.get(), right.get(), pattern);
-    SUNLinSolInitialize(algebra.solver.get());
-  }
-
-  /// What the matrices of a point are made of: df/dx, or the residuals' partials by unknowns. False where it does
-  /// not exist.
-  bool see(Evaluator& evaluator, double t, const double* y, Branch branch, std::vector<double>& jacobian) const {
-    jacobian.resize(pattern.row.size());
-    return implicit ? evaluator.residual_jacobian(t, 0.0, y, branch, jacobian.data())
-                    : evaluator.jacobian(t, y, branch, jacobian.data());
-  }
-
-  /// Where elimination would fill in, only when solve() needs it.
-  bool factor(double h, const std::vector<double>& jacobian) {
-    factored = false;
-    for (std::size_t column = 0; column < pattern.size; ++column)
-      for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
-           k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k) {
-        const bool state = static_cast<std::size_t>(pattern.row[k]) == column && column < program.state_names.size();
-        entries[k] = implicit ? jacobian[k] + (state ? 1.0 / h : 0.0) : (state ? 1.0 : 0.0) - h * jacobian[k];
-      }
-    sweeps = algebra.pattern != nullptr && !algebra.along_trees && !implicit;
-    return sweeps || factor_now();
-  }
-  bool factor_now() {
-    if (algebra.pattern == nullptr)
-      scatter(algebra.matrix.get(), pattern, entries.data());
-    else
-      std::copy(entries.begin(), entries.end(), sparse_values(algebra.matrix.get(), pattern));
-    sweeps = false;
-    return factored = SUNLinSolSetup(algebra.solver.get(), algebra.matrix.get()) == 0;
-  }
-
-  const double* solve(double h, const std::vector<double>& rates) {
-    double* b = values(right.get());
-    std::fill(b, b + pattern.size, 0.0);
-    for (std::size_t i = 0; i < rates.size(); ++i) b[i] = implicit ? rates[i] : h * rates[i];
-    if (sweeps && solve_by_sweeps(pattern, entries, b, swept)) return swept.data();
-    if (sweeps && !factor_now()) return nullptr;
-    if (SUNLinSolSolve(algebra.solver.get(), algebra.matrix.get(), change.get(), right.get(), 0.0) != 0) return nullptr;
-    return values(change.get());
-  }
-};
-
-namespace {
 std::size_t full_size(const Program& program) { return program.state_names.size() + program.tear_names.size(); }
 }  // namespace
 
@@ -178,10 +112,12 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
   std::vector<double> y(x, x + states_);
   if (implicit_) y.insert(y.end(), here.tears.begin(), here.tears.end());
   for (std::size_t i = states_; i < size_; ++i) recent_[i] = std::max(recent_[i], std::abs(y[i]));
-  Probe probe(program_, implicit_);
+  EulerSystems probe(program_, implicit_);
   std::vector<double> jacobian, other_jacobian;
+  // Where slopes have no bound (a root at rest) the states leave the point at once.
   const bool bounded = probe.see(evaluator, t, y.data(), here, jacobian);
-  if (!bounded && implicit_) return;
+  std::optional<EulerFromRest> from_rest;
+  if (!bounded) from_rest.emplace(program_, evaluator);
   Branch there;
   for (const double other : times) {
     there = here;
@@ -201,16 +137,6 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
   for (std::vector<double>& stage : stages_)
     for (double& magnitude : stage) magnitude /= 30.0;
   std::vector<double> magnitude(size_), least, moved(x, x + states_), second(states_);
-  // Where slopes have no bound (a root at rest) the states leave the point at once: with those where a push leads to.
-  std::vector<double> ahead(states_);
-  const auto predict_from_ahead = [&](const Push& push, double h) -> const double* {
-    for (std::size_t i = 0; i < states_; ++i) ahead[i] = x[i] + h * push.rates[i];
-    there = here;
-    if (!evaluator.initialize_modes(push.at, ahead.data(), there) ||
-        !probe.see(evaluator, push.at, ahead.data(), there, other_jacobian) || !probe.factor(h, other_jacobian))
-      return nullptr;
-    return probe.solve(h, push.rates);
-  };
   for (std::size_t stage = 0; stage < kStages.size(); ++stage) {
     const double h = kStages[stage] * span_;
     if (bounded && !probe.factor(h, jacobian)) continue;
@@ -231,7 +157,11 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
         continue;
       }
       if (!bounded) {
-        take(predict_from_ahead(push, h), false);
+        if (!from_rest->step(push.at, h, x, push.rates, here)) continue;
+        least = from_rest->change();
+        for (std::size_t i = states_; i < size_; ++i)
+          least.push_back(from_rest->tears()[i - states_] - here.tears[i - states_]);
+        take(least.data(), false);
         continue;
       }
       // Beside slopes so steep the states' own part of the matrix is lost to rounding, and what is solved for is
@@ -278,7 +208,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
     if (settled && evaluator.rates(t, moved.data(), there, second.data())) take(probe.solve(h, second), true);
     add_estimate(stage, magnitude);
   }
-  if (probe.algebra.pattern != nullptr) solver_cost_ = bgsim::solver_cost(probe.algebra);
+  solver_cost_ = probe.cost();
   reach_ = 0.0;
   std::fill(floor_.begin(), floor_.end(), 0.0);
   reach(t - start_);

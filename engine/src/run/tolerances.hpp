@@ -98,7 +98,6 @@ class Tolerances {
   [[nodiscard]] std::size_t size() const { return size_; }
 
  private:
-  struct Probe;
   void add_estimate(std::size_t stage, const std::vector<double>& magnitude);
   void reach(double elapsed);
   void cap_proportional(const double* y);

@@ -258,6 +258,10 @@ bool EventWatch::guards(double t, const double* x, Branch& branch, std::vector<d
 void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, bool located) {
   std::vector<std::size_t> candidates, leaving;
   std::vector<double> error;
+  const auto within = [&](double away, double errors, std::size_t guard) {
+    if (error.empty()) error = guard_errors(t, x, branch);
+    return !error.empty() && away <= errors * error[guard];
+  };
   for (std::size_t i = 0; may_hold_ && i < side_.size(); ++i) {
     if (!just_crossed_[i]) continue;
     just_crossed_[i] = false;
@@ -266,12 +270,14 @@ void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, bool
       continue;
     }
     if (!stiction_.possible(i) || followed_[i]) continue;
-    if (!located && values_[i] != 0.0) {
-      constexpr double kFar = 1e-2;  // of what it has been: spares two evaluations a state where a jump went far
-      if (std::abs(values_[i]) > kFar * largest_[i]) continue;
-      if (error.empty()) error = guard_errors(t, x, branch);
-      if (error.empty() || !(std::abs(values_[i]) <= error[i])) continue;
-    }
+    constexpr double kFar = 1e-2, kNext = 1e-13;  // of what it has been: these spare two evaluations a state
+    // Where a jump went far it is at no border. What was held there and has left is so again, unless it has drifted
+    // far: the flow of sign(e)*sqrt(abs(e)) is wrong by as much as the root of that.
+    constexpr double kDrift = 1e3;
+    const double away = std::abs(located ? end_[i] : values_[i]);
+    if (located ? away > kNext * largest_[i] && !within(away, kDrift, i)
+                : away > kFar * largest_[i] || (away > 0.0 && !within(away, 1.0, i)))
+      continue;
     const bool is_sign = program_.relations[relation_[i]].kind == Relation::Kind::sign;
     if (is_sign || (both_go_on(i, t, x, branch) && !is_kink(i, t, x, branch))) candidates.push_back(i);
   }
