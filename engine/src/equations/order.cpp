@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <boost/graph/compressed_sparse_row_graph.hpp>
 #include <boost/graph/strong_components.hpp>
+#include <numeric>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "base/codes.hpp"
 #include "bgsim/ordering.hpp"
 #include "equations/tearing.hpp"
+#include "expression/signed_power.hpp"
 
 namespace bgsim {
 namespace {
@@ -184,7 +186,52 @@ class Ordering {
     }
     name_elements(component, block);
     examine(block);
+    if (!block.linear && solve_by_root(component, tearing, block)) return;
     order_.blocks.push_back(std::move(block));
+  }
+
+  [[nodiscard]] bool names_any(ExprId expression, const std::vector<SymbolId>& symbols) const {
+    const std::vector<SymbolId> named = symbols_in(order_.pool, {&expression, 1});
+    return std::any_of(named.begin(), named.end(), [&](SymbolId symbol) {
+      return std::find(symbols.begin(), symbols.end(), symbol) != symbols.end();
+    });
+  }
+
+  /// A loop of one unknown whose laws are powers of it of one degree has a closed form: orifices in series are one.
+  /// Unknowns that these laws give are put in before.
+  bool solve_by_root(const std::vector<std::uint32_t>& component, const Tearing& tearing, const Block& block) {
+    constexpr std::size_t kMost = 16;  // each that is put in is looked for among all
+    if (block.tears.size() > kMost) return false;
+    ExprPool& pool = order_.pool;
+    std::vector<ExprId> residuals = block.residuals;
+    std::vector<std::size_t> left(residuals.size());
+    std::iota(left.begin(), left.end(), std::size_t{0});
+    std::vector<std::pair<std::size_t, ExprId>> solutions;  // each in terms of those after it
+    while (!left.empty()) {
+      const auto next = std::find_if(left.begin(), left.end(), [&](std::size_t i) {
+        const auto law = offset_power(pool, residuals[i], block.tears[i]);
+        if (!law || (law->power.power == 1.0) == (left.size() == 1) || names_any(law->power.factor, block.tears))
+          return false;
+        const ExprId offset = law->offset.valid() ? pool.neg(law->offset) : pool.constant(0.0);
+        solutions.emplace_back(i, odd_root(pool, pool.div(offset, law->power.factor), law->power.power));
+        return true;
+      });
+      if (next == left.end()) return false;
+      const std::unordered_map<SymbolId, ExprId> known{{block.tears[*next], solutions.back().second}};
+      left.erase(next);
+      for (const std::size_t i : left) residuals[i] = substitute(pool, residuals[i], known);
+    }
+    for (auto at = solutions.rbegin(); at != solutions.rend(); ++at) {
+      const Equation& equation = system_.equations[component[tearing.tears[at->first]]];
+      const ExprId solution = resolve(at->second);
+      order_.origins.resize(pool.size(), Origin{equation.element, {}});
+      set_resolved(equation, solution);
+    }
+    for (const std::uint32_t i : tearing.sequence) {
+      const Equation& equation = system_.equations[component[i]];
+      set_resolved(equation, resolve_equation(equation));
+    }
+    return true;
   }
 
   void name_elements(const std::vector<std::uint32_t>& component, Block& block) const {

@@ -53,26 +53,63 @@ Term combined(ExprPool& pool, const ExprNode& node, const Term& a, const Term& b
   }
 }
 
+/// offset + factor * sign(x) * |x|^power; no factor: nothing of x is in it.
+struct Sum {
+  ExprId offset, factor;
+  double power = 0.0;
+};
+
+/// @return  nothing where these are powers of two kinds.
+std::optional<Sum> added(ExprPool& pool, const Sum& a, const Sum& b, bool minus) {
+  const auto plus = [&](ExprId x, ExprId y) {
+    if (!y.valid()) return x;
+    if (!x.valid()) return minus ? pool.neg(y) : y;
+    return minus ? pool.sub(x, y) : pool.add(x, y);
+  };
+  if (a.factor.valid() && b.factor.valid() && a.power != b.power) return std::nullopt;
+  return Sum{plus(a.offset, b.offset), plus(a.factor, b.factor), a.factor.valid() ? a.power : b.power};
+}
+
 }  // namespace
 
-std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, SymbolId x) {
+std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, SymbolId x) {
   const std::vector<ExprId> nodes = reachable(pool, {&expression, 1});
   const std::vector<char> depends =
       depends_on(pool, nodes, positions(nodes), [x](SymbolId symbol) { return symbol == x; });
   std::unordered_map<ExprId, Term> terms;
+  std::unordered_map<ExprId, std::optional<Sum>> sums;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const ExprNode node = pool[nodes[i]];  // a copy: the pool grows
-    if (depends[i] == 0)
-      terms[nodes[i]] = {nodes[i], 0.0, false};
-    else if (node.op == Op::symbol)
-      terms[nodes[i]] = {pool.constant(1.0), 1.0, true};
-    else if (arity(node.op) == 1 || arity(node.op) == 2)
-      terms[nodes[i]] =
-          combined(pool, node, terms[ExprId(node.a)], arity(node.op) > 1 ? terms[ExprId(node.b)] : Term{});
+    Term& term = terms[nodes[i]];
+    std::optional<Sum>& sum = sums[nodes[i]];
+    if (depends[i] == 0) {
+      term = {nodes[i], 0.0, false};
+      sum = Sum{nodes[i], {}, 0.0};
+      continue;
+    }
+    if (node.op == Op::symbol) {
+      term = {pool.constant(1.0), 1.0, true};
+    } else if (node.op == Op::add || node.op == Op::sub) {
+      const std::optional<Sum> left = sums[ExprId(node.a)], right = sums[ExprId(node.b)];
+      if (left && right) sum = added(pool, *left, *right, node.op == Op::sub);
+      if (sum && !sum->offset.valid()) term = {sum->factor, sum->power, true};
+      continue;
+    } else if (arity(node.op) == 1 || arity(node.op) == 2) {
+      term = combined(pool, node, terms[ExprId(node.a)], arity(node.op) > 1 ? terms[ExprId(node.b)] : Term{});
+    }
+    if (node.op == Op::neg && sums[ExprId(node.a)])
+      sum = added(pool, {}, *sums[ExprId(node.a)], true);
+    else if (term.factor.valid() && term.odd && term.power > 0.0)
+      sum = Sum{{}, term.factor, term.power};
   }
-  const Term& whole = terms[expression];
-  if (!whole.factor.valid() || !whole.odd || !(whole.power > 0.0)) return std::nullopt;
-  return SignedPower{whole.factor, whole.power};
+  const std::optional<Sum>& whole = sums[expression];
+  if (!whole || !whole->factor.valid()) return std::nullopt;
+  return OffsetPower{whole->offset, {whole->factor, whole->power}};
+}
+
+std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, SymbolId x) {
+  const std::optional<OffsetPower> whole = offset_power(pool, expression, x);
+  return whole && !whole->offset.valid() ? std::optional(whole->power) : std::nullopt;
 }
 
 ExprId odd_root(ExprPool& pool, ExprId y, double power) {

@@ -14,8 +14,18 @@ struct SignedPower {
 };
 
 /// @p expression as a signed power of @p x, if it is one with a power above 0: `k*x*abs(x)`, `k*sign(x)*x^2`,
-/// `sign(x)*sqrt(abs(x)/k)`. New expressions go to @p pool.
+/// `sign(x)*sqrt(abs(x)/k)`, a sum of such of one degree. New expressions go to @p pool.
 std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, SymbolId x);
+
+/// What does not name x, and a signed power of it.
+struct OffsetPower {
+  ExprId offset;  ///< invalid: 0
+  SignedPower power;
+};
+
+/// @p expression as a sum of what is free of @p x and of signed powers of @p x, all of one degree: the efforts of
+/// orifices in series behind a source. New expressions go to @p pool.
+std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, SymbolId x);
 
 /// u with sign(u) |u|^power = y, for power > 0: defined everywhere, 0 at 0.
 ExprId odd_root(ExprPool& pool, ExprId y, double power);
