@@ -125,6 +125,16 @@ TEST_CASE("tanks in series that are all empty fill one after the other through t
   }
 }
 
+TEST_CASE("more than fifty tanks in series that are all empty fill, with sparse matrices") {
+  const std::string tanks = series(60, "e = f*abs(f)");
+  const RunResult reference = run(tanks, Method::dirk5, 1e-8);
+  REQUIRE(reference.stop == StopReason::completed);
+  const RunResult result = run(tanks, Method::automatic, 1e-6);
+  REQUIRE(result.stop == StopReason::completed);
+  for (const char* output : {"first", "last"})  // a hundred tolerances
+    CHECK(std::abs(last(result, output) - last(reference, output)) < 1e-4);
+}
+
 TEST_CASE("a store begins to fill behind a coil and an orifice, whatever their sizes") {
   // At rest the orifice's flow has no slope by its effort, and the coil's current, which alone fills the store, is 0:
   // the store's tolerance was 1e-38, or the store stayed empty. Sizes of failing members. Two orifices in series are

@@ -81,13 +81,17 @@ bool EulerFromRest::rates_at_end(double t) {
 /// A store that nothing has reached yet is a point without slopes for the next one in line: each is moved by what flows
 /// into it as soon as those before it have moved.
 void EulerFromRest::spread(double t, double h, const double* x, const std::vector<double>& rates) {
+  constexpr double kGolden = 0.6180339887498949;
+  constexpr double kPart = 1e-3;  // of what it would come to: the iteration comes to a root's solution from below
   std::copy_n(x, end_.size(), end_.begin());
   rates_ = rates;
   for (std::size_t link = 0; link < end_.size(); ++link) {
     bool moved = false;
     for (std::size_t i = 0; i < end_.size(); ++i)
       if (end_[i] == x[i] && std::isfinite(h * rates_[i])) {
-        end_[i] += h * rates_[i];
+        // By unequal parts, so that no two come to be level.
+        const double fraction = kGolden * static_cast<double>(i + 1);
+        end_[i] += kPart * (0.5 + 0.5 * (fraction - std::floor(fraction))) * h * rates_[i];
         moved = moved || end_[i] != x[i];
       }
     if (!moved || !rates_at_end(t)) return;
@@ -96,7 +100,7 @@ void EulerFromRest::spread(double t, double h, const double* x, const std::vecto
 
 bool EulerFromRest::step(double t, double h, const double* x, const std::vector<double>& rates, const Branch& here) {
   // From below, the logarithm of what is left of the way to the solution of a root falls by half in each iteration.
-  constexpr int kMost = 60;
+  constexpr int kMost = 30;
   constexpr double kNear = 0.1, kBack = 1e-4, kOtherWay = 1e3;
   here_ = here;
   spread(t, h, x, rates);
@@ -118,11 +122,10 @@ bool EulerFromRest::step(double t, double h, const double* x, const std::vector<
       end_[i] = turns ? x[i] + kBack * before : end_[i] + change[i];
       near = near && !turns && std::abs(change[i]) <= kNear * std::abs(end_[i] - x[i]);
     }
-    if (!near) continue;
-    for (std::size_t i = 0; i < end_.size(); ++i) change_[i] = end_[i] - x[i];
-    return rates_at_end(t);
+    if (near) break;
   }
-  return false;
+  for (std::size_t i = 0; i < end_.size(); ++i) change_[i] = end_[i] - x[i];
+  return rates_at_end(t);
 }
 
 }  // namespace bgsim

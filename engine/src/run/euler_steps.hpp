@@ -44,7 +44,8 @@ class EulerFromRest {
   EulerFromRest(const Program& program, Evaluator& evaluator);
 
   /// @param rates   at (@p t, @p x) on the branch @p here.
-  /// @return  whether a solution was found: change() and tears().
+  /// change() and tears() are its solution, to a tenth; of what has not settled after thirty iterations, as far as
+  /// these have come. @return  false: no rates or no matrix on the way.
   bool step(double t, double h, const double* x, const std::vector<double>& rates, const Branch& here);
   [[nodiscard]] const std::vector<double>& change() const { return change_; }       ///< by state
   [[nodiscard]] const std::vector<double>& tears() const { return branch_.tears; }  ///< of loops, at its end

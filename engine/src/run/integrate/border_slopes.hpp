@@ -60,6 +60,14 @@ class BorderSlopes {
     return any;
   }
 
+  /// The slopes that replace() would take where there are none at @p y itself, wherever the run is.
+  template <class Tolerance, class Evaluate>
+  bool take_beside(const double* y, Tolerance tolerance, Evaluate evaluate, double* entries) {
+    if (!steepest_beside(y, 1.0 / kNearer, tolerance, evaluate, nullptr, near_)) return false;
+    std::copy(near_.begin(), near_.end(), entries);
+    return true;
+  }
+
  private:
   /// Newton's iteration with a slope up to twice too steep halves the error each time: it knows how far it is.
   static constexpr double kSteep = 2.0;

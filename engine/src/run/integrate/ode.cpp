@@ -27,25 +27,26 @@ int OdeIntegrator::scaled_jacobian(double s, N_Vector y, N_Vector rates, SUNMatr
   const double t = s * unit_;
   if (special_rates_ && dense) return difference_jacobian(t, values(y), values(rates), matrix) ? 0 : recoverable(t);
   double* entries = dense ? entries_.data() : sparse_values(matrix, pattern);
-  if (!evaluator_.jacobian(t, values(y), branch_, entries, rounding_)) {
+  const auto tolerance = [&](std::size_t j) { return tolerance_at(values(y), j); };
+  const auto slopes = [&](const double* x, double* out) {
+    aside_ = branch_;
+    return evaluator_.jacobian(t, x, aside_, out);
+  };
+  bool known = evaluator_.jacobian(t, values(y), branch_, entries, rounding_);
+  if (!known) {
     // A slope without bound at a point that the solution only passes (sqrt at 0): take it a little further on.
     const double step = std::max(this->step(), 1e-9 * (limit_ - time_));
     N_VLinearSum(1.0, y, step / unit_, rates, moved);
-    if (!evaluator_.jacobian(t, values(moved), branch_, entries, rounding_)) {
-      // One where it rests (sqrt(max(q, 0)) of an empty tank): over what the tolerance leaves open there is a slope.
-      const bool found = dense && difference_jacobian(t, values(y), values(rates), matrix);
-      return found ? 0 : recoverable(t);
-    }
+    known = evaluator_.jacobian(t, values(moved), branch_, entries, rounding_);
   }
-  see({t, values(y), pattern, entries, rounding_});
-  if (!special_rates_)
-    border_.replace(
-        values(y), [&](std::size_t j) { return tolerance_at(values(y), j); },
-        [&](const double* x, double* out) {
-          aside_ = branch_;
-          return evaluator_.jacobian(t, x, aside_, out);
-        },
-        entries);
+  if (known) {
+    see({t, values(y), pattern, entries, rounding_});
+    if (!special_rates_) border_.replace(values(y), tolerance, slopes, entries);
+  } else {
+    // One where it rests (sqrt(max(q, 0)) of an empty tank): over what the tolerance leaves open there is a slope.
+    if (dense && difference_jacobian(t, values(y), values(rates), matrix)) return 0;
+    if (dense || !border_.take_beside(values(y), tolerance, slopes, entries)) return recoverable(t);
+  }
   if (unit_ != 1.0)
     for (std::size_t i = 0; i < pattern.row.size(); ++i) entries[i] *= unit_;
   if (dense) scatter(matrix, pattern, entries);
