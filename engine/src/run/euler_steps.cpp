@@ -8,8 +8,13 @@
 namespace bgsim {
 
 namespace {
+
 constexpr std::size_t kDenseUpTo = 50;
-}
+/// Rates of states that a step may evaluate on the way from store to store, and of which it may solve systems: as many
+/// links and iterations as a line of a thousand stores takes, and fewer of more.
+constexpr std::size_t kWork = 1000 * 1000;
+
+}  // namespace
 
 EulerSystems::EulerSystems(const Program& program, bool implicit)
     : program_(program),
@@ -85,7 +90,8 @@ void EulerFromRest::spread(double t, double h, const double* x, const std::vecto
   constexpr double kPart = 1e-3;  // of what it would come to: the iteration comes to a root's solution from below
   std::copy_n(x, end_.size(), end_.begin());
   rates_ = rates;
-  for (std::size_t link = 0; link < end_.size(); ++link) {
+  const std::size_t links = std::max<std::size_t>(10, kWork / std::max<std::size_t>(1, end_.size()));
+  for (std::size_t link = 0; link < links; ++link) {
     bool moved = false;
     for (std::size_t i = 0; i < end_.size(); ++i)
       if (end_[i] == x[i] && std::isfinite(h * rates_[i])) {
@@ -100,11 +106,12 @@ void EulerFromRest::spread(double t, double h, const double* x, const std::vecto
 
 bool EulerFromRest::step(double t, double h, const double* x, const std::vector<double>& rates, const Branch& here) {
   // From below, the logarithm of what is left of the way to the solution of a root falls by half in each iteration.
-  constexpr int kMost = 30;
+  constexpr std::size_t kMost = 30;
+  const std::size_t most = std::clamp<std::size_t>(kMost * 1000 / std::max<std::size_t>(1, end_.size()), 3, kMost);
   constexpr double kNear = 0.1, kBack = 1e-4, kOtherWay = 1e3;
   here_ = here;
   spread(t, h, x, rates);
-  for (int iteration = 0; iteration < kMost; ++iteration) {
+  for (std::size_t iteration = 0; iteration < most; ++iteration) {
     if (!rates_at_end(t) || !evaluator_.slopes(t, end_.data(), branch_, jacobian_.data(), rounding_)) return false;
     // What is still at rest stays there.
     for (double& slope : jacobian_)

@@ -116,6 +116,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
   std::vector<double> jacobian, other_jacobian;
   // Where slopes have no bound (a root at rest) the states leave the point at once.
   const bool bounded = probe.see(evaluator, t, y.data(), here, jacobian);
+  if (!bounded && implicit_ && !program_.plan.explicit_form) return;
   std::optional<EulerFromRest> from_rest;
   if (!bounded) from_rest.emplace(program_, evaluator);
   Branch there;
