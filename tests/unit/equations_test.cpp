@@ -256,6 +256,24 @@ TEST_CASE("resistors in series whose laws are powers of one degree are one resis
   }
 }
 
+TEST_CASE("resistors in series across a transformer are one, but not where its modulus varies") {
+  for (const bool varies : {false, true}) {
+    const CompiledModel p = compile_text(model_text(
+        std::string(
+            R"~("elements": { "c": { "kind": "C", "capacitance": 0.5 }, "j": { "kind": "1" }, "k": { "kind": "1" },
+      "r": { "kind": "R", "law": "e = 3*f*abs(f)" }, "s": { "kind": "R", "law": "e = 2*f*abs(f)" }, "m": )~") +
+        (varies ? R"~({ "kind": "MTF", "modulus": "2.5 + sin(t)" })~" : R"~({ "kind": "TF", "modulus": 2.5 })~") +
+        R"~( },
+    "bonds": [ { "from": "c", "to": "j" }, { "from": "j", "to": "r" }, { "from": "j", "to": "m" },
+               { "from": "m", "to": "k" }, { "from": "k", "to": "s" } ],
+    "outputs": { "f": "r.f" }, )~" +
+        std::string(kScene)));
+    const double m = 2.5, f = outputs_at(p, 0.0, {1.0})[0];                       // 2 = 3 f^2 + m 2 (m f)^2
+    CHECK(f == Approx(std::sqrt(2.0 / (3.0 + 2.0 * m * m * m))).epsilon(1e-14));  // rounding of a sum and a root
+    CHECK(p.program.blocks.empty() == !varies);
+  }
+}
+
 TEST_CASE("a loop of gain one is reported as singular, with its elements") {
   // The source gives what the resistor takes, plus one: no flow satisfies both.
   const CompiledModel p = compile_text(model_text(

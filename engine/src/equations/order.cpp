@@ -190,15 +190,16 @@ class Ordering {
     order_.blocks.push_back(std::move(block));
   }
 
-  [[nodiscard]] bool names_any(ExprId expression, const std::vector<SymbolId>& symbols) const {
+  [[nodiscard]] bool is_of_parameters(ExprId expression) const {
     const std::vector<SymbolId> named = symbols_in(order_.pool, {&expression, 1});
-    return std::any_of(named.begin(), named.end(), [&](SymbolId symbol) {
-      return std::find(symbols.begin(), symbols.end(), symbol) != symbols.end();
+    return std::all_of(named.begin(), named.end(), [&](SymbolId symbol) {
+      return system_.symbols[symbol.index()].kind == SystemSymbol::Kind::parameter;
     });
   }
 
   /// A loop of one unknown whose laws are powers of it of one degree has a closed form: orifices in series are one.
-  /// Unknowns that these laws give are put in before.
+  /// Unknowns that these laws give are put in before. What varies may come to 0, where such a loop has no solution
+  /// of this form.
   bool solve_by_root(const std::vector<std::uint32_t>& component, const Tearing& tearing, const Block& block) {
     constexpr std::size_t kMost = 16;  // each that is put in is looked for among all
     if (block.tears.size() > kMost) return false;
@@ -210,10 +211,9 @@ class Ordering {
     while (!left.empty()) {
       const auto next = std::find_if(left.begin(), left.end(), [&](std::size_t i) {
         const auto law = offset_power(pool, residuals[i], block.tears[i]);
-        if (!law || (law->power.power == 1.0) == (left.size() == 1) || names_any(law->power.factor, block.tears))
+        if (!law || (law->power.power == 1.0) == (left.size() == 1) || !is_of_parameters(law->power.factor))
           return false;
-        const ExprId offset = law->offset.valid() ? pool.neg(law->offset) : pool.constant(0.0);
-        solutions.emplace_back(i, odd_root(pool, pool.div(offset, law->power.factor), law->power.power));
+        solutions.emplace_back(i, solution_of(pool, *law, pool.constant(0.0)));
         return true;
       });
       if (next == left.end()) return false;

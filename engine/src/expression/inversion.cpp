@@ -115,8 +115,6 @@ std::optional<ExprId> invert(ExprPool& pool, ExprId expression, SymbolId x, Expr
     } else if (n == 2 && has_x(node.a) && has_x(node.b)) {
       const auto form = linear_in(pool, at, x);
       if (form && !pool.is_constant(form->slope, 0.0)) return pool.div(pool.sub(before, form->offset), form->slope);
-      if (const auto power = signed_power(pool, at, x))
-        return odd_root(pool, pool.div(before, power->factor), power->power);
     } else if (n == 2) {
       const bool first = has_x(node.a);
       y = undone(pool, node.op, ExprId(first ? node.b : node.a), first, before);

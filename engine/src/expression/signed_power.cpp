@@ -70,6 +70,16 @@ std::optional<Sum> added(ExprPool& pool, const Sum& a, const Sum& b, bool minus)
   return Sum{plus(a.offset, b.offset), plus(a.factor, b.factor), a.factor.valid() ? a.power : b.power};
 }
 
+/// a * b or a / b, where one of both is free of x.
+std::optional<Sum> scaled(ExprPool& pool, Op op, const Sum& a, const Sum& b) {
+  const bool divided = op == Op::div;
+  if (b.factor.valid() && (a.factor.valid() || divided)) return std::nullopt;
+  const Sum& sum = b.factor.valid() ? b : a;
+  const ExprId by = b.factor.valid() ? a.offset : b.offset;
+  const auto times = [&](ExprId x) { return !x.valid() ? x : divided ? pool.div(x, by) : pool.mul(by, x); };
+  return Sum{times(sum.offset), times(sum.factor), sum.power};
+}
+
 }  // namespace
 
 std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, SymbolId x) {
@@ -99,8 +109,10 @@ std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, Symbo
     }
     if (node.op == Op::neg && sums[ExprId(node.a)])
       sum = added(pool, {}, *sums[ExprId(node.a)], true);
-    else if (term.factor.valid() && term.odd && term.power > 0.0)
-      sum = Sum{{}, term.factor, term.power};
+    else if ((node.op == Op::mul || node.op == Op::div) && sums[ExprId(node.a)] && sums[ExprId(node.b)])
+      sum = scaled(pool, node.op, *sums[ExprId(node.a)], *sums[ExprId(node.b)]);
+    if (sum) continue;
+    if (term.factor.valid() && term.odd && term.power > 0.0) sum = Sum{{}, term.factor, term.power};
   }
   const std::optional<Sum>& whole = sums[expression];
   if (!whole || !whole->factor.valid()) return std::nullopt;
@@ -118,6 +130,11 @@ ExprId odd_root(ExprPool& pool, ExprId y, double power) {
   const ExprId size = pool.make(Op::abs, y);
   const ExprId root = power == 2.0 ? pool.make(Op::sqrt, size) : pool.pow(size, pool.constant(1.0 / power));
   return pool.mul(pool.make(Op::sign, y), root);
+}
+
+ExprId solution_of(ExprPool& pool, const OffsetPower& law, ExprId y) {
+  const ExprId rest = law.offset.valid() ? pool.sub(y, law.offset) : y;
+  return odd_root(pool, pool.div(rest, law.power.factor), law.power.power);
 }
 
 ExprId odd_power(ExprPool& pool, ExprId u, double power) {

@@ -30,6 +30,9 @@ std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, Symbo
 /// u with sign(u) |u|^power = y, for power > 0: defined everywhere, 0 at 0.
 ExprId odd_root(ExprPool& pool, ExprId y, double power);
 
+/// x where y = offset + factor * sign(x) * |x|^power: not where the factor is 0.
+ExprId solution_of(ExprPool& pool, const OffsetPower& law, ExprId y);
+
 /// sign(u) * |u|^power for power >= 1, as u |u|^(power-1): no condition, and a slope at 0.
 ExprId odd_power(ExprPool& pool, ExprId u, double power);
 

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "expression/graph.hpp"
+#include "expression/signed_power.hpp"
 #include "model/element_kinds.hpp"
 
 namespace bgsim {
@@ -154,6 +155,9 @@ SolvedLaw solve_law(ExprPool& pool, const Element& element, const Law& law, Give
   if (!found.occurs) return solved(LawUse::impossible, {});
   const ExprId y = left_side(pool, element, law);
   if (const auto inverse = invert(pool, law.right, x, y)) return solved(LawUse::inverted, *inverse);
+  // What varies may come to 0, where the law has no inverse: it stays an equation.
+  const auto power = element.modulated || element.ports.size() > 1 ? std::nullopt : offset_power(pool, law.right, x);
+  if (power) return solved(LawUse::inverted, solution_of(pool, *power, y));
   return solved(found.smooth ? LawUse::implicit : LawUse::impossible, {});
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/unequal.hpp"
 #include "program/evaluator_impl.hpp"
 
 namespace bgsim {
@@ -16,7 +17,6 @@ void Evaluator::Impl::follow_conditions() {
 }
 
 bool Evaluator::Impl::solve_with_conditions(double t, const double* x, Branch& branch) {
-  constexpr double kGolden = 0.6180339887498949;  // the golden ratio less 1: its multiples are spread evenly
   if (program.guarded.empty()) return false;
   set_point(t, x, branch);
   free_modes = true;
@@ -31,8 +31,7 @@ bool Evaluator::Impl::solve_with_conditions(double t, const double* x, Branch& b
     for (const bool alike : {true, false})
       for (const double start : loop_starts()) {
         if (solved) break;
-        for (std::size_t k = 0; k < z.size(); ++k)
-          z[k] = start * (alike ? 1.0 : 0.5 + std::fmod(kGolden * static_cast<double>(k + 1), 1.0));
+        for (std::size_t k = 0; k < z.size(); ++k) z[k] = start * (alike ? 1.0 : 0.5 + unequal_part(k + 1));
         solved = solve(block, From::guess) == LoopOutcome::solved;
         if (alike && z.size() > kLargestLocalBlock) break;
       }

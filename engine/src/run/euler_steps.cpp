@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/unequal.hpp"
 #include "run/integrate/sweeps.hpp"
 
 namespace bgsim {
@@ -10,9 +11,8 @@ namespace bgsim {
 namespace {
 
 constexpr std::size_t kDenseUpTo = 50;
-/// Rates of states that a step may evaluate on the way from store to store, and of which it may solve systems: as many
-/// links and iterations as a line of a thousand stores takes, and fewer of more.
-constexpr std::size_t kWork = 1000 * 1000;
+/// A line of so many stores is followed from end to end; of more, as much is done as takes the same time.
+constexpr std::size_t kLine = 1000;
 
 }  // namespace
 
@@ -86,18 +86,16 @@ bool EulerFromRest::rates_at_end(double t) {
 /// A store that nothing has reached yet is a point without slopes for the next one in line: each is moved by what flows
 /// into it as soon as those before it have moved.
 void EulerFromRest::spread(double t, double h, const double* x, const std::vector<double>& rates) {
-  constexpr double kGolden = 0.6180339887498949;
   constexpr double kPart = 1e-3;  // of what it would come to: the iteration comes to a root's solution from below
   std::copy_n(x, end_.size(), end_.begin());
   rates_ = rates;
-  const std::size_t links = std::max<std::size_t>(10, kWork / std::max<std::size_t>(1, end_.size()));
+  const std::size_t links = std::max<std::size_t>(10, kLine * kLine / std::max<std::size_t>(1, end_.size()));
   for (std::size_t link = 0; link < links; ++link) {
     bool moved = false;
     for (std::size_t i = 0; i < end_.size(); ++i)
       if (end_[i] == x[i] && std::isfinite(h * rates_[i])) {
         // By unequal parts, so that no two come to be level.
-        const double fraction = kGolden * static_cast<double>(i + 1);
-        end_[i] += kPart * (0.5 + 0.5 * (fraction - std::floor(fraction))) * h * rates_[i];
+        end_[i] += kPart * (0.5 + 0.5 * unequal_part(i + 1)) * h * rates_[i];
         moved = moved || end_[i] != x[i];
       }
     if (!moved || !rates_at_end(t)) return;
@@ -107,7 +105,7 @@ void EulerFromRest::spread(double t, double h, const double* x, const std::vecto
 bool EulerFromRest::step(double t, double h, const double* x, const std::vector<double>& rates, const Branch& here) {
   // From below, the logarithm of what is left of the way to the solution of a root falls by half in each iteration.
   constexpr std::size_t kMost = 30;
-  const std::size_t most = std::clamp<std::size_t>(kMost * 1000 / std::max<std::size_t>(1, end_.size()), 3, kMost);
+  const std::size_t most = std::clamp<std::size_t>(kMost * kLine / std::max<std::size_t>(1, end_.size()), 3, kMost);
   constexpr double kNear = 0.1, kBack = 1e-4, kOtherWay = 1e3;
   here_ = here;
   spread(t, h, x, rates);

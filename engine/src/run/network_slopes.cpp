@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/unequal.hpp"
 #include "run/failures.hpp"
 #include "run/jump.hpp"
 
@@ -47,11 +48,10 @@ std::optional<Diagnostic> NetworkSlopes::look(const std::vector<double>& resista
   Jump jump = jump_into(evaluator, t_, stored_);
   if (jump.failure) return jump.failure;
   x_ = std::move(jump.x);
-  constexpr double kGolden = 0.6180339887498949;  // the golden ratio less 1: its multiples are spread evenly
-  constexpr double kNothing = 1e-100;             // beside any effort; its square is a number still
+  constexpr double kNothing = 1e-100;  // beside any effort; its square is a number still
   constexpr double kRoundings = 16.0 * std::numeric_limits<double>::epsilon();
   for (std::size_t c = 0; aside && c < states_; ++c) {
-    const double part = 1.0 + std::fmod(kGolden * static_cast<double>(c), 1.0);
+    const double part = 1.0 + unequal_part(c);
     x_[c] += part * (resolution_[c] + kRoundings * std::abs(x_[c]));
   }
   evaluator_ = &evaluator;

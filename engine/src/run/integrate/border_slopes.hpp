@@ -12,6 +12,8 @@
 #include <limits>
 #include <vector>
 
+#include "base/unequal.hpp"
+
 namespace bgsim {
 
 class BorderSlopes {
@@ -86,11 +88,8 @@ class BorderSlopes {
     bool any = false;
     for (const double side : {1.0, -1.0}) {
       // Unequal moves, so that differences of states move, too.
-      constexpr double kGolden = 0.6180339887498949;
-      for (std::size_t j = 0; j < unknowns_; ++j) {
-        const double fraction = kGolden * static_cast<double>(j + 1);
-        moved_[j] = y[j] + side * part * tolerance(j) * (0.5 + 0.5 * (fraction - std::floor(fraction)));
-      }
+      for (std::size_t j = 0; j < unknowns_; ++j)
+        moved_[j] = y[j] + side * part * tolerance(j) * (0.5 + 0.5 * unequal_part(j + 1));
       if (!evaluate(moved_.data(), other_.data())) continue;
       for (std::size_t k = 0; at_point != nullptr && k < entries.size(); ++k)
         if (at_point[k] * other_[k] < 0.0) other_[k] = 0.0;
