@@ -248,3 +248,33 @@ TEST_CASE("what two equal efforts leave of a flow is nothing beside what one wou
     CHECK(value(found[0], "c2.q") == Approx(3.5).epsilon(1e-9));
   }
 }
+
+TEST_CASE("tanks that are empty at the start come to the levels that their orifices hold") {
+  // The inflow of 0.7 goes through all of them: each level is higher than the next one by k 0.49. At the start no law
+  // has a slope.
+  for (const std::string law : {"e = K*f*abs(f)", "f = sign(e)*sqrt(abs(e)/(K))"}) {
+    INFO(law);
+    std::string elements = R"x("s": { "kind": "Sf", "flow": 0.7 })x", bonds = R"x({ "from": "s", "to": "n0" })x";
+    constexpr int kTanks = 6;
+    for (int i = 0; i < kTanks; ++i) {
+      const std::string k = std::to_string(i);
+      std::string own = law;
+      own.replace(own.find('K'), 1, std::to_string(i + 1));
+      elements += R"x(, "n)x" + k + R"x(": { "kind": "0" }, "c)x" + k +
+                  R"x(": { "kind": "C", "capacitance": 2 }, "k)x" + k + R"x(": { "kind": "1" }, "o)x" + k +
+                  R"x(": { "kind": "R", "law": ")x" + own + R"x(" })x";
+      bonds += R"x(, { "from": "n)x" + k + R"x(", "to": "c)x" + k + R"x(" }, { "from": "n)x" + k + R"x(", "to": "k)x" +
+               k + R"x(" }, { "from": "k)x" + k + R"x(", "to": "o)x" + k + R"x(" })x";
+      if (i + 1 < kTanks) bonds += R"x(, { "from": "k)x" + k + R"x(", "to": "n)x" + std::to_string(i + 1) + R"x(" })x";
+    }
+    const std::vector<Equilibrium> found = steady(Study::from_text(
+        model_text(R"x("elements": { )x" + elements + R"x( }, "bonds": [ )x" + bonds + R"x( ], )x" + kScene)));
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].stability == Equilibrium::Stability::stable);
+    double level = 0.0;
+    for (int i = kTanks; i-- > 0;) {
+      level += (i + 1) * 0.49;
+      CHECK(value(found[0], "c" + std::to_string(i) + ".q") == Approx(2.0 * level).epsilon(1e-9));
+    }
+  }
+}

@@ -13,6 +13,7 @@
 #include "linear/perturbed.hpp"
 #include "linear/steady_field.hpp"
 #include "linear/steady_sides.hpp"
+#include "run/euler_steps.hpp"
 #include "run/jump.hpp"
 
 namespace bgsim {
@@ -208,12 +209,31 @@ class Search {
     duration_ = scene_.stop > scene_.start ? scene_.stop - scene_.start : 1.0;
     if (!attempt(x0, {}, "Newton's iteration from " + where_) &&
         !attempt(x0, {duration_ * 1e-6, 0.3, 400}, "implicit steps of growing length from " + where_) &&
-        !attempt(x0, {duration_ * 1e-9, 0.02, 4000}, "short implicit steps from " + where_))
+        !attempt(x0, {duration_ * 1e-9, 0.02, 4000}, "short implicit steps from " + where_) && !attempt_from_rest(x0))
       fail();
     // With free states, or without a linearization that would tell, there may be others beside it without end.
     const bool wanted = options.all && (beside_left_ || result_.front().leaves.empty());
     if (wanted && result_.front().free.empty() && !result_.front().poles.empty()) others(x0);
     return std::move(result_);
+  }
+
+  /// Where a law has no slope at the start (an orifice of empty tanks), no iteration begins there.
+  bool attempt_from_rest(const Vector& x0) {
+    Vector f, terms;
+    Rates jacobian;
+    if (x0.size() == 0 || !field_.rates(x0, f) || field_.slopes(x0, f, jacobian, terms)) return false;
+    Evaluator& evaluator = field_.evaluator();
+    EulerFromRest euler(field_.program(), evaluator);
+    Branch here = first_branch(field_.program());
+    std::vector<double> rates(static_cast<std::size_t>(x0.size()));
+    if (!evaluator.initialize_modes(scene_.start, x0.data(), here) ||
+        !evaluator.rates(scene_.start, x0.data(), here, rates.data()) ||
+        !euler.step(scene_.start, duration_, x0.data(), rates, here))
+      return false;
+    const Vector x = x0 + Eigen::Map<const Vector>(euler.change().data(), x0.size());
+    const std::string from = "from where an implicit step of the scene's length leads";
+    return attempt(x, {}, "Newton's iteration " + from) ||
+           attempt(x, {duration_ * 1e-6, 0.3, 400}, "implicit steps of growing length " + from);
   }
 
   bool attempt(const Vector& x, const Iteration& how, const std::string& found_by) {
