@@ -148,7 +148,9 @@ void note_dependent_stores(RunResult& result, const Study& study, const Program&
   for (std::size_t i = 0; i < program.dependent.size() && i < kListed; ++i) {
     const auto& ports = study.causality().dependent;
     const auto port = std::find_if(ports.begin(), ports.end(), [&](const DependentPort& p) {
-      return p.element == program.dependent[i].element && p.port == program.dependent[i].port;
+      const Element& store = study.model().elements[p.element.index()];
+      return port_name(store, p.port) ==
+             port_name(program.model->elements[program.dependent[i].element.index()], program.dependent[i].port);
     });
     std::string because;
     for (std::size_t k = 0; port != ports.end() && k < port->because.size(); ++k)
@@ -301,7 +303,9 @@ Exit run_scene(const Study& study, const RunOptions& options, const std::string&
   StageSeconds seconds = study.seconds();
   const UnitReport units = timed(seconds, "units", [&] { return infer_units(model, study.graph(), inputs.scene); });
   warn_of_units(model, units, options.file);
-  const Simulation compiled = study.scene(inputs, {.energy_audit = !options.no_audit, .keep_all = options.keep_all});
+  // The table of events is a result of the run as much as its outputs are.
+  const bool keep_all = options.keep_all || !options.events.empty();
+  const Simulation compiled = study.scene(inputs, {.energy_audit = !options.no_audit, .keep_all = keep_all});
   seconds.insert(seconds.end(), compiled.seconds().begin(), compiled.seconds().end());
   if (search != nullptr) {
     std::optional<RunInputs> found = search(compiled, *options.accuracy, options.quiet);

@@ -283,14 +283,6 @@ TEST_CASE("a run with events that goes on from a snapshot is the same run") {
   }
 }
 
-TEST_CASE("a model with events is not reduced") {
-  const Study study =
-      Study::from_text(R"x({"bgsim": 1, "name": "events", "signals": {)x" + kHeight + R"x(}, "elements": {)x" + kBall +
-                       R"x(}, "bonds": [)x" + kBallBonds + R"x(], "events": {)x" + kBounce +
-                       R"x(}, "outputs": {"x": "x"}, "scenes": {"run": {"stop": 1}}})x");
-  CHECK_THROWS_AS(reduce(study, {}), ModelError);
-}
-
 TEST_CASE("no bounce is lost, whatever the height of the floor and the restitution") {
   for (const char* e : {"0.05", "0.3", "0.9", "0.99"})
     for (const char* floor : {"0", "1000", "-37.3", "1000000"}) {

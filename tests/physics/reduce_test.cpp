@@ -164,6 +164,70 @@ TEST_CASE("a model with a contact is reduced, and keeps its gap, its restitution
   check_by_itself(reduction, "fall");
 }
 
+/// A sampled controller with memory, a latch, a delay and events of its own, on a spring and a mass; a wheel that
+/// nothing looks at; a mass and a resistance that hardly matter.
+constexpr const char* kSampled = R"x({ "bgsim": 1, "name": "sampled", "parameters": { "Ts": 0.05, "k": 100 },
+  "signals": {
+    "err": { "value": "1 - spring.q", "every": "Ts", "about": "error" },
+    "sum": { "value": "previous(sum) + err*Ts", "every": "Ts", "offset": "Ts/2", "initial": 0.1 },
+    "late": { "delay": "body.f", "by": 0.02, "initial": "0.1*t" },
+    "on": { "set": "spring.q > 0.2", "reset": "spring.q < 0.1", "initial": true },
+    "strong": "on and not spring.q > 0.9",
+    "count": { "integral": 0, "initial": 1 }, "unused": { "integral": "sin(t)" } },
+  "elements": {
+    "drive": { "kind": "MSe", "effort": "50*err + 20*sum - 2*late + if(on, 3, 0) + if(strong, 1, 0)" },
+    "body": { "kind": "1" }, "mass": { "kind": "I", "inertance": 1 }, "spring": { "kind": "C", "capacitance": "1/k" },
+    "damper": { "kind": "R", "resistance": 4 }, "small": { "kind": "R", "resistance": 0.001 },
+    "tiny": { "kind": "I", "inertance": 1e-4 },
+    "wheel": { "kind": "I", "inertance": 2, "initial": { "p": 1 } }, "axle": { "kind": "1" },
+    "rub": { "kind": "R", "resistance": 0.1 } },
+  "bonds": [ { "from": "drive", "to": "body" }, { "from": "body", "to": "mass" }, { "from": "body", "to": "spring" },
+    { "from": "body", "to": "damper" }, { "from": "body", "to": "small" }, { "from": "body", "to": "tiny" },
+    { "from": "axle", "to": "wheel" }, { "from": "axle", "to": "rub" } ],
+  "events": {
+    "kick": { "when": "spring.q > 0.6", "set": { "count": "pre(count) + 1", "mass.p": "0.5*pre(mass.p)" }, "priority": 2 },
+    "slow": { "when": "axle.f < 0.4", "set": { "wheel.p": 1 } } },
+  "outputs": { "x": "spring.q", "n": "count", "p": "if(on, 1, 0)", "s": "sum" },
+  "scenes": { "step": { "stop": 3, "samples": 301, "relative": 1e-8, "initial": { "count": 2 } } } })x";
+
+TEST_CASE("events, delays and signals with memory are written as they were, and reduced around") {
+  const Reduction reduction = reduce_text(kSampled, 1e-2);
+  const Model reduced = read_model_text("reduced.json", reduction.text);
+  INFO(reduction.text);
+  std::vector<std::string> elements, events;
+  for (const Element& element : reduced.elements) elements.push_back(element.name);
+  for (const ModelEvent& event : reduced.events) events.push_back(event.name);
+  CHECK(elements == std::vector<std::string>{"drive", "body", "mass", "spring", "damper"});
+  CHECK(events == std::vector<std::string>{"kick", "err", "previous(sum)", "sum", "on (set)", "on (reset)"});
+  CHECK(reduced.events.front().priority == 2.0);
+  CHECK(reduction.text.find("unused") == std::string::npos);
+  check_by_itself(reduction, "step");
+  // What an event sets is there to be set.
+  for (const CutTrial& trial : reduction.trials)
+    if (trial.cut.element == ElementId(2) && trial.cut.kind == CutKind::zero_effort)
+      CHECK(trial.refusal == "the event \"kick\" sets what \"mass\" holds");
+}
+
+TEST_CASE("with nothing cut the text is the model: events, delays and memory run as before, bit for bit") {
+  for (const char* name :
+       {"bouncing_ball", "heated_loop", "rimless_wheel", "sampled_servo", "shaken_ball", "thermostat"}) {
+    INFO(name);
+    const auto model = read("models/" + std::string(name) + ".json");
+    const std::string& scene = model->scenes.front().name;
+    FlatModelOptions how;
+    how.file = "flat.json";
+    how.scene = scene;
+    how.name = model->name;
+    const Study study(model);
+    const Study flat = Study::from_text(flat_model_json(*model, study.graph(), how));
+    const RunResult whole = study.scene(scene).simulate(test::untimed());
+    REQUIRE(whole.stop == StopReason::completed);
+    const RunResult again = flat.scene(scene).simulate(test::untimed());
+    CHECK(again.report.steps == whole.report.steps);
+    CHECK(again.trace.columns == whole.trace.columns);
+  }
+}
+
 TEST_CASE("a cut that lets an impulse go round in a loop of junctions is refused", "[long]") {
   const auto model = read("models/actuator_object.json");
   const Reduction reduction = reduce_to("models/actuator_object.json", "press", 1e-2,

@@ -436,7 +436,7 @@ void compare(std::uint64_t seed, Tally& tally) {
   RunResult result;
   std::string refusal;
   try {
-    result = Study::from_text(text).scene().simulate(options);
+    result = Study::from_text(text).scene("", {}, {.keep_all = true}).simulate(options);
     if (result.failure) refusal = result.failure->code;
   } catch (const ModelError& error) {
     refusal = error.diagnostics.front().code;

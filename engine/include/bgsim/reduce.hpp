@@ -74,9 +74,10 @@ struct ReduceOptions {
 /// effort: no flow) is tried first, then the other one. A cut that leads to a causal conflict, a singular loop or a run
 /// that fails is refused. What could not go is tried again as long as anything else went.
 ///
-/// In models with switches nothing is left away before the cuts: another mode may connect it.
+/// Of models with switches, events or delays only what no bond and no signal connects with the outputs is left away
+/// before the cuts: another mode may connect the rest. A store that an event sets is not cut.
 ///
-/// @throws ModelError  BG610 the model has events or delayed signals; BG710 the scene records nothing; BG711 the
+/// @throws ModelError  BG710 the scene records nothing; BG711 the
 ///         error allowed is no larger than what the solver makes at the scene's tolerance; BG712 no such element is
 ///         there to be kept; what the stages throw for the full model; BG6xx its run fails or is interrupted.
 /// @note Two runs for each R, C and I and each round: at most the number of cuts made and one.

@@ -20,6 +20,7 @@ using StageSeconds = std::vector<std::pair<std::string, double>>;
 
 class ModePrograms;
 class Simulation;
+struct ObservedPart;
 
 /// What of a scene is compiled.
 struct SceneOptions {
@@ -109,16 +110,21 @@ class Simulation {
  private:
   friend class Study;
   struct Compiled {
-    std::optional<Slice> cut;  ///< none if nothing was left out
+    std::shared_ptr<const ObservedPart> part;  ///< of a model with switches, events or delays; null: all of it
+    std::optional<Study> part_study;           ///< of `part`
+    std::optional<Slice> cut;                  ///< none if nothing was left out
     Program program;
     std::shared_ptr<ModePrograms> modes;  ///< of a model with switches, instead of `program`
     const Program* first = nullptr;       ///< among these
     StageSeconds seconds;
   };
   Simulation(Study study, RunInputs inputs, const SceneOptions& options);
+  [[nodiscard]] const Study& compiled_study() const { return compiled_->part_study ? *compiled_->part_study : study_; }
+  [[nodiscard]] RunInputs compiled_inputs(const RunInputs& inputs) const;
   void check(const RunInputs& inputs) const;
   [[nodiscard]] RunResult run(const RunInputs& inputs, const SimulateOptions& options) const;
   [[nodiscard]] RunResult run_once(const RunInputs& inputs, const SimulateOptions& options) const;
+  [[nodiscard]] RunResult run_compiled(const RunInputs& inputs, const SimulateOptions& options) const;
 
   Study study_;
   std::optional<SceneOverrides> overrides_;  ///< as the scene was asked for; none if it was worked out elsewhere

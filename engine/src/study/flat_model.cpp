@@ -11,6 +11,7 @@
 #include "bgsim/text.hpp"
 #include "model/element_kinds.hpp"
 #include "study/cut_graph.hpp"
+#include "study/written_memory.hpp"
 
 namespace bgsim {
 namespace {
@@ -19,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 /// Names of everything in a file without submodels.
 struct FlatNames {
-  std::vector<std::string> parameters, signals, elements, bonds;
+  std::vector<std::string> parameters, signals, elements, bonds, events;
 };
 
 FlatNames make_names(const Model& model) {
@@ -38,7 +39,25 @@ FlatNames make_names(const Model& model) {
   for (const Parameter& parameter : model.parameters) names.parameters.push_back(flat(parameter.name));
   for (const Signal& signal : model.signals) names.signals.push_back(flat(signal.name));
   for (const ModelBond& bond : model.bonds) names.bonds.push_back(flat(bond.name));
+  for (const ModelEvent& event : model.events) names.events.push_back(flat(event.name));
   return names;
+}
+
+/// A condition as the number that expressions have for it, 1 or 0, which they compare with 0.5. No model has this mark.
+constexpr char kMark = '\x01';
+std::string marked(const std::string& condition) { return kMark + condition + kMark; }
+
+/// What is compared with 0.5 is written as the condition that it is.
+std::string as_conditions(std::string text) {
+  const std::string compared = " > 0.5";
+  for (auto begin = text.find(kMark); begin != std::string::npos; begin = text.find(kMark)) {
+    const auto end = text.find(kMark, begin + 1);
+    const std::string condition = text.substr(begin + 1, end - begin - 1);
+    const bool whole = text.compare(end + 1, compared.size(), compared) == 0;
+    text.replace(begin, end + 1 - begin + (whole ? compared.size() : 0),
+                 whole ? condition : "if(" + condition + ", 1, 0)");
+  }
+  return text;
 }
 
 /// `{ "key": value, ... }` on one line.
@@ -69,7 +88,8 @@ class FlatWriter {
         options_(options),
         names_(make_names(model)),
         pool_(model.pool),
-        cut_(graph, options.cuts, options.dropped) {
+        cut_(graph, options.cuts, options.dropped),
+        memory_(written_memory(model)) {
     for (const Scene& scene : model.scenes)
       if (scene.name == options.scene) scene_ = &scene;
     if (scene_ == nullptr) throw std::invalid_argument("there is no scene \"" + options.scene + "\"");
@@ -79,11 +99,14 @@ class FlatWriter {
     for (std::size_t i = 0; i < model.elements.size(); ++i)
       if (model.elements[i].contact)
         names_.signals[model.elements[i].contact->displacement.index()] = names_.elements[i] + ".q";
+    for (std::size_t i = 0; i < memory_.size(); ++i)
+      if (memory_[i].kind == WrittenMemory::Kind::previous)
+        names_.signals[i] = "previous(" + names_.signals[memory_[i].of.index()] + ")";
     replace_cut_variables(graph);
     // What is written says which signals, parameters and junctions are needed; so parameters come last.
     write_outputs();
     write_elements();
-    write_signals();
+    write_signals_and_events();
     write_scene();
     drop_junctions(graph);
     write_bonds();
@@ -97,6 +120,7 @@ class FlatWriter {
     if (!parameters_.empty()) text += section("parameters", parameters_) + ",\n";
     if (!signals_.empty()) text += section("signals", signals_) + ",\n";
     text += section("elements", elements_) + ",\n" + section("bonds", bonds_) + ",\n";
+    if (!events_.empty()) text += section("events", events_) + ",\n";
     text += section("outputs", outputs_) + ",\n" + section("scenes", scenes_) + "\n}\n";
     return text;
   }
@@ -162,9 +186,16 @@ class FlatWriter {
     if (pool_.is_constant(e)) return pool_[e].constant;
     const std::vector<ExprId> roots{e};
     for (const SymbolId symbol : symbols_in(pool_, roots)) use(symbol, user);
-    std::string text = to_text(pool_, e, [this](SymbolId s) { return symbol_text(s); });
+    std::string text = as_conditions(to_text(pool_, e, [this](SymbolId s) { return symbol_text(s); }));
     for (const auto& table : pool_.tables()) relocate(text, table->file);
     return text;
+  }
+
+  /// The same of a condition, which a cut may have decided.
+  Json condition(ExprId expression, const std::string& user) {
+    const Json written = value(expression, user);
+    if (!written.is_number()) return written;
+    return written.get<double>() != 0.0 ? "0 < 1" : "1 < 0";
   }
 
   void use(SymbolId symbol, const std::string& user) {
@@ -187,11 +218,13 @@ class FlatWriter {
       case ModelSymbol::Kind::parameter:
         return names_.parameters[s.parameter.index()];
       case ModelSymbol::Kind::signal:
+        if (memory_[s.signal.index()].kind == WrittenMemory::Kind::latch)
+          return marked(names_.signals[s.signal.index()]);
         return names_.signals[s.signal.index()];
       case ModelSymbol::Kind::bond_variable:
         return names_.bonds[s.bond.index()] + "." + letter(s.variable);
       case ModelSymbol::Kind::mode:
-        return "if(mode('" + names_.elements[s.element.index()] + "'), 1, 0)";
+        return marked("mode('" + names_.elements[s.element.index()] + "')");
       case ModelSymbol::Kind::port_variable:
         break;
     }
@@ -281,11 +314,11 @@ class FlatWriter {
   void write_switch(Json& json, const Element& element, const std::string& user) {
     const SwitchLaw& law = *element.switches;
     if (!law.remembers) {
-      json[law.locks ? "locked" : "closed"] = value(law.locks ? law.opens : law.closes, user);
+      json[law.locks ? "locked" : "closed"] = condition(law.locks ? law.opens : law.closes, user);
       return;
     }
-    json["close"] = value(law.closes, user);
-    json["open"] = value(law.opens, user);
+    json["close"] = condition(law.closes, user);
+    json["open"] = condition(law.opens, user);
     if (is_closed(element)) json["initial"] = "closed";
   }
 
@@ -301,7 +334,7 @@ class FlatWriter {
   void write_diode(Json& json, const Element& element, const std::string& user) {
     if (element.diode->out) json["passes"] = "out";
     if (!model_.pool.is_constant(element.coefficient, 0.0)) json["threshold"] = value(element.coefficient, user);
-    if (element.diode->fire.valid()) json["fire"] = value(element.diode->fire, user);
+    if (element.diode->fire.valid()) json["fire"] = condition(element.diode->fire, user);
   }
 
   std::string law_text(const Element& element, const Law& law, const std::string& user) {
@@ -318,24 +351,91 @@ class FlatWriter {
     });
   }
 
-  /// Signals that are used, and those that they use.
-  void write_signals() {
-    std::vector<Json> entries(model_.signals.size());
-    std::vector<bool> done(model_.signals.size(), false);
+  /// Signals that are used, and those that they use; events that set what is used, and what they use.
+  void write_signals_and_events() {
+    std::vector<Json> signals(model_.signals.size()), events(model_.events.size());
+    std::vector<bool> signal_done(model_.signals.size(), false), event_done(model_.events.size(), false);
     for (bool more = true; more;) {
       more = false;
       for (std::size_t i = 0; i < model_.signals.size(); ++i) {
-        if (!used_signal_[i] || done[i] || of_contact(i)) continue;
-        const Signal& signal = model_.signals[i];
-        const std::string user = "the signal \"" + signal.name + "\"";
-        entries[i] = {{signal.is_state() ? "integral" : "value", value(signal.value, user)}};
-        if (signal.initial.valid()) entries[i]["initial"] = value(signal.initial, user);
-        add_texts(entries[i], signal.unit, signal.about);
-        done[i] = more = true;
+        if (!used_signal_[i] || signal_done[i] || of_contact(i)) continue;
+        signals[i] = signal_json(i);
+        signal_done[i] = more = true;
+      }
+      for (std::size_t i = 0; i < model_.events.size(); ++i) {
+        const ModelEvent& event = model_.events[i];
+        if (event_done[i] || is_of_memory(event) || !sets_what_is_used(event)) continue;
+        events[i] = event_json(event);
+        event_done[i] = more = true;
       }
     }
-    for (std::size_t i = 0; i < entries.size(); ++i)
-      if (done[i]) signals_[names_.signals[i]] = std::move(entries[i]);
+    for (std::size_t i = 0; i < signals.size(); ++i)
+      if (signal_done[i] && memory_[i].kind != WrittenMemory::Kind::previous)
+        signals_[names_.signals[i]] = std::move(signals[i]);
+    for (std::size_t i = 0; i < events.size(); ++i)
+      if (event_done[i]) events_[names_.events[i]] = std::move(events[i]);
+  }
+
+  Json signal_json(std::size_t i) {
+    const Signal& signal = model_.signals[i];
+    const WrittenMemory& memory = memory_[i];
+    const std::string user = "the signal \"" + signal.name + "\"";
+    Json json = Json::object();
+    switch (memory.kind) {
+      case WrittenMemory::Kind::previous:
+        used_signal_[memory.of.index()] = true;
+        return json;
+      case WrittenMemory::Kind::latch:
+        json["set"] = condition(memory.takes->when, user);
+        json["reset"] = condition(memory.resets->when, user);
+        if (model_.pool.is_constant(signal.initial, 1.0)) json["initial"] = true;
+        add_texts(json, {}, signal.about);
+        return json;
+      case WrittenMemory::Kind::sampled:
+        json["value"] = value(memory.takes->sets.front().value, user);
+        json["every"] = value(signal.every, user);
+        if (!model_.pool.is_constant(signal.offset, 0.0)) json["offset"] = value(signal.offset, user);
+        break;
+      case WrittenMemory::Kind::none:
+        if (signal.delay) {
+          json["delay"] = value(signal.delay->value, user);
+          json["by"] = value(signal.delay->by, user);
+        } else {
+          json[signal.is_state() ? "integral" : "value"] = value(signal.value, user);
+        }
+    }
+    const ExprId initial = signal.delay ? signal.delay->initial : signal.initial;
+    if (initial.valid()) json["initial"] = value(initial, user);
+    add_texts(json, signal.unit, signal.about);
+    return json;
+  }
+
+  [[nodiscard]] bool sets_what_is_used(const ModelEvent& event) const {
+    return std::any_of(event.sets.begin(), event.sets.end(), [&](const ModelEvent::Set& set) {
+      return set.element.valid() ? !cut_.gone(set.element) : bool(used_signal_[set.signal.index()]);
+    });
+  }
+
+  Json event_json(const ModelEvent& event) {
+    const std::string user = "the event \"" + event.name + "\"";
+    Json json{{"when", condition(event.when, user)}};
+    for (const ModelEvent::Set& set : event.sets) {
+      std::string name;
+      if (set.element.valid()) {
+        const Element& store = model_.elements[set.element.index()];
+        if (cut_.is_cut(set.element) || cut_.gone(set.element))
+          throw CutRefused(user + " sets what \"" + store.name + "\" holds", {set.element});
+        const SymbolId stored = port_variable(store, set.port, stored_variable(store, set.port));
+        use(stored, user);
+        name = symbol_text(stored);
+      } else {
+        used_signal_[set.signal.index()] = true;
+        name = names_.signals[set.signal.index()];
+      }
+      json["set"][name] = value(set.value, user);
+    }
+    if (event.priority != 0.0) json["priority"] = event.priority;
+    return json;
   }
 
   void drop_junctions(const BondGraph& graph) {
@@ -439,13 +539,14 @@ class FlatWriter {
   FlatNames names_;
   ExprPool pool_;
   CutGraph cut_;
+  std::vector<WrittenMemory> memory_;  ///< by SignalId
   const Scene* scene_ = nullptr;
   std::unordered_map<SymbolId, ExprId> replacement_;
   std::unordered_map<SymbolId, std::string> undefined_;
   std::unordered_map<std::size_t, SymbolId> bond_symbols_;
   std::vector<bool> used_parameter_, used_signal_, used_bond_;
   Json parameters_ = Json::object(), signals_ = Json::object(), elements_ = Json::object(), bonds_,
-       outputs_ = Json::object(), scenes_ = Json::object(), scene_json_;
+       events_ = Json::object(), outputs_ = Json::object(), scenes_ = Json::object(), scene_json_;
 };
 
 }  // namespace

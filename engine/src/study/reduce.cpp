@@ -12,6 +12,7 @@
 #include "run/failures.hpp"
 #include "study/flat_model.hpp"
 #include "study/junction_measure.hpp"
+#include "study/observed_part.hpp"
 
 namespace bgsim {
 namespace {
@@ -24,6 +25,14 @@ std::size_t operations(const Program& program) {
   add(program.rates);
   for (const ProgramBlock& block : program.blocks) add(block.residual);
   return count;
+}
+
+/// The elements that a part leaves out.
+std::vector<ElementId> elements_outside(const std::optional<ObservedPart>& part) {
+  std::vector<ElementId> result;
+  for (std::size_t i = 0; part && i < part->elements.size(); ++i)
+    if (!part->elements[i].valid()) result.emplace_back(i);
+  return result;
 }
 
 class Reducer {
@@ -133,9 +142,9 @@ class Reducer {
 
   /// Exact, if what remains is a model: bonds to what is left away must have ended at junctions.
   void leave_away_unobserved() {
-    // What no output depends on in one mode of the switches another mode may connect.
-    if (!switches_of(full_.model()).empty()) return;
-    result_.unobserved = unobserved_elements(full_.model(), full_.equations(), inputs_.outputs);
+    result_.unobserved = equations_stay(full_.model())
+                             ? unobserved_elements(full_.model(), full_.equations(), inputs_.outputs)
+                             : elements_outside(observed_part(full_.model(), inputs_.outputs));
     while (!result_.unobserved.empty()) {
       try {
         const Study study(read(text_of({}, {}, 0.0)));
@@ -327,18 +336,6 @@ class Reducer {
 }  // namespace
 
 Reduction reduce(const Study& study, const ReduceOptions& options) {
-  for (const Signal& signal : study.model().signals)
-    if (signal.delay)
-      throw ModelError({diagnostic_of("BG610", "a model with delayed signals cannot be reduced", signal.place,
-                                      "what is cut off is measured by runs of the states alone",
-                                      "replace the delay by first-order lags for the reduction")},
-                       study.model().sources);
-  if (!study.model().events.empty())
-    throw ModelError(
-        {diagnostic_of("BG610", "a model with events that set stores cannot be reduced", {},
-                       "the error of a cut is that of the state equations; an event changes states at once",
-                       "leave the events out, and write them into the reduced model again")},
-        study.model().sources);
   return Reducer(study, options).run();
 }
 

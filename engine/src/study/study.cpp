@@ -14,6 +14,7 @@
 #include "run/integrate/integrator.hpp"
 #include "run/snapshot.hpp"
 #include "study/mode_programs.hpp"
+#include "study/observed_part.hpp"
 #include "study/second_run.hpp"
 
 namespace bgsim {
@@ -46,6 +47,15 @@ auto timed(StageSeconds& seconds, const char* stage, const Work& work) {
   }();
   seconds.emplace_back(stage, took);
   return value;
+}
+
+/// By id of a part, the id in the whole. @param ids  the other way round; invalid: not in the part
+template <class Id>
+std::vector<Id> in_the_whole(const std::vector<Id>& ids) {
+  std::vector<Id> result;  // parts keep the order
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    if (ids[i].valid()) result.emplace_back(i);
+  return result;
 }
 
 }  // namespace
@@ -124,41 +134,57 @@ Simulation Study::scene(RunInputs inputs, const SceneOptions& options) const {
 Simulation::Simulation(Study study, RunInputs inputs, const SceneOptions& options)
     : study_(std::move(study)), inputs_(std::move(inputs)) {
   const auto compiled = std::make_shared<Compiled>();
-  if (!switches_of(model()).empty()) {
-    // What one mode leaves out another may need: nothing is left out.
+  compiled_ = compiled;
+  if (!options.keep_all && !inputs_.outputs.empty() && !equations_stay(model())) {
+    // What is left out is checked as far as it is the same in all modes.
+    if (switches_of(model()).empty())
+      static_cast<void>(study_.order());
+    else
+      static_cast<void>(study_.graph());
+    auto part = timed(compiled->seconds, "slice", [&] { return observed_part(model(), inputs_.outputs); });
+    if (part) {
+      compiled->part_study.emplace(part->model);
+      compiled->part = std::make_shared<const ObservedPart>(std::move(*part));
+    }
+  }
+  const Study& of = compiled_study();
+  const RunInputs own = compiled_inputs(inputs_);
+  if (!switches_of(of.model()).empty()) {
     compiled->modes =
-        std::make_shared<ModePrograms>(study_.shared_model(), CompileOptions{inputs_.outputs, options.energy_audit});
+        std::make_shared<ModePrograms>(of.shared_model(), CompileOptions{own.outputs, options.energy_audit});
     compiled->first = timed(compiled->seconds, "compile", [&] {
-      const SwitchedStart start = compiled->modes->start(inputs_);
+      const SwitchedStart start = compiled->modes->start(own);
       if (start.failure) throw ModelError({*start.failure}, model().sources);
-      return &compiled->modes->at(start.mode, inputs_.parameters);
+      return &compiled->modes->at(start.mode, own.parameters);
     });
-    compiled_ = compiled;
     return;
   }
-  const EquationSystem& system = study_.equations();
-  const BlockOrder& order = study_.order();
-  // An event acts on what it sets, whatever the outputs depend on.
-  const bool delays = std::any_of(model().signals.begin(), model().signals.end(),
-                                  [](const Signal& signal) { return signal.delay.has_value(); });
-  if (!options.keep_all && model().events.empty() && !delays)
+  const EquationSystem& system = of.equations();
+  const BlockOrder& order = of.order();
+  if (!options.keep_all && equations_stay(of.model()))
     compiled->cut = timed(compiled->seconds, "slice", [&] {
-      return slice(model(), study_.graph(), system, order, inputs_.outputs, options.energy_audit);
+      return slice(of.model(), of.graph(), system, order, own.outputs, options.energy_audit);
     });
-  compiled_ = compiled;
   check(inputs_);
   const std::optional<Slice>& cut = compiled->cut;
   compiled->program = timed(compiled->seconds, "compile", [&] {
-    return compile(study_.shared_model(), cut ? cut->system : system, cut ? cut->order : order,
-                   {inputs_.outputs, options.energy_audit});
+    return compile(of.shared_model(), cut ? cut->system : system, cut ? cut->order : order,
+                   {own.outputs, options.energy_audit});
   });
+}
+
+/// As a run of what is compiled takes them.
+RunInputs Simulation::compiled_inputs(const RunInputs& inputs) const {
+  return compiled_->part ? inputs_of_part(inputs, *compiled_->part) : inputs;
 }
 
 /// Laws that hold for some parameters only; initial values of what is left out: the run does not see them.
 void Simulation::check(const RunInputs& inputs) const {
   if (compiled_->modes) return;  // each mode is looked at when the run comes to it
-  check_laws(study_.model(), study_.graph(), study_.causality(), inputs.parameters);
-  if (compiled_->cut) check_start(study_.shared_model(), study_.equations(), study_.order(), *compiled_->cut, inputs);
+  const Study& of = compiled_study();
+  check_laws(of.model(), of.graph(), of.causality(), inputs.parameters);
+  if (compiled_->cut)
+    check_start(of.shared_model(), of.equations(), of.order(), *compiled_->cut, compiled_inputs(inputs));
 }
 
 Simulation Simulation::with(std::string_view name, double value) const {
@@ -205,7 +231,30 @@ RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& option
   return result;
 }
 
-RunResult Simulation::run_once(const RunInputs& inputs, const SimulateOptions& options) const {
+RunResult Simulation::run_once(const RunInputs& of_whole, const SimulateOptions& options) const {
+  RunResult result = run_compiled(compiled_inputs(of_whole), options);
+  if (!compiled_->part) return result;
+  const ObservedPart& part = *compiled_->part;
+  const std::vector<ElementId> elements = in_the_whole(part.elements);
+  const std::vector<SignalId> signals = in_the_whole(part.signals);
+  for (RunInputs::Initial& value : result.stored.values) {
+    if (value.element.valid()) value.element = elements[value.element.index()];
+    if (value.signal.valid()) value.signal = signals[value.signal.index()];
+  }
+  LeftOut left_out = part.left_out;
+  const auto add = [](std::vector<std::string>& names, const std::vector<std::string>& more) {
+    names.insert(names.end(), more.begin(), more.end());
+  };
+  add(left_out.states, result.report.left_out.states);
+  add(left_out.elements, result.report.left_out.elements);
+  add(left_out.signals, result.report.left_out.signals);
+  left_out.not_audited = result.report.left_out.not_audited;
+  left_out.loops = result.report.left_out.loops;
+  result.report.left_out = std::move(left_out);
+  return result;
+}
+
+RunResult Simulation::run_compiled(const RunInputs& inputs, const SimulateOptions& options) const {
   if (!compiled_->modes) return bgsim::simulate(program(), inputs, options);
   ModePrograms& modes = *compiled_->modes;
   DelayedPrograms own(program());
