@@ -31,11 +31,13 @@ bool put_all(Evaluator& evaluator, double t, const std::vector<double>& x, Branc
 }  // namespace
 
 void ModeVariation::leave(const Program& program, const std::vector<double>& parameters, double t, Departure departure,
-                          const Stored& stored) {
+                          const Stored& stored, std::vector<double> scales) {
   // A mode that is left as it begins belongs to the instant before it, whose t' it has.
   if (departure.instant) instant_ = *departure.instant;
   steps_.clear();
-  left_ = Left{&program, parameters, std::move(departure), stored};
+  end_.reset();
+  closed_.clear();
+  left_ = Left{&program, parameters, std::move(departure), stored, std::move(scales)};
   left_->stored.t = t;
 }
 
@@ -43,7 +45,42 @@ void ModeVariation::impact(const ImpactProgram& impact, const DiodeNetwork& netw
                            const std::vector<std::optional<double>>& kick) {
   Step step{&impact.program, inputs_.parameters, &impact, &network, {}};
   for (const std::optional<double>& each : kick) step.kicked.push_back(each.has_value());
+  for (const std::size_t contact : closed_) step.kicked[contact] = false;  // it does not rebound
   steps_.push_back(std::move(step));
+}
+
+void ModeVariation::arrive(std::size_t contact) {
+  const std::vector<double>& x = left_->departure.x;
+  const std::size_t n = left_->program->varied_states;
+  Arrival arrival{left_->program, left_->stored.t, {}, {}, {}, instant_};
+  for (std::size_t i = 0; i < n; ++i) {
+    const double by_time = left_->departure.rates[i] * instant_;
+    arrival.x.push_back(x[i]);
+    arrival.moved.push_back(x[n + i] + by_time);
+    arrival.terms.push_back(std::abs(x[n + i]) + std::abs(by_time));
+  }
+  arrivals_[contact].add(std::move(arrival), of_.size);
+}
+
+bool ModeVariation::close(std::size_t contact, const Accumulation& series) {
+  const std::optional<Arrival> limit = limit_of(arrivals_[contact], series);
+  if (!limit || limit->program != left_->program) return false;
+  // Of several contacts that close at one instant all states come to the limit of the first, if that of the others is
+  // at its time.
+  constexpr double kSameTime = 0.01;
+  if (end_ && std::abs(limit->t - *end_) > kSameTime * (*end_ - left_->stored.t)) return false;
+  arrivals_.erase(contact);
+  closed_.push_back(contact);
+  if (end_) return true;
+  const std::size_t n = limit->x.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    left_->departure.x[i] = limit->x[i];
+    left_->departure.x[n + i] = limit->moved[i];
+    left_->departure.rates[i] = 0.0;
+  }
+  instant_ = limit->instant;
+  end_ = limit->t;
+  return true;
 }
 
 void ModeVariation::tie(const Program& program, const std::vector<double>& parameters) {
@@ -112,7 +149,7 @@ std::vector<double> ModeVariation::at(double h, double t, const Step& last) cons
 }
 
 /// A thousandth of what moves most beside its size.
-double ModeVariation::step_size(const Program& program, const std::vector<double>& scales) const {
+double ModeVariation::step_size() const {
   constexpr double kPart = 1e-3;
   double most = 0.0;
   const auto look = [&](double slope, double size) {
@@ -123,10 +160,8 @@ double ModeVariation::step_size(const Program& program, const std::vector<double
   if (left_) {
     const std::size_t n = left_->program->varied_states;
     for (std::size_t i = 0; i < n; ++i) {
-      const StateInfo& state = left_->program->states[i];
-      double size = std::abs(left_->departure.x[i]);
-      for (std::size_t k = 0; k < scales.size(); ++k)
-        if (stored_key(program.states[k]) == stored_key(state)) size = std::max(size, scales[k]);
+      const double scale = i < left_->scales.size() ? left_->scales[i] : 0.0;
+      const double size = std::max(std::abs(left_->departure.x[i]), scale);
       look(left_->departure.x[n + i] + left_->departure.rates[i] * instant_, size);
     }
   } else if (of_.size > 0.0) {
@@ -197,17 +232,41 @@ std::optional<Diagnostic> ModeVariation::differentiate(double h, double t, const
   return std::nullopt;
 }
 
+/// Behind the end T of the impacts s = d - f+(T) T'; the run begins the mode earlier, at t, and subtracts f+(t) T'.
+std::optional<Diagnostic> ModeVariation::take_back(const Program& program, const std::vector<double>& parameters,
+                                                   double t, const std::vector<double>& limit,
+                                                   std::vector<double>& x) const {
+  const std::size_t n = program.varied_states;
+  Evaluator evaluator(program, parameters);
+  std::vector<double> there = x, rates(x.size());
+  std::copy(limit.begin(), limit.end(), there.begin());
+  const auto look = [&](double at, const std::vector<double>& states) {
+    Branch branch = first_branch(program);
+    return evaluator.initialize_modes(at, states.data(), branch) &&
+           evaluator.rates(at, states.data(), branch, rates.data());
+  };
+  if (!look(*end_, there)) return fault_failure(evaluator.fault());
+  for (std::size_t i = 0; i < n; ++i) there[n + i] -= rates[i] * instant_;
+  if (!look(*end_, there)) return fault_failure(evaluator.fault());
+  for (std::size_t i = 0; i < n; ++i) there[n + i] -= (*end_ - t) * rates[n + i];
+  if (!look(t, x)) return fault_failure(evaluator.fault());
+  for (std::size_t i = 0; i < n; ++i) x[n + i] = there[n + i] + rates[i] * instant_;
+  return std::nullopt;
+}
+
 std::optional<Diagnostic> ModeVariation::enter(const Program& program, const std::vector<double>& parameters, double t,
                                                const std::vector<double>& scales, std::vector<double>& x) {
   const Step last{&program, parameters, nullptr, nullptr, {}};
   const std::size_t n = program.varied_states;
-  constexpr double kSame = 1e-9;
-  double h = step_size(program, scales);
+  // Before the end of many impacts the run is some flights short of it, of 2e-6 of the longest one.
+  constexpr double kSame = 1e-9, kSameAtEnd = 1e-2;
+  const double then = end_.value_or(t);
+  double h = step_size();
   std::vector<double> sizes;
   for (std::size_t i = 0; i < n; ++i) sizes.push_back(std::max(std::abs(x[i]), i < scales.size() ? scales[i] : 0.0));
-  const std::vector<double> here = at(0.0, t, last);
+  const std::vector<double> here = at(0.0, then, last);
   bool same = here.size() == n;
-  for (std::size_t i = 0; same && i < n; ++i) same = std::abs(here[i] - x[i]) <= kSame * sizes[i];
+  for (std::size_t i = 0; same && i < n; ++i) same = std::abs(here[i] - x[i]) <= (end_ ? kSameAtEnd : kSame) * sizes[i];
   if (!same)
     return refusal(t, "the jump of the stores is not what the mode alone makes of them",
                    "sensitivities cross a change of the mode by the jump of its stores");
@@ -216,10 +275,14 @@ std::optional<Diagnostic> ModeVariation::enter(const Program& program, const std
   constexpr int kTimes = 3;
   std::optional<Diagnostic> refused;
   for (int k = 0; k < kTimes; ++k, h *= kNearer) {
-    refused = differentiate(h, t, last, sizes, x);
+    refused = differentiate(h, then, last, sizes, x);
     if (!refused) break;
   }
   if (refused) return refused;
+  if (end_) {
+    if (auto fault = take_back(program, parameters, t, here, x)) return fault;
+    end_.reset();
+  }
   if (!(t > inputs_.start) && !program.diode_elements.empty() && begins_at_border(h, t, last))
     return refusal(t, "a diode or contact is at its border as the scene begins, and this parameter takes it across",
                    "a derivative exists where both sides have the same one");

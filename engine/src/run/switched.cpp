@@ -100,7 +100,7 @@ bool SwitchedRun::vary_out_of(const Program& program, Run& run) {
   std::optional<Diagnostic> refused;
   auto departure = run.departure(refused);
   if (!departure) return fail(std::move(*refused));
-  variation_->leave(program, parameters_, stored_.t, std::move(*departure), stored_);
+  variation_->leave(program, parameters_, stored_.t, std::move(*departure), stored_, scales(program));
   return true;
 }
 

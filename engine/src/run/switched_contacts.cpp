@@ -108,6 +108,9 @@ void SwitchedRun::close_rooms(const DiodeNetwork& network, const std::vector<dou
 
 bool SwitchedRun::look_at_contacts(const Program& program) {
   const std::vector<ElementId> elements = diode_elements(*program.model);
+  for (std::size_t i = 0; variation_ && i < diodes_.size(); ++i)
+    if (program.model->elements[elements[i].index()].contact && diodes_[i].conducts && tripped_[i])
+      variation_->arrive(i);
   for (std::size_t i = 0; i < diodes_.size(); ++i) {
     const Element& element = program.model->elements[elements[i].index()];
     if (!element.contact) continue;
@@ -120,7 +123,7 @@ bool SwitchedRun::look_at_contacts(const Program& program) {
     if (lost && !series) series = Accumulation{0.0, stored_.t};
     if (!series) continue;
     if (!inputs_.close_zeno) return fail(accumulation_failure(element, contacts_[i], *series));
-    if (variation_) return fail(accumulation_variation_failure(element, stored_.t));
+    if (variation_ && !variation_->close(i, *series)) return fail(accumulation_variation_failure(element, stored_.t));
     if (++accumulations_ <= kNotedAccumulations)
       result_.report.notes.push_back(accumulation_note(element, contacts_[i], *series));
     contact.sticks = true;

@@ -302,7 +302,8 @@ Diagnostic held_variation_failure(const Program& program, double t) {
 Diagnostic accumulation_variation_failure(const Element& contact, double t) {
   return diagnostic_of(
       "BG414", "at t = " + number_text(t) + " the impacts of \"" + contact.name + "\" accumulate, and it closes",
-      contact.place, "sensitivities cross impacts one by one, and there are infinitely many",
+      contact.place,
+      "of infinitely many impacts the derivatives are found where each follows from those before by one ratio",
       "ask for --method differences, or end the scene before");
 }
 

@@ -335,8 +335,6 @@ class Reducer {
 
 }  // namespace
 
-Reduction reduce(const Study& study, const ReduceOptions& options) {
-  return Reducer(study, options).run();
-}
+Reduction reduce(const Study& study, const ReduceOptions& options) { return Reducer(study, options).run(); }
 
 }  // namespace bgsim
