@@ -160,6 +160,43 @@ TEST_CASE("what is stored at the end goes by the elements and signals of the who
   }
 }
 
+TEST_CASE("conditions, events, samples and delays connect the parts of a graph") {
+  // Two stores that discharge, and what the second one reads of the first.
+  const auto parts = [](const std::string& second, const std::string& signals = "", const std::string& more = "") {
+    const Study study = Study::from_text(R"x({ "bgsim": 1, "name": "parts", "signals": { )x" + signals + R"x( },
+      "elements": { "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } }, "r": { "kind": "R", "resistance": 1 },
+        "C": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } }, "J": { "kind": "1" },
+        "R": { "kind": "R", "resistance": 1 }, "X": )x" +
+                                         second + R"x( },
+      "bonds": [ { "from": "c", "to": "r" }, { "from": "C", "to": "J" }, { "from": "J", "to": "R" },
+        { "from": "J", "to": "X" } ], )x" +
+                                         more + R"x( "outputs": { "q": "C.q" }, "scenes": { "s": { "stop": 1 } } })x");
+    const std::vector<Diagnostic>& warnings = study.causality().warnings;
+    const bool apart = std::any_of(warnings.begin(), warnings.end(), [](const auto& w) { return w.code == "BG206"; });
+    // What is left out is what is not connected.
+    CHECK(completed(study.scene("s", {}, {.keep_all = false})).report.left_out.nothing() == !apart);
+    return apart ? 2 : 1;
+  };
+  const std::string sw = R"x({ "kind": "Sw", "closed": )x", diode = R"x({ "kind": "D", "threshold": )x";
+  CHECK(parts(sw + R"x("t > 0.5" })x") == 2);
+  CHECK(parts(sw + R"x("c.q < 0.5" })x") == 1);
+  CHECK(parts(R"x({ "kind": "Sw", "close": "c.q < 0.5", "open": "t > 0.9" })x") == 1);
+  CHECK(parts(R"x({ "kind": "Sw", "close": "t > 0.5", "open": "c.q < 0.2" })x") == 1);
+  CHECK(parts(diode + "0 }") == 2);
+  CHECK(parts(diode + R"x(0, "fire": "c.q < 0.5" })x") == 1);
+  const std::string source = R"x({ "kind": "MSe", "effort": )x";
+  CHECK(parts(source + R"x("u" })x", R"x("u": { "value": "t", "every": 0.1 })x") == 2);
+  CHECK(parts(source + R"x("u" })x", R"x("u": { "value": "c.q", "every": 0.1 })x") == 1);
+  CHECK(parts(source + R"x("if(u, 1, 0)" })x", R"x("u": { "set": "c.q < 0.5", "reset": "t < 0" })x") == 1);
+  CHECK(parts(source + R"x("u" })x", R"x("u": { "delay": "c.q", "by": 0.1 })x") == 1);
+  CHECK(parts(source + R"x("u" })x", R"x("u": { "integral": 0 })x",
+              R"x("events": { "e": { "when": "c.q < 0.5", "set": { "u": 1 } } },)x") == 1);
+  CHECK(parts(source + R"x("u" })x", R"x("u": { "integral": 0 })x",
+              R"x("events": { "e": { "when": "t > 0.5", "set": { "u": "c.q" } } },)x") == 1);
+  CHECK(parts(source + R"x("u" })x", R"x("u": { "integral": 0 })x",
+              R"x("events": { "e": { "when": "t > 0.5", "set": { "u": 1 } } },)x") == 2);
+}
+
 TEST_CASE("a fault that all modes share is found in what is left out, too") {
   const auto text = [](const char* store) {
     return std::string(R"x({ "bgsim": 1, "name": "faulty",

@@ -1,13 +1,13 @@
 #include "graph/graph_faults.hpp"
 
 #include <algorithm>
-#include <array>
 #include <boost/pending/disjoint_sets.hpp>
 
 #include "base/codes.hpp"
 #include "bgsim/causality.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
+#include "model/expressions_of.hpp"
 
 namespace bgsim {
 namespace {
@@ -44,12 +44,16 @@ class Parts {
       : model_(model), graph_(graph), sets_(model.elements.size() + model.signals.size()) {
     for (const Bond& bond : graph.bonds)
       sets_.union_set(graph[bond.tail].element.index(), graph[bond.head].element.index());
-    for (std::size_t i = 0; i < model.signals.size(); ++i) join(model.elements.size() + i, model.signals[i].value);
+    for (std::size_t i = 0; i < model.signals.size(); ++i) join(node_of(SignalId(i)), expressions_of(model.signals[i]));
     for (std::size_t i = 0; i < model.elements.size(); ++i) {
       const Element& element = model.elements[i];
-      join(i, element.coefficient);
-      join(i, element.energy);
-      for (const Law& law : element.laws) join(i, law.right);
+      join(i, expressions_of(element));
+      if (element.contact) sets_.union_set(i, node_of(element.contact->displacement));
+    }
+    for (const ModelEvent& event : model.events) {
+      const std::size_t first = node_of(event.sets.front());
+      join(first, expressions_of(event));
+      for (const ModelEvent::Set& set : event.sets) sets_.union_set(first, node_of(set));
     }
   }
 
@@ -71,12 +75,17 @@ class Parts {
  private:
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-  void join(std::size_t reader, ExprId expression) {
-    if (!expression.valid() || model_.pool.is_constant(expression)) return;
-    for (const SymbolId id : symbols_in(model_.pool, std::array{expression})) {
+  [[nodiscard]] std::size_t node_of(SignalId signal) const { return model_.elements.size() + signal.index(); }
+  [[nodiscard]] std::size_t node_of(const ModelEvent::Set& set) const {
+    return set.element.valid() ? set.element.index() : node_of(set.signal);
+  }
+
+  void join(std::size_t reader, std::vector<ExprId> expressions) {
+    std::erase_if(expressions, [&](ExprId e) { return !e.valid() || model_.pool.is_constant(e); });
+    if (expressions.empty()) return;
+    for (const SymbolId id : symbols_in(model_.pool, expressions)) {
       const ModelSymbol& symbol = model_.symbols[id.index()];
-      if (symbol.kind == ModelSymbol::Kind::signal)
-        sets_.union_set(reader, model_.elements.size() + symbol.signal.index());
+      if (symbol.kind == ModelSymbol::Kind::signal) sets_.union_set(reader, node_of(symbol.signal));
       if (symbol.kind == ModelSymbol::Kind::port_variable || symbol.kind == ModelSymbol::Kind::mode)
         sets_.union_set(reader, symbol.element.index());
       if (symbol.kind == ModelSymbol::Kind::bond_variable)

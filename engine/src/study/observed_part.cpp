@@ -4,6 +4,7 @@
 
 #include "bgsim/modes.hpp"
 #include "model/element_kinds.hpp"
+#include "model/expressions_of.hpp"
 
 namespace bgsim {
 namespace {
@@ -62,39 +63,19 @@ class Reached {
   void needs_of(ElementId id) {
     for (const ElementId other : bonded_[id.index()]) reach(other.index());
     const Element& element = model_.elements[id.index()];
-    names(element.coefficient);
-    names(element.energy);
-    for (const Law& law : element.laws) names(law.right);
-    if (element.switches) {
-      names(element.switches->closes);
-      names(element.switches->opens);
-    }
-    if (element.diode) {
-      names(element.diode->threshold);
-      names(element.diode->fire);
-    }
-    if (element.contact) {
-      reach(node_of(element.contact->displacement));
-      names(element.contact->speed);
-      names(element.contact->restitution);
-    }
+    if (element.contact) reach(node_of(element.contact->displacement));
+    for (const ExprId each : expressions_of(element)) names(each);
   }
 
   void needs_of(const Signal& signal) {
-    names(signal.value);
-    if (!signal.delay) return;
-    reach(node_of(signal.delay->clock));
-    names(signal.delay->value);
-    names(signal.delay->initial);
+    if (signal.delay) reach(node_of(signal.delay->clock));
+    for (const ExprId each : expressions_of(signal)) names(each);
   }
 
   void needs_of(const ModelEvent& event) {
-    names(event.when);
-    for (const ModelEvent::Set& set : event.sets) {
-      reach(node_of(set));
-      names(set.value);
-    }
     if (event.sampled.valid()) reach(node_of(event.sampled));
+    for (const ModelEvent::Set& set : event.sets) reach(node_of(set));
+    for (const ExprId each : expressions_of(event)) names(each);
   }
 
   /// Reaches what an expression names. Parameters and initial values, which name parameters only, are all kept.
