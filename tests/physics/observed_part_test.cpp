@@ -160,6 +160,13 @@ TEST_CASE("what is stored at the end goes by the elements and signals of the who
   }
 }
 
+TEST_CASE("the mode at the end is one of the whole model") {
+  const Study study = Study::from_text(kBall);
+  CHECK(completed(study.scene("current")).mode == completed(study.scene("current", {}, {.keep_all = true})).mode);
+  // The switch is left out: it is where the model as read has it, open.
+  CHECK(completed(study.scene("h")).mode == Mode{false});
+}
+
 TEST_CASE("conditions, events, samples and delays connect the parts of a graph") {
   // Two stores that discharge, and what the second one reads of the first.
   const auto parts = [](const std::string& second, const std::string& signals = "", const std::string& more = "") {

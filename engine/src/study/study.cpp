@@ -241,6 +241,12 @@ RunResult Simulation::run_once(const RunInputs& of_whole, const SimulateOptions&
     if (value.element.valid()) value.element = elements[value.element.index()];
     if (value.signal.valid()) value.signal = signals[value.signal.index()];
   }
+  // Switches that are left out are on no side but that of the model as read.
+  Mode mode = mode_of(model());
+  const std::vector<ElementId> switches = switches_of(model());
+  for (std::size_t i = 0, next = 0; i < switches.size(); ++i)
+    if (part.elements[switches[i].index()].valid() && next < result.mode.size()) mode[i] = result.mode[next++];
+  result.mode = std::move(mode);
   LeftOut left_out = part.left_out;
   const auto add = [](std::vector<std::string>& names, const std::vector<std::string>& more) {
     names.insert(names.end(), more.begin(), more.end());
