@@ -24,7 +24,7 @@ struct ObservedPart {
 };
 
 /// Follows what @p outputs (positions in Model::outputs) name: an element needs all that bonds connect it with, and all
-/// that its laws, conditions and initial values name; a signal what its expressions name, and the events that set it;
+/// that its laws and conditions name; a signal what its expressions name, and the events that set it;
 /// an event what its condition and values name, and all that it sets. What is not reached shares no bond and no
 /// variable with the rest, so in no mode do the outputs depend on it.
 ///
