@@ -16,8 +16,7 @@ class Reached {
       : model_(model),
         bonded_(model.elements.size()),
         set_by_(model.elements.size() + model.signals.size()),
-        reached_(set_by_.size() + model.events.size(), false),
-        seen_(model.pool.size(), false) {
+        reached_(set_by_.size() + model.events.size(), false) {
     for (const ModelBond& bond : model.bonds) {
       bonded_[bond.from.element.index()].push_back(bond.to.element);
       bonded_[bond.to.element.index()].push_back(bond.from.element);
@@ -28,7 +27,7 @@ class Reached {
 
   /// Follows @p root to the end.
   void need(ExprId root) {
-    names(root);
+    names({root});
     while (!open_.empty()) {
       const std::size_t node = open_.back();
       open_.pop_back();
@@ -64,36 +63,25 @@ class Reached {
     for (const ElementId other : bonded_[id.index()]) reach(other.index());
     const Element& element = model_.elements[id.index()];
     if (element.contact) reach(node_of(element.contact->displacement));
-    for (const ExprId each : expressions_of(element)) names(each);
+    names(expressions_of(element));
   }
 
   void needs_of(const Signal& signal) {
     if (signal.delay) reach(node_of(signal.delay->clock));
-    for (const ExprId each : expressions_of(signal)) names(each);
+    names(expressions_of(signal));
   }
 
   void needs_of(const ModelEvent& event) {
     if (event.sampled.valid()) reach(node_of(event.sampled));
     for (const ModelEvent::Set& set : event.sets) reach(node_of(set));
-    for (const ExprId each : expressions_of(event)) names(each);
+    names(expressions_of(event));
   }
 
-  /// Reaches what an expression names. Parameters and initial values, which name parameters only, are all kept.
-  void names(ExprId root) {
-    std::vector<ExprId> open{root};
-    while (!open.empty()) {
-      const ExprId e = open.back();
-      open.pop_back();
-      if (!e.valid() || seen_[e.index()]) continue;
-      seen_[e.index()] = true;
-      const ExprNode& node = model_.pool[e];
-      if (node.op == Op::constant) continue;
-      if (node.op != Op::symbol) {
-        const std::uint32_t children[] = {node.a, node.b, node.c};
-        for (int k = 0; k < arity(node.op); ++k) open.emplace_back(children[k]);
-        continue;
-      }
-      const ModelSymbol& symbol = model_.symbols[node.a];
+  /// Reaches what expressions name. Parameters and initial values, which name parameters only, are all kept.
+  void names(std::vector<ExprId> expressions) {
+    std::erase_if(expressions, [](ExprId e) { return !e.valid(); });
+    for (const SymbolId id : symbols_in(model_.pool, expressions)) {
+      const ModelSymbol& symbol = model_.symbols[id.index()];
       switch (symbol.kind) {
         case ModelSymbol::Kind::time:
         case ModelSymbol::Kind::parameter:
@@ -116,7 +104,6 @@ class Reached {
   std::vector<std::vector<ElementId>> bonded_;    ///< by ElementId
   std::vector<std::vector<std::size_t>> set_by_;  ///< events, by node of an element or signal
   std::vector<bool> reached_;                     ///< by node
-  std::vector<bool> seen_;                        ///< by ExprId
   std::vector<std::size_t> open_;
 };
 
