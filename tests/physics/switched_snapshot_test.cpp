@@ -239,6 +239,30 @@ TEST_CASE("a switched run goes on from where the caller or a limit ended it") {
   }
 }
 
+TEST_CASE("a run continues from between the last impact and the end of the impacts") {
+  const Study study = Study::from_text(R"json({ "bgsim": 1, "name": "ball",
+    "signals": { "clock": { "integral": "if(mode('ground'), 1, 0)" } },
+    "elements": { "fall": { "kind": "1" }, "ball": { "kind": "I", "inertance": 1 }, "weight": { "kind": "Se", "effort": 10 },
+      "ground": { "kind": "contact", "gap": 0, "initial": { "q": -1 }, "restitution": 0.4 } },
+    "bonds": [ { "from": "weight", "to": "fall" }, { "from": "fall", "to": "ball" }, { "from": "fall", "to": "ground" } ],
+    "outputs": { "clock": "clock" }, "scenes": { "main": { "stop": 2, "samples": 11, "method": "radau" } } })json");
+  const Simulation model = study.scene("main");
+  const Whole whole = run_whole(model, 5);
+  // A run begins again at each of its snapshots, with steps that suit the tolerance: some are between the two.
+  REQUIRE(whole.result.stop == StopReason::completed);
+  REQUIRE(whole.events.size() > 2);
+  const double rest = whole.events.back().t, impact = whole.events[whole.events.size() - 2].t;
+  REQUIRE(whole.events.back().kind == RunEvent::Kind::contact);
+  CHECK(rest == Approx(std::sqrt(0.2) * 1.4 / 0.6).epsilon(1e-10));  // parabolas
+  std::size_t between = 0;
+  for (const Taken& taken : whole.taken) {
+    if (!(taken.t > impact) || !(taken.t < rest)) continue;
+    ++between;
+    check_rest(model, whole, taken, 5);
+  }
+  CHECK(between > 0);
+}
+
 TEST_CASE("a run with delayed signals continues from any snapshot bit for bit", "[long]") {
   // A snapshot has the whole of the delays' memory: one every hundred steps, not every few.
   for (const Method method : {Method::automatic, Method::bdf, Method::erk5, Method::radau, Method::rodas5p}) {

@@ -160,7 +160,9 @@ struct ContactLaw {
   ExprId speed;           ///< rate of the gap
   ExprId restitution;     ///< over parameters and the element's own f, which stands for the closing speed
   Place restitution_place;
-  ParameterId kick;  ///< speed of separation after an impact, while that is computed; none: 0
+  ParameterId kick;       ///< speed of separation after an impact, while that is computed; none: 0
+  ParameterId rest;       ///< where infinitely many impacts end; none unless mode("...") is asked for
+  bool settling = false;  ///< closed, and mode("...") says so from `rest` on
 };
 
 /// An element as written. Which of the optional members are set follows from the kind:

@@ -126,6 +126,14 @@ class Derivation {
   /// of two arguments that make them it is the compiler that chooses the first.
   [[nodiscard]] ExprId power_of(PortId port, ExprId flow) { return system_.pool.mul(effort(port), flow); }
 
+  ExprId mode_of_element(const Element& element) {
+    ExprPool& pool = system_.pool;
+    const ExprId holds = pool.constant(mode_holds(element) ? 1.0 : 0.0);
+    if (!element.contact || !element.contact->settling) return holds;
+    const ExprId rest = as_expression(system_.parameters[element.contact->rest.index()]);
+    return pool.select(pool.make(Op::lt, as_expression(system_.time), rest), pool.constant(0.0), holds);
+  }
+
   /// What a model's symbol means in the system.
   ExprId meaning(SymbolId symbol) {
     const ModelSymbol& s = model_.symbols[symbol.index()];
@@ -140,7 +148,7 @@ class Derivation {
       case ModelSymbol::Kind::bond_variable:
         return as_expression((s.variable == Variable::effort ? system_.efforts : system_.flows)[s.bond.index()]);
       case ModelSymbol::Kind::mode:
-        return system_.pool.constant(mode_holds(model_.elements[s.element.index()]) ? 1.0 : 0.0);
+        return mode_of_element(model_.elements[s.element.index()]);
       case ModelSymbol::Kind::port_variable:
         break;
     }

@@ -7,6 +7,10 @@
 
 namespace bgsim {
 
+/// The names of DiodeLaw::band and ContactLaw::rest begin with these: their conditions are not the model's.
+inline constexpr const char* kBandParameter = "(band of ";
+inline constexpr const char* kRestParameter = "(rest of ";
+
 /// A parameter of the value 0.
 ParameterId add_parameter(Model& model, std::string name);
 

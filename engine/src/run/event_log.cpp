@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
 #include "bgsim/trace_csv.hpp"
+#include "model/add_symbols.hpp"
 #include "model/samples.hpp"
 
 namespace bgsim {
@@ -32,7 +33,8 @@ std::string condition_side(const Relation& relation, double mode) {
 
 /// Whether a condition is not the model's, but stands behind a diode, a sampling time or a latch, whose rows say it.
 bool stands_behind(const Program& program, const Relation& relation) {
-  if (relation.text.find("(band of ") != std::string::npos) return true;
+  for (const char* const own : {kBandParameter, kRestParameter})
+    if (relation.text.find(own) != std::string::npos) return true;
   for (const ExprId e : reachable(program.pool, std::array{relation.origin}))
     if (program.pool.is_constant(e, kSamplesEarly)) return true;
   return std::any_of(program.model->events.begin(), program.model->events.end(), [&](const ModelEvent& event) {
@@ -44,6 +46,29 @@ bool stands_behind(const Program& program, const Relation& relation) {
 }  // namespace
 
 void EventLog::add(const RunEvent& event) {
+  reach(event.t);
+  put(event);
+}
+
+void EventLog::add_later(const RunEvent& event) {
+  const auto after =
+      std::upper_bound(later_.begin(), later_.end(), event.t, [](double t, const Later& at) { return t < at.event.t; });
+  later_.insert(after, {event});
+}
+
+bool EventLog::take_back(const std::string& name) {
+  return std::erase_if(later_, [&name](const Later& at) { return at.event.name == name; }) > 0;
+}
+
+void EventLog::reach(double t) {
+  while (!later_.empty() && later_.front().event.t <= t) {
+    const RunEvent event = std::move(later_.front().event);
+    later_.erase(later_.begin());
+    put(event);
+  }
+}
+
+void EventLog::put(const RunEvent& event) {
   if (most_ > 0 && event.kind != RunEvent::Kind::start) {
     ++count_;
     std::string name = std::string(event_kind_text(event.kind)) + " " + in_quotes(event.name);

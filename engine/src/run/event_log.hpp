@@ -1,6 +1,7 @@
 /// What happened in a run at single instants: handed to whoever asked for it, and counted against the scene's limit.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -22,6 +23,12 @@ class EventLog {
 
   [[nodiscard]] bool wanted() const { return sink_ || most_ > 0; }
   void add(const RunEvent& event);
+  /// A change of side that lies ahead: it is added before the first that is later, or by reach().
+  void add_later(const RunEvent& event);
+  /// Whether an event of this name still lay ahead: it does not take place.
+  bool take_back(const std::string& name);
+  /// The time has come to @p t.
+  void reach(double t);
   /// What the event @p event of the model has set.
   void add_set(double t, const Program& program, std::size_t event, std::span<const double> before,
                std::span<const double> after, std::optional<double> energy);
@@ -46,6 +53,9 @@ class EventLog {
       texts.push_back(text);
       sides.push_back(side);
     }
+    archive("later", later_);
+    archive.check(std::is_sorted(later_.begin(), later_.end(),
+                                 [](const Later& a, const Later& b) { return a.event.t < b.event.t; }));
     archive("texts", texts);
     archive("sides", sides);
     archive.check(names_.size() == counts_.size() && texts.size() == sides.size());
@@ -66,10 +76,28 @@ class EventLog {
     std::string* side;  ///< in sides_
   };
 
+  void put(const RunEvent& event);
+
+  struct Later {
+    RunEvent event;
+    template <class Archive>
+    void carry(Archive& archive) {
+      auto kind = static_cast<std::uint32_t>(event.kind);
+      archive("kind", kind);
+      archive.check(kind <= static_cast<std::uint32_t>(RunEvent::Kind::start));
+      event.kind = static_cast<RunEvent::Kind>(kind);
+      archive("t", event.t);
+      archive("name", event.name);
+      archive("from", event.from);
+      archive("to", event.to);
+    }
+  };
+
   const EventSink& sink_;
   std::uint64_t most_;
   std::optional<Place> place_;
   std::uint64_t count_ = 0, given_ = 0, skip_ = 0;
+  std::vector<Later> later_;        ///< by time
   std::vector<std::string> names_;  ///< by kind and name: "impact \"ground\""
   std::vector<std::uint64_t> counts_;
   std::map<std::string, std::size_t> position_;  ///< in names_

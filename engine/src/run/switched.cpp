@@ -36,6 +36,7 @@ bool SwitchedRun::stretch() {
   if (program == nullptr || !vary_into(*program)) return false;
   log_start(*program->model, stored_.t);
   log_sides(*program->model, [](bool) { return true; });
+  forget_rests();
   if (auto full = log_.full(stored_.t)) return fail(std::move(*full));
   earlier_row_ = last_row_;
   return stretch_in(*program, "");
@@ -138,6 +139,7 @@ const Program* SwitchedRun::enter_mode() {
     const bool diodes = !program->diode_elements.empty();
     parameters_ = inputs_.parameters;
     if (diodes) parameters_.resize(program->model->parameters.size(), 0.0);
+    put_rests(*program->model);
     bool moved = false;
     if (!jump_into_mode(*program, moved)) return nullptr;
     if (!diodes) return program;
@@ -172,20 +174,23 @@ void SwitchedRun::log_start(const Model& model, double t) {
 
 void SwitchedRun::log_sides(const Model& model, const std::function<bool(bool)>& which) {
   if (!log_.wanted() || logged_ == mode_) return;
-  std::size_t next = 0;
+  std::size_t next = 0, diode = 0;
   for (const Element& element : model.elements) {
     if (!is_switch(element.kind)) continue;
     const std::size_t i = next++;
+    const double rest = element.diode ? rests_[diode++].value_or(stored_.t) : stored_.t;
     if (logged_[i] == mode_[i] || !which(is_diode_[i])) continue;
-    log_.add({kind_of_change(element),
-              stored_.t,
-              element.name,
-              "",
-              side_text(element, logged_[i]),
-              side_text(element, mode_[i]),
-              {},
-              {}});
+    const bool from = logged_[i];
     logged_[i] = mode_[i];
+    // A contact that its wall leaves before its impacts have ended has not touched.
+    if (element.contact && mode_[i] && log_.take_back(element.name)) continue;
+    const bool later = element.contact && !mode_[i] && rest > stored_.t;
+    const RunEvent change{kind_of_change(element),  later ? rest : stored_.t,     element.name, "",
+                          side_text(element, from), side_text(element, mode_[i]), {},           {}};
+    if (later)
+      log_.add_later(change);
+    else
+      log_.add(change);
   }
 }
 

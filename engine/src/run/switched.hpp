@@ -12,8 +12,9 @@
 namespace bgsim {
 
 /// The program of a mode; the same object whenever the same mode is asked for.
+/// @param settling  by switch: a closed contact that comes to rest at its parameter ContactLaw::rest; empty: none
 /// @throws ModelError where the graph does not allow the mode.
-using ProgramOfMode = std::function<const Program&(const Mode&)>;
+using ProgramOfMode = std::function<const Program&(const Mode&, const Mode& settling)>;
 
 /// What the diodes see of the rest in a mode of the other switches.
 /// @throws ModelError where the graph does not allow it.

@@ -18,9 +18,46 @@ bool SwitchedRun::store_jumped(const Program& program, const std::vector<double>
   return true;
 }
 
+Mode SwitchedRun::settling() const {
+  Mode settling;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < mode_.size(); ++i) {
+    if (!is_diode_[i]) continue;
+    const std::optional<double>& rest = rests_[next++];
+    if (!rest || !(*rest > stored_.t) || mode_[i]) continue;
+    settling.resize(mode_.size());
+    settling[i] = true;
+  }
+  return settling;
+}
+
+const Program& SwitchedRun::program_of_mode() {
+  const Mode settling = this->settling();
+  if (!settling.empty()) {
+    try {
+      return program_of_(mode_, settling);
+    } catch (const ModelError& error) {
+      result_.report.notes.push_back("from t = " + number_text(stored_.t) +
+                                     " contacts are taken to touch whose impacts last a little longer (" +
+                                     error.diagnostics.front().situation + ")");
+      rests_.assign(rests_.size(), std::nullopt);
+    }
+  }
+  return program_of_(mode_, {});
+}
+
+void SwitchedRun::forget_rests() {
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < mode_.size(); ++i) {
+    if (!is_diode_[i]) continue;
+    std::optional<double>& rest = rests_[next++];
+    if (rest && (mode_[i] || !(*rest > stored_.t))) rest.reset();
+  }
+}
+
 const Program* SwitchedRun::program_here() {
   try {
-    const Program& program = program_of_(mode_);
+    const Program& program = program_of_mode();
     met_.insert(mode_);
     note_indefinite(program);
     if (result_.trace.names.empty()) {

@@ -51,7 +51,8 @@ class SwitchedRun {
         headway_(inputs.stop),
         begin_(clock()),
         diodes_(static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true))),
-        contacts_(diodes_.size()) {
+        contacts_(diodes_.size()),
+        rests_(diodes_.size()) {
     stored_.t = inputs.start;
     if (programs.variation != nullptr) variation_.emplace(*programs.variation, inputs);
     if (!diodes_.empty()) sights_[mode_of_switches()] = start.sight;
@@ -193,6 +194,12 @@ class SwitchedRun {
   // --- the program of a mode, and the jump into it
 
   const Program* program_here();
+  const Program& program_of_mode();
+  /// By switch: contacts that are closed, though their impacts have not ended yet; empty: none.
+  [[nodiscard]] Mode settling() const;
+  /// Those that the present stretch does not need.
+  void forget_rests();
+  void put_rests(const Model& model);
 
   void note_indefinite(const Program& program);
   [[nodiscard]] Diagnostic not_allowed(const ModelError& error) const;
@@ -293,13 +300,14 @@ class SwitchedRun {
   KeptEvaluators evaluators_;
   std::optional<ModeVariation> variation_;  ///< of a run with variations
   std::vector<DiodeState> diodes_;
-  std::map<Mode, DiodeSight> sights_;        ///< by the sides of the switches alone
-  std::vector<ContactHistory> contacts_;     ///< by diode
-  std::vector<std::optional<double>> kick_;  ///< by diode: see DiodeSides::kick
-  std::vector<double> closing_;              ///< by diode: see DiodeSides::closing
-  std::vector<double> flight_;               ///< by diode: see DiodeSides::flight
-  std::vector<double> returns_;              ///< by diode: see DiodeSides::returns; of the last settle_diodes()
-  std::vector<double> least_flight_;         ///< by diode: see DiodeSides::least_flight
+  std::map<Mode, DiodeSight> sights_;         ///< by the sides of the switches alone
+  std::vector<ContactHistory> contacts_;      ///< by diode
+  std::vector<std::optional<double>> kick_;   ///< by diode: see DiodeSides::kick
+  std::vector<double> closing_;               ///< by diode: see DiodeSides::closing
+  std::vector<double> flight_;                ///< by diode: see DiodeSides::flight
+  std::vector<double> returns_;               ///< by diode: see DiodeSides::returns; of the last settle_diodes()
+  std::vector<double> least_flight_;          ///< by diode: see DiodeSides::least_flight
+  std::vector<std::optional<double>> rests_;  ///< by diode: where the impacts end after which it has closed
   bool noted_flights_ = false;
   bool lifts_off_ = false;     ///< a contact opens without a speed in this stretch
   bool short_flight_ = false;  ///< in this stretch; see flies_short()

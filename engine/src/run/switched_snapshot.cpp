@@ -190,6 +190,7 @@ void SwitchedRun::carry(Archive& archive) {
   by_diode("closing", closing_);
   by_diode("flight", flight_);
   by_diode("least flight", least_flight_);
+  by_diode("rests", rests_);
   archive("noted flights", noted_flights_);
   archive("sequence", sequence_);
   archive("sequential", sequential_);
@@ -236,7 +237,7 @@ void SwitchedRun::carry(Archive& archive) {
 }
 
 std::string SwitchedRun::own_fingerprint() const {
-  std::string text = fingerprint(program_of_(start_mode_), inputs_);
+  std::string text = fingerprint(program_of_(start_mode_, {}), inputs_);
   if (!diodes_.empty()) text += fingerprint(network_of_(start_mode_).program, inputs_);
   return text;
 }
@@ -248,7 +249,7 @@ nlohmann::ordered_json SwitchedRun::state() {
 }
 
 void SwitchedRun::offer(double t, nlohmann::ordered_json state) {
-  options_.snapshot(t, snapshot_text(program_of_(start_mode_).model->name, inputs_.scene, t, own_fingerprint(),
+  options_.snapshot(t, snapshot_text(program_of_(start_mode_, {}).model->name, inputs_.scene, t, own_fingerprint(),
                                      kept_by(options_), std::move(state)));
   snapshot_given_ = true;
 }
@@ -270,7 +271,7 @@ void SwitchedRun::offer_end() {
 }
 
 bool SwitchedRun::resume() {
-  const auto& sources = program_of_(start_mode_).model->sources;
+  const auto& sources = program_of_(start_mode_, {}).model->sources;
   const nlohmann::ordered_json state =
       state_of_snapshot(options_.resume, own_fingerprint(), kept_by(options_), sources);
   stored_.values.clear();

@@ -1,5 +1,6 @@
 // What the stretches of a switched run sum up to.
 #include "base/text.hpp"
+#include "model/add_symbols.hpp"
 #include "run/notes.hpp"
 #include "run/sink/output_measures.hpp"
 #include "run/switched_run.hpp"
@@ -90,7 +91,7 @@ bool SwitchedRun::solved_before(const std::string& note) const {
 }
 
 bool SwitchedRun::of_lift_off(const std::string& note) const {
-  return lifts_off_ && note.starts_with("whether ") && note.find("(band of ") != std::string::npos;
+  return lifts_off_ && note.starts_with("whether ") && note.find(kBandParameter) != std::string::npos;
 }
 
 void SwitchedRun::add_energy(const EnergyAudit& own) {
@@ -127,6 +128,7 @@ void SwitchedRun::add_energy(const EnergyAudit& own) {
 
 void SwitchedRun::finish() {
   RunReport& report = result_.report;
+  log_.reach(report.reached);
   report.start = inputs_.start;
   report.stop = inputs_.stop;
   report.relative = inputs_.relative;

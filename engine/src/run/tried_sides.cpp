@@ -149,7 +149,7 @@ std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mod
       if (is_diode[i]) tried[i] = conducts[next++];
     try {
       TriedSides sides{conducts, {}, {}};
-      Trial trial(program_of(tried), inputs, stored, before, resolution);
+      Trial trial(program_of(tried, {}), inputs, stored, before, resolution);
       const int lasts = trial.lasts(conducts, shortest, sides);
       // A diode that blocks would take away the momentum of what it lets pass, and keep within its border afterwards.
       if (lasts < longest || (lasts == longest && !(trial.loss() < loss))) continue;

@@ -37,17 +37,31 @@ SignalId add_integral(Model& model, std::string name) {
   return add_signal(model, std::move(name), Signal::Kind::integral);
 }
 
-/// With a parameter for each diode's band.
+/// With a parameter for each diode's band, and one for the instant at which a contact comes to rest whose mode is
+/// asked for.
 std::shared_ptr<const Model> with_bands(std::shared_ptr<const Model> model) {
   if (std::none_of(model->elements.begin(), model->elements.end(), [](const Element& e) { return e.diode; }))
     return model;
   Model result = *model;
   for (std::size_t i = 0; i < result.elements.size(); ++i) {
     if (!result.elements[i].diode) continue;
-    const ParameterId band = add_parameter(result, "(band of " + result.elements[i].name + ")");
+    const ParameterId band = add_parameter(result, kBandParameter + result.elements[i].name + ")");
     result.elements[i].diode->band = band;
   }
+  for (const ModelSymbol& symbol : model->symbols) {
+    if (symbol.kind != ModelSymbol::Kind::mode) continue;
+    Element& element = result.elements[symbol.element.index()];
+    if (element.contact && !element.contact->rest.valid())
+      element.contact->rest = add_parameter(result, kRestParameter + element.name + ")");
+  }
   return std::make_shared<const Model>(std::move(result));
+}
+
+Model with_settling(Model model, const Mode& settling) {
+  const std::vector<ElementId> switches = switches_of(model);
+  for (std::size_t i = 0; i < settling.size(); ++i)
+    if (settling[i]) model.elements[switches[i].index()].contact->settling = true;
+  return model;
 }
 
 /// The model with each diode as a resistor in series with a source, e = r f + s, so that its graph is the same whatever
@@ -207,10 +221,10 @@ std::unique_ptr<ModePrograms::Made> ModePrograms::make(const std::shared_ptr<con
   });
 }
 
-const Program& ModePrograms::at(const Mode& mode, const std::vector<double>& parameters) {
+const Program& ModePrograms::at(const Mode& mode, const std::vector<double>& parameters, const Mode& settling) {
   const std::scoped_lock lock(mutex_);
-  std::unique_ptr<Made>& made = made_[mode];
-  if (!made) made = make(std::make_shared<const Model>(in_mode(*model_, mode)), of_mode_);
+  std::unique_ptr<Made>& made = made_[{mode, settling}];
+  if (!made) made = make(std::make_shared<const Model>(with_settling(in_mode(*model_, mode), settling)), of_mode_);
   check_laws(*made->model, made->graph, made->causal, completed(parameters));
   return made->program;
 }
@@ -294,7 +308,9 @@ void ModePrograms::put_diodes(const RunInputs& inputs, DelayedPrograms& own, Swi
       put([&](std::size_t diode) { return sides.diodes[diode].conducts; });
       return;
     }
-    const auto program_of = [&](const Mode& mode) -> const Program& { return own.of(at(mode, inputs.parameters)); };
+    const auto program_of = [&](const Mode& mode, const Mode& settling) -> const Program& {
+      return own.of(at(mode, inputs.parameters, settling));
+    };
     std::vector<bool> all;  // that are tried: a contact that touches is looked at by the run
     for (const SignalId displacement : network(start.mode).displacements) all.push_back(!displacement.valid());
     if (sides.final) {

@@ -24,8 +24,9 @@ class ModePrograms {
   /// @param of_mode  for the programs of modes; none: compile() with the options, as for all else
   ModePrograms(std::shared_ptr<const Model> model, CompileOptions options, Compile of_mode = {});
 
+  /// @param settling  see ProgramOfMode
   /// @throws ModelError where the graph does not allow the mode, or its laws these parameters.
-  const Program& at(const Mode& mode, const std::vector<double>& parameters);
+  const Program& at(const Mode& mode, const std::vector<double>& parameters, const Mode& settling = {});
 
   /// What the diodes see of the rest with the other switches as in @p mode.
   /// @throws ModelError where the graph does not allow it.
@@ -64,8 +65,8 @@ class ModePrograms {
   CompileOptions options_;
   Compile of_mode_;
   std::mutex mutex_;
-  std::map<Mode, std::unique_ptr<Made>> made_;
-  std::map<Mode, std::unique_ptr<DiodeNetwork>> networks_;  ///< with the diodes open in the key
+  std::map<std::pair<Mode, Mode>, std::unique_ptr<Made>> made_;  ///< by mode and settling contacts
+  std::map<Mode, std::unique_ptr<DiodeNetwork>> networks_;       ///< with the diodes open in the key
   std::map<Mode, std::unique_ptr<ImpactProgram>> impacts_;
   std::unique_ptr<Made> without_switches_;
   bool looked_without_ = false;

@@ -66,7 +66,9 @@ struct SensitivityScene::Inside {
         if (!start.diodes[i] && moved.mode[i] != start.mode[i]) return std::nullopt;
       return std::move(moved.stored);
     };
-    const auto program_of = [&](const Mode& mode) -> const Program& { return modes->at(mode, own.parameters); };
+    const auto program_of = [&](const Mode& mode, const Mode& settling) -> const Program& {
+      return modes->at(mode, own.parameters, settling);
+    };
     const auto network_of = [&](const Mode& mode) -> const DiodeNetwork& { return modes->network(mode); };
     const auto impact_of = [&](const Mode& mode) -> const ImpactProgram& { return modes->impact(mode); };
     return simulate_switched({program_of, network_of, impact_of, {}, &variation}, start,

@@ -264,7 +264,9 @@ RunResult Simulation::run_compiled(const RunInputs& inputs, const SimulateOption
   if (!compiled_->modes) return bgsim::simulate(program(), inputs, options);
   ModePrograms& modes = *compiled_->modes;
   DelayedPrograms own(program());
-  const auto program_of = [&](const Mode& mode) -> const Program& { return own.of(modes.at(mode, inputs.parameters)); };
+  const auto program_of = [&](const Mode& mode, const Mode& settling) -> const Program& {
+    return own.of(modes.at(mode, inputs.parameters, settling));
+  };
   const auto network_of = [&](const Mode& mode) -> const DiodeNetwork& { return own.of(modes.network(mode)); };
   const auto impact_of = [&](const Mode& mode) -> const ImpactProgram& { return own.of(modes.impact(mode)); };
   RunResult result = simulate_switched({program_of, network_of, impact_of, own.tables()}, modes.start(inputs, own),
