@@ -322,6 +322,22 @@ TEST_CASE("what has no derivative over a change of the mode is refused") {
   CHECK_THAT(refusal(between, {"e"}), Contains("BG414") &&
                                           Contains("the impacts of \"ground\" accumulate, and it closes") &&
                                           Contains("--method differences"));
+  // A contact that does not rebound: with a restitution above 0 its impacts end later, and there is none below.
+  const auto landing = [](const std::string& restitution) {
+    return Study::from_text(
+        R"x({ "bgsim": 1, "name": "landing", "parameters": { "e": 0, "g": 10 },
+    "signals": { "clock": { "integral": "if(mode('ground'), 1, 0)" } },
+    "elements": { "ball": { "kind": "1" }, "mass": { "kind": "I", "inertance": 1 },
+      "weight": { "kind": "Se", "effort": "g" },
+      "ground": { "kind": "contact", "gap": 0, "initial": { "q": -1 }, "restitution": ")x" +
+        restitution + R"x(" } },
+    "bonds": [ { "from": "weight", "to": "ball" }, { "from": "ball", "to": "mass" }, { "from": "ball", "to": "ground" } ],
+    "outputs": { "clock": "clock" }, "scenes": { "s": { "stop": 2, "samples": 3 } } })x");
+  };
+  for (const char* restitution : {"e", "e*f/(1 + f)", "max(e, 0)^2 + 3*e"})
+    CHECK_THAT(refusal(landing(restitution), {"e"}),
+               Contains("BG414") && Contains("\"ground\" does not rebound, and would with another value"));
+  check(forward(landing("e"), {"g"}), 0, {0.5 * std::sqrt(0.2) / 10});  // of 2 - sqrt(2/g)
   // A condition whose instant is the end of the scene: an integral that grows from there on, or not at all.
   const Study end = Study::from_text(
       R"x({ "bgsim": 1, "name": "end", "parameters": { "a": 2, "b": 3 },

@@ -46,6 +46,7 @@ void ModeVariation::impact(const ImpactProgram& impact, const DiodeNetwork& netw
   Step step{&impact.program, inputs_.parameters, &impact, &network, {}};
   for (const std::optional<double>& each : kick) step.kicked.push_back(each.has_value());
   for (const std::size_t contact : closed_) step.kicked[contact] = false;  // it does not rebound
+  for (std::size_t i = 0; i < kick.size(); ++i) step.lands = step.lands || (step.kicked[i] && *kick[i] == 0.0);
   steps_.push_back(std::move(step));
 }
 
@@ -105,9 +106,10 @@ std::vector<double> ModeVariation::moved(std::vector<double> parameters, double 
   return parameters;
 }
 
-/// The speeds with which contacts separate after an impact, by those with which they close before it.
-bool ModeVariation::set_kicks(const Step& step, double h, double t, const Stored& stored,
-                              std::vector<double>& parameters) const {
+/// By diode: the speeds with which contacts separate after an impact, by those with which they close before it; 0 for
+/// the others.
+std::optional<std::vector<double>> ModeVariation::kicks(const Step& step, double h, double t,
+                                                        const Stored& stored) const {
   std::vector<double> own = moved(inputs_.parameters, h);
   own.resize(step.network->program.model->parameters.size(), 0.0);
   const std::size_t n = step.kicked.size();
@@ -116,14 +118,38 @@ bool ModeVariation::set_kicks(const Step& step, double h, double t, const Stored
       *step.network, own, t, stored, [](const StateInfo&) { return 0.0; }, evaluators);
   // The speed of a contact that takes an impulse depends on no effort, so on no resistance or source either.
   static_cast<void>(network.look(std::vector<double>(n, 1.0), std::vector<double>(n, 0.0)));
-  if (!network.has_rates()) return false;
-  for (std::size_t i = 0, contact = 0; i < n; ++i) {
-    if (!step.network->displacements[i].valid()) continue;
-    double& kick = parameters[step.impact->kicks[contact++].index()];
-    kick = step.kicked[i] ? std::max(0.0, -network.speed(i)) * network.restitution(i) : 0.0;
-    if (!std::isfinite(kick)) return false;
+  if (!network.has_rates()) return std::nullopt;
+  std::vector<double> result(n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!step.kicked[i]) continue;
+    result[i] = std::max(0.0, -network.speed(i)) * network.restitution(i);
+    if (!std::isfinite(result[i])) return std::nullopt;
   }
+  return result;
+}
+
+bool ModeVariation::set_kicks(const Step& step, double h, double t, const Stored& stored,
+                              std::vector<double>& parameters) const {
+  const auto kicks = this->kicks(step, h, t, stored);
+  if (!kicks) return false;
+  for (std::size_t i = 0, contact = 0; i < kicks->size(); ++i)
+    if (step.network->displacements[i].valid()) parameters[step.impact->kicks[contact++].index()] = (*kicks)[i];
   return true;
+}
+
+std::string ModeVariation::begins_to_rebound(double h, double t) const {
+  const double then = t + h * instant_;
+  std::optional<Stored> stored = before(h, then), here = before(0.0, t);
+  for (const Step& step : steps_) {
+    if (!stored || !here) return {};
+    if (step.lands) {
+      const auto without = kicks(step, 0.0, t, *here), with = kicks(step, h, then, *stored);
+      for (std::size_t i = 0; without && with && i < with->size(); ++i)
+        if ((*without)[i] == 0.0 && (*with)[i] != 0.0) return step.network->names[i];
+    }
+    if (!take(step, h, then, *stored) || !take(step, 0.0, t, *here)) return {};
+  }
+  return {};
 }
 
 bool ModeVariation::take(const Step& step, double h, double t, Stored& stored) const {
@@ -270,6 +296,11 @@ std::optional<Diagnostic> ModeVariation::enter(const Program& program, const std
   if (!same)
     return refusal(t, "the jump of the stores is not what the mode alone makes of them",
                    "sensitivities cross a change of the mode by the jump of its stores");
+  for (const double side : {h, -h})
+    if (const std::string contact = begins_to_rebound(side, then); !contact.empty())
+      return refusal(t,
+                     "the contact \"" + contact + "\" does not rebound, and would with another value of the parameter",
+                     "a restitution is not below 0: there is a derivative to one side only");
   // A diode of the start that another value of the parameter turns is no kink where it is far enough away.
   constexpr double kNearer = 1.0 / 32.0;
   constexpr int kTimes = 3;

@@ -55,6 +55,7 @@ class ModeVariation {
     const ImpactProgram* impact = nullptr;
     const DiodeNetwork* network = nullptr;
     std::vector<bool> kicked;  ///< by diode
+    bool lands = false;        ///< some contact takes an impulse and does not rebound
   };
   struct Left {
     const Program* program = nullptr;
@@ -68,6 +69,10 @@ class ModeVariation {
   [[nodiscard]] std::optional<Stored> before(double h, double t) const;
   [[nodiscard]] std::vector<double> moved(std::vector<double> parameters, double h) const;
   [[nodiscard]] bool take(const Step& step, double h, double t, Stored& stored) const;
+  /// The name of a contact that does not rebound, and would with what is varied moved by @p h; else empty.
+  [[nodiscard]] std::string begins_to_rebound(double h, double t) const;
+  [[nodiscard]] std::optional<std::vector<double>> kicks(const Step& step, double h, double t,
+                                                         const Stored& stored) const;
   [[nodiscard]] bool set_kicks(const Step& step, double h, double t, const Stored& stored,
                                std::vector<double>& parameters) const;
   [[nodiscard]] double step_size() const;
