@@ -53,7 +53,7 @@ std::vector<RunEvent> changes(const std::vector<RunEvent>& events) {
 
 }  // namespace
 
-TEST_CASE("a contact touches from where its impacts end") {
+TEST_CASE("a contact touches from where its impacts end", "[long]") {
   // The run leaves out flights of less than 2e-6 of the longest: at 0.99 the last of them is 2e-4 of it before the end.
   // Errors: the ratio of the intervals is known to rounding over the last of them, 1e-15*t/4e-6, times 1/(1 - e)^2.
   struct Case {

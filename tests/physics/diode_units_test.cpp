@@ -111,7 +111,7 @@ std::vector<Scaled> models() {
 
 }  // namespace
 
-TEST_CASE("diodes and contacts know no unit") {
+TEST_CASE("diodes and contacts know no unit", "[long]") {
   for (const Scaled& model : models()) {
     const Study study = study_of(model);
     const RunResult one = run(study, "run");
@@ -189,7 +189,7 @@ TEST_CASE("a suction valve before an orifice stays shut where the chamber only c
   }
 }
 
-TEST_CASE("a delivery valve shuts at each turn of the piston, whatever orifice the suction valve stands before") {
+TEST_CASE("a delivery valve shuts at each turn of the piston, whatever orifice the suction valve stands before", "[long]") {
   // While the delivery valve conducts, its flow is that of the piston, A sin wt.
   struct Pump {
     double flow, w, capacitance, orifice, effort, stop;

@@ -214,7 +214,7 @@ std::string resting_ball(const std::string& restitution, double e) {
 
 }  // namespace
 
-TEST_CASE("derivatives go on behind infinitely many impacts") {
+TEST_CASE("derivatives go on behind infinitely many impacts", "[long]") {
   const double g = 9.81, h = 1, w = 3, c = 0.5, first = std::sqrt(2 * h / g);
   for (const double e : {0.01, 0.3, 0.7, 0.9}) {
     INFO("restitution " << e);
@@ -233,7 +233,7 @@ TEST_CASE("derivatives go on behind infinitely many impacts") {
   }
 }
 
-TEST_CASE("derivatives behind infinitely many impacts are those of differences") {
+TEST_CASE("derivatives behind infinitely many impacts are those of differences", "[long]") {
   // With masses on both sides, a wall that moves, and a restitution that depends on the speed.
   const std::string plate = R"x({ "bgsim": 1, "name": "plate",
     "parameters": { "g": 9.81, "h": 0.3, "e": 0.5, "m": 0.2, "M": 1, "k": 100, "d": 0.8 },

@@ -43,7 +43,7 @@ void check(const std::string& model, double times, const std::vector<Method>& me
 
 }  // namespace
 
-TEST_CASE("a condition that leaves its border by a higher power of time goes where the equations lead") {
+TEST_CASE("a condition that leaves its border by a higher power of time goes where the equations lead", "[long]") {
   // at first t^3/2, t^3/2, 1e-2 t^4, t^2/2, -0.0167 t^3, -1/6 t^3
   for (const std::string never : {"k.q*m.f < 0", "t*k.q < 0", "sin(2*t)*k.q*m.f < 0", "atan2(k.q*t, 1) < 0",
                                   "min(k.q, t)*t < 0", "floor(t*k.q) < 0", "mod(t*k.q, 1.5) > 1", "k.q - t*t/2 > 0",

@@ -60,7 +60,7 @@ std::string series(int tanks, const std::string& law) {
 
 }  // namespace
 
-TEST_CASE("an empty store begins to fill behind an orifice, by every method") {
+TEST_CASE("an empty store begins to fill behind an orifice, by every method", "[long]") {
   // A thyristor that is fired at t = 0.3, and a law that lets nothing back. The tolerance of the store was 0, and the
   // step size went to nothing.
   const std::string one_way = R"x("r": {"kind": "R", "law": "f = if(t > 0.3, max(e, 0), 0)"})x";
@@ -103,7 +103,7 @@ TEST_CASE("a tank runs empty through an orifice in some hundred steps, by every 
     }
 }
 
-TEST_CASE("tanks in series that are all empty fill one after the other through their orifices") {
+TEST_CASE("tanks in series that are all empty fill one after the other through their orifices", "[long]") {
   // The flow into the k-th begins with a power of time that doubles with k: some 1e-60 after a moment. Written as
   // roots, chains from five tanks on ended with BG605 at 1e-18 s: the tolerances were of that size.
   for (const int tanks : {5, 8, 20}) {
@@ -125,7 +125,7 @@ TEST_CASE("tanks in series that are all empty fill one after the other through t
   }
 }
 
-TEST_CASE("more than fifty tanks in series that are all empty fill, with sparse matrices") {
+TEST_CASE("more than fifty tanks in series that are all empty fill, with sparse matrices", "[long]") {
   const std::string tanks = series(60, "e = f*abs(f)");
   const RunResult reference = run(tanks, Method::dirk5, 1e-8);
   REQUIRE(reference.stop == StopReason::completed);
@@ -135,7 +135,7 @@ TEST_CASE("more than fifty tanks in series that are all empty fill, with sparse 
     CHECK(std::abs(last(result, output) - last(reference, output)) < 1e-4);
 }
 
-TEST_CASE("a store begins to fill behind a coil and an orifice, whatever their sizes") {
+TEST_CASE("a store begins to fill behind a coil and an orifice, whatever their sizes", "[long]") {
   // At rest the orifice's flow has no slope by its effort, and the coil's current, which alone fills the store, is 0:
   // the store's tolerance was 1e-38, or the store stayed empty. Sizes of failing members. Two orifices in series are
   // one whose factor is the sum.

@@ -92,7 +92,7 @@ TEST_CASE("sources are held as they are just after the time asked for, in runs t
   CHECK(value(states.found[0], "c.q") == Approx(0.001 * 0.8 / 0.101).epsilon(1e-13));
 }
 
-TEST_CASE("of a long ladder of diodes all conduct") {
+TEST_CASE("of a long ladder of diodes all conduct", "[long]") {
   // Each section takes one look at a mode: what is before it has to conduct first.
   constexpr int kSections = 40;
   std::string elements = R"x("u": { "kind": "Se", "effort": 5 })x", bonds, before = "u";
@@ -142,7 +142,7 @@ TEST_CASE("a ball comes to rest on the ground") {
   CHECK(states.found[0].free.empty());
 }
 
-TEST_CASE("of a switch with hysteresis both sides may rest, or neither") {
+TEST_CASE("of a switch with hysteresis both sides may rest, or neither", "[long]") {
   const auto text = [](double source, double load) {
     return model_text(R"x("elements": { "u": { "kind": "Se", "effort": )x" + std::to_string(source) + R"x( },
       "i": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 }, "out": { "kind": "0" },

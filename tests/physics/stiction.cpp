@@ -125,7 +125,7 @@ TEST_CASE("two blocks are held at once and let go one after the other") {
   CHECK(last(one, "F1") == Approx(last(one, "s")).epsilon(1e-9));
 }
 
-TEST_CASE("friction that holds stays where it is beside stores of any law") {
+TEST_CASE("friction that holds stays where it is beside stores of any law", "[long]") {
   // Of the flow sin t two momenta take what the friction does not, which holds: sin t = p + f(p) for both have one
   // effort.
   struct Law {
