@@ -29,20 +29,24 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 class BasisRows {
  public:
   BasisRows(const Complementarity& problem, const std::vector<bool>& takes_z)
-      : n_(static_cast<Index>(problem.size)), terms_(problem.size, PowerSeries::kExact), lost_(problem.size, false) {
-    for (std::size_t k = 0; k < kKnown; ++k) entry_[k] = entry_off_[k] = Matrix::Zero(n_, n_);
+      : n_(static_cast<Index>(problem.size)),
+        cells_(problem.size),
+        terms_(problem.size, PowerSeries::kExact),
+        lost_(problem.size, false) {
     right_.assign(kLevels, Vector::Zero(n_));
     right_off_ = right_;
     for (Index i = 0; i < n_; ++i) {
       for (const bool z : {true, false})
         for (const auto& [column, value] : (z ? problem.z : problem.w)[at(i)]) {
           if (takes_z[column] != z || value.zero) continue;
-          const auto j = static_cast<Index>(column);
+          Cell& cell = cells_[at(i)].emplace_back();
+          cell.column = static_cast<Index>(column);
           take(value, i, [&](std::size_t k, double term, double off) {
-            entry_[k](i, j) = term;
-            entry_off_[k](i, j) = off;
+            cell.term[k] = term;
+            cell.off[k] = off;
           });
         }
+      sort_row(cells_[at(i)]);
       take(problem.r[at(i)], i, [&](std::size_t k, double value, double off) {
         right_[k + kKnown](i) = value;
         right_off_[k + kKnown](i) = off;
@@ -105,6 +109,14 @@ class BasisRows {
     std::vector<Index> rows, columns;
     Matrix inverse;
   };
+  /// What a row has in one column, by powers of h.
+  struct Cell {
+    Index column = 0;
+    std::array<double, kKnown> term{}, off{};
+  };
+  static void sort_row(std::vector<Cell>& row) {
+    std::sort(row.begin(), row.end(), [](const Cell& a, const Cell& b) { return a.column < b.column; });
+  }
 
   template <class Put>
   void take(const PowerSeries& s, Index row, const Put& put) {
@@ -121,7 +133,10 @@ class BasisRows {
 
   /// Divides a row by h until its leading coefficients are not all 0. Where nothing is left of it, it is lost.
   void begin_with_a_number(Index row) {
-    const auto empty = [&](std::size_t k) { return entry_[k].row(row).isZero(0.0); };
+    std::vector<Cell>& cells = cells_[at(row)];
+    const auto empty = [&cells](std::size_t k) {
+      return std::all_of(cells.begin(), cells.end(), [k](const Cell& cell) { return cell.term[k] == 0.0; });
+    };
     if (!empty(0)) return;
     std::size_t first = 1;
     while (first < kKnown && empty(first)) ++first;
@@ -129,27 +144,18 @@ class BasisRows {
       lost_[at(row)] = true;
       return;
     }
-    for (std::size_t k = 0; k < kKnown; ++k) {
-      const bool inside = k + first < kKnown;
-      entry_[k].row(row).setZero();
-      entry_off_[k].row(row).setZero();
-      if (!inside) continue;
-      entry_[k].row(row) = entry_[k + first].row(row);
-      entry_off_[k].row(row) = entry_off_[k + first].row(row);
-    }
+    for (Cell& cell : cells)
+      for (std::size_t k = 0; k < kKnown; ++k) {
+        const bool inside = k + first < kKnown;
+        cell.term[k] = inside ? cell.term[k + first] : 0.0;
+        cell.off[k] = inside ? cell.off[k + first] : 0.0;
+      }
     for (std::size_t k = 0; k < kLevels; ++k) {
       const bool inside = k + first < kLevels;
       right_[k](row) = inside ? right_[k + first](row) : 0.0;
       right_off_[k](row) = inside ? right_off_[k + first](row) : 0.0;
     }
     if (terms_[at(row)] != PowerSeries::kExact) terms_[at(row)] -= static_cast<int>(first);
-  }
-
-  void find_places() {
-    places_.clear();
-    for (Index j = 0; j < n_; ++j)
-      for (Index i = 0; i < n_; ++i)
-        if (entry_[0](i, j) != 0.0 || entry_[1](i, j) != 0.0 || entry_[2](i, j) != 0.0) places_.emplace_back(i, j);
   }
 
   /// Rows and columns that the leading coefficients tie to each other.
@@ -160,9 +166,9 @@ class BasisRows {
       while (up[i] != i) i = up[i] = up[up[i]];
       return i;
     };
-    find_places();
-    for (const auto& [i, j] : places_)
-      if (entry_[0](i, j) != 0.0) up[top(at(i))] = top(at(n_ + j));
+    for (Index i = 0; i < n_; ++i)
+      for (const Cell& cell : cells_[at(i)])
+        if (cell.term[0] != 0.0) up[top(at(i))] = top(at(n_ + cell.column));
     constexpr auto kNone = static_cast<std::size_t>(-1);
     std::vector<std::size_t> part_of(up.size(), kNone);
     parts_.clear();
@@ -175,12 +181,20 @@ class BasisRows {
       }
       (i < n_ ? parts_[part].rows : parts_[part].columns).push_back(i < n_ ? i : i - n_);
     }
+    part_of_.assign(at(n_), kNone);
+    place_.assign(at(n_), 0);
+    for (std::size_t part = 0; part < parts_.size(); ++part)
+      for (std::size_t k = 0; k < parts_[part].columns.size(); ++k) {
+        part_of_[at(parts_[part].columns[k])] = part;
+        place_[at(parts_[part].columns[k])] = static_cast<Index>(k);
+      }
   }
 
   [[nodiscard]] Matrix matrix_of(const Part& part) const {
-    Matrix m(part.rows.size(), part.columns.size());
+    Matrix m = Matrix::Zero(static_cast<Index>(part.rows.size()), static_cast<Index>(part.columns.size()));
     for (Index i = 0; i < m.rows(); ++i)
-      for (Index j = 0; j < m.cols(); ++j) m(i, j) = entry_[0](part.rows[at(i)], part.columns[at(j)]);
+      for (const Cell& cell : cells_[at(part.rows[at(i)])])
+        if (cell.term[0] != 0.0) m(i, place_[at(cell.column)]) = cell.term[0];
     return m;
   }
 
@@ -235,26 +249,39 @@ class BasisRows {
   /// A row less multiples of others, which leaves nothing of its leading coefficients.
   void leave_rest(Index row, const std::vector<Index>& others, const Vector& multiples) {
     constexpr double kOfTerms = 16.0 * kRounding;
-    for (std::size_t k = 0; k < kKnown; ++k) {
-      Eigen::RowVectorXd rest = entry_[k].row(row), off = entry_off_[k].row(row) + kOfTerms * rest.cwiseAbs();
-      for (std::size_t p = 0; p < others.size(); ++p) {
-        const double y = multiples(static_cast<Index>(p));
-        rest -= y * entry_[k].row(others[p]);
-        off += std::abs(y) * (entry_off_[k].row(others[p]) + kOfTerms * entry_[k].row(others[p]).cwiseAbs());
+    std::vector<Cell> rest = cells_[at(row)];
+    for (Cell& cell : rest)
+      for (std::size_t k = 0; k < kKnown; ++k) cell.off[k] += kOfTerms * std::abs(cell.term[k]);
+    for (std::size_t p = 0; p < others.size(); ++p) {
+      const double y = multiples(static_cast<Index>(p));
+      const std::size_t own = rest.size();  // sorted up to there
+      for (const Cell& other : cells_[at(others[p])]) {
+        const auto end = rest.begin() + static_cast<std::ptrdiff_t>(own);
+        auto cell = std::lower_bound(rest.begin(), end, other.column,
+                                     [](const Cell& at, Index column) { return at.column < column; });
+        if (cell == end || cell->column != other.column) {
+          rest.emplace_back().column = other.column;
+          cell = rest.end() - 1;
+        }
+        for (std::size_t k = 0; k < kKnown; ++k) {
+          cell->term[k] -= y * other.term[k];
+          cell->off[k] += std::abs(y) * (other.off[k] + kOfTerms * std::abs(other.term[k]));
+        }
       }
-      for (Index j = 0; j < n_; ++j)
-        if (k == 0 || std::abs(rest(j)) <= off(j)) rest(j) = 0.0;
-      entry_[k].row(row) = rest;
-      entry_off_[k].row(row) = off;
+      sort_row(rest);
     }
+    for (Cell& cell : rest)
+      for (std::size_t k = 0; k < kKnown; ++k)
+        if (k == 0 || std::abs(cell.term[k]) <= cell.off[k]) cell.term[k] = 0.0;
+    cells_[at(row)] = std::move(rest);
     for (std::size_t k = 0; k < kLevels; ++k) {
-      double rest = right_[k](row), off = right_off_[k](row) + kOfTerms * std::abs(rest);
+      double value = right_[k](row), off = right_off_[k](row) + kOfTerms * std::abs(value);
       for (std::size_t p = 0; p < others.size(); ++p) {
         const double y = multiples(static_cast<Index>(p));
-        rest -= y * right_[k](others[p]);
+        value -= y * right_[k](others[p]);
         off += std::abs(y) * (right_off_[k](others[p]) + kOfTerms * std::abs(right_[k](others[p])));
       }
-      right_[k](row) = rest;
+      right_[k](row) = value;
       right_off_[k](row) = off;
     }
     for (const Index other : others) terms_[at(row)] = std::min(terms_[at(row)], terms_[at(other)]);
@@ -267,20 +294,24 @@ class BasisRows {
     const std::size_t k = order - lower;
     const Vector& value = x[lower];
     const Vector& error = off[lower];
-    for (const auto& [i, j] : places_) {
+    const auto take_away = [&](Index i, const Cell& cell) {
+      const Index j = cell.column;
       const bool is_known = known[at(j)] > static_cast<int>(lower);
-      if (is_known && value(j) == 0.0 && error(j) == 0.0) continue;
+      if (is_known && value(j) == 0.0 && error(j) == 0.0) return;
       if (static_cast<int>(k) >= terms_[at(i)]) {
         // A term that is not known times one that is not 0.
         unknown[at(i)] = unknown[at(i)] || !is_known || value(j) != 0.0;
-        continue;
+        return;
       }
-      if (k >= kKnown) continue;
-      const double a = entry_[k](i, j), a_off = entry_off_[k](i, j);
+      if (k >= kKnown) return;
+      const double a = cell.term[k], a_off = cell.off[k];
       unknown[at(i)] = unknown[at(i)] || (!is_known && a != 0.0);
       right(i) -= a * value(j);
       right_off(i) += std::abs(a) * error(j) + a_off * std::abs(value(j)) + 4.0 * kRounding * std::abs(a * value(j));
-    }
+    };
+    for (Index i = 0; i < n_; ++i)
+      for (const Cell& cell : cells_[at(i)])
+        if (cell.term != std::array<double, kKnown>{}) take_away(i, cell);
   }
 
   void solve_part(const Part& part, const Vector& right, const Vector& right_off, Vector& x, Vector& off) const {
@@ -294,10 +325,13 @@ class BasisRows {
     const Matrix m = matrix_of(part);
     Vector value = part.inverse * own;
     value += part.inverse * (own - m * value);
+    const std::size_t own_part = part_of_[at(part.columns.front())];
     for (Index i = 0; i < size; ++i)
-      for (Index j = 0; j < size; ++j)
-        own_off(i) += (entry_off_[0](part.rows[at(i)], part.columns[at(j)]) + 4.0 * kRounding * std::abs(m(i, j))) *
-                      std::abs(value(j));
+      for (const Cell& cell : cells_[at(part.rows[at(i)])]) {
+        if (part_of_[at(cell.column)] != own_part) continue;
+        own_off(i) +=
+            (cell.off[0] + 4.0 * kRounding * std::abs(cell.term[0])) * std::abs(value(place_[at(cell.column)]));
+      }
     const Vector error = part.inverse.cwiseAbs() * own_off;
     for (Index j = 0; j < size; ++j) {
       off(part.columns[at(j)]) = error(j);
@@ -306,12 +340,13 @@ class BasisRows {
   }
 
   Index n_;
-  std::array<Matrix, kKnown> entry_, entry_off_;
-  std::vector<Vector> right_, right_off_;        ///< by order, from h^-kBehind on
-  std::vector<int> terms_;                       ///< by row: how many of its coefficients are known
-  std::vector<bool> lost_;                       ///< by row
-  std::vector<std::pair<Index, Index>> places_;  ///< of entries that are not 0
+  std::vector<std::vector<Cell>> cells_;   ///< by row, then column
+  std::vector<Vector> right_, right_off_;  ///< by order, from h^-kBehind on
+  std::vector<int> terms_;                 ///< by row: how many of its coefficients are known
+  std::vector<bool> lost_;                 ///< by row
   std::vector<Part> parts_;
+  std::vector<std::size_t> part_of_;  ///< by column
+  std::vector<Index> place_;          ///< by column: in its part
   bool possible_ = true;
 };
 

@@ -163,14 +163,15 @@ class Sides {
       const double r = std::pow(10.0, power);
       resistance_.assign(n_, r);
       const bool has_value = linearize(true);
-      const LinearFlows aside = at_.flows();
+      std::vector<double> aside;
+      for (std::size_t i = 0; has_value && i < n_; ++i) aside.push_back(own_slope(i, 0));
       if (!has_value || !linearize()) {  // a law that has no value there
         result_.failure.reset();
         continue;
       }
       bool known = true;
       for (std::size_t i = 0; i < n_; ++i)
-        known = known && std::abs(own_slope(i, 0) - aside.slope(i, 0, i)) <= kSame * std::abs(own_slope(i, 0));
+        known = known && std::abs(own_slope(i, 0) - aside[i]) <= kSame * std::abs(own_slope(i, 0));
       if (!known && !scans.front().empty()) break;
       if (!known) continue;
       for (std::size_t i = 0; i < n_; ++i) {
