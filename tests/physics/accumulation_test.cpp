@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kG = 9.81;
 
-/// A ball that falls from a height of 1 m. What @p more adds reads its contact.
+/// A ball that falls from a height of 1 m, and what reads its contact.
 std::string ball(double restitution, const std::string& signals, const std::string& outputs, const std::string& scene,
                  const std::string& force = "9.81", const std::string& elements = "", const std::string& bonds = "") {
   std::ostringstream text;
@@ -43,7 +43,7 @@ Ran run(const std::string& text) {
   return ran;
 }
 
-/// Those that are no impacts, as "t kind name from>to".
+/// Those that are no impacts.
 std::vector<RunEvent> changes(const std::vector<RunEvent>& events) {
   std::vector<RunEvent> result;
   for (const RunEvent& event : events)
@@ -87,8 +87,8 @@ TEST_CASE("the table of events has the end of the impacts where no condition ask
   CHECK(ran.events.back().kind == RunEvent::Kind::contact);
 }
 
-TEST_CASE("switches, latches and events that ask for a contact follow at the end of its impacts") {
-  // A charge of (t - rest) through a switch that closes there, and a lamp that is latched at the same instant.
+TEST_CASE("switches and latches that ask for a contact follow at the end of its impacts") {
+  // A capacitor is charged through a switch that closes there, and a lamp is latched at the same instant.
   const double rest = rest_of(0.9);
   const Ran ran =
       run(ball(0.9, R"x("lit": {"set": "mode('ground')", "reset": "t < 0", "initial": false})x",

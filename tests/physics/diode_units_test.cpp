@@ -189,7 +189,8 @@ TEST_CASE("a suction valve before an orifice stays shut where the chamber only c
   }
 }
 
-TEST_CASE("a delivery valve shuts at each turn of the piston, whatever orifice the suction valve stands before", "[long]") {
+TEST_CASE("a delivery valve shuts at each turn of the piston, whatever orifice the suction valve stands before",
+          "[long]") {
   // While the delivery valve conducts, its flow is that of the piston, A sin wt.
   struct Pump {
     double flow, w, capacitance, orifice, effort, stop;

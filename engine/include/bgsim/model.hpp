@@ -160,8 +160,9 @@ struct ContactLaw {
   ExprId speed;           ///< rate of the gap
   ExprId restitution;     ///< over parameters and the element's own f, which stands for the closing speed
   Place restitution_place;
-  ParameterId kick;       ///< speed of separation after an impact, while that is computed; none: 0
-  ParameterId rest;       ///< where infinitely many impacts end; none unless mode("...") is asked for
+  ParameterId kick;  ///< speed of separation after an impact, while that is computed; none: 0
+  ParameterId
+      rest;  ///< where infinitely many impacts end; valid in the programs of modes, where mode("...") is asked for
   bool settling = false;  ///< closed, and mode("...") says so from `rest` on
 };
 

@@ -138,6 +138,7 @@ bool ModeVariation::set_kicks(const Step& step, double h, double t, const Stored
 }
 
 std::string ModeVariation::begins_to_rebound(double h, double t) const {
+  if (std::none_of(steps_.begin(), steps_.end(), [](const Step& step) { return step.lands; })) return {};
   const double then = t + h * instant_;
   std::optional<Stored> stored = before(h, then), here = before(0.0, t);
   for (const Step& step : steps_) {
