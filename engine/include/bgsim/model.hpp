@@ -163,7 +163,8 @@ struct ContactLaw {
   ParameterId kick;  ///< speed of separation after an impact, while that is computed; none: 0
   ParameterId
       rest;  ///< where infinitely many impacts end; valid in the programs of modes, where mode("...") is asked for
-  bool settling = false;  ///< closed, and mode("...") says so from `rest` on
+  ParameterId rest_moves;  ///< by what is varied; valid where `rest` is
+  bool settling = false;   ///< closed, and mode("...") says so from `rest` on
 };
 
 /// An element as written. Which of the optional members are set follows from the kind:

@@ -168,6 +168,10 @@ class Varying {
     });
     for (std::size_t i = 0; i < changes.size(); ++i)
       if (changes[i].valid()) by_parameter_[system().parameters[i]] = translate(changes[i]);
+    for (const Element& element : model_.elements)
+      if (element.contact && element.contact->settling)
+        by_parameter_[system().parameters[element.contact->rest.index()]] =
+            pool().symbol(system().parameters[element.contact->rest_moves.index()]);
     order().origins.resize(pool().size());
   }
 

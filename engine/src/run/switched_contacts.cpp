@@ -110,9 +110,10 @@ void SwitchedRun::put_rests(const Model& model) {
   std::size_t next = 0;
   for (const Element& element : model.elements) {
     if (!element.diode) continue;
-    const std::optional<double>& rest = rests_[next++];
-    if (element.contact && element.contact->rest.valid())
-      parameters_[element.contact->rest.index()] = rest.value_or(0.0);
+    const std::size_t i = next++;
+    if (!element.contact || !element.contact->rest.valid()) continue;
+    parameters_[element.contact->rest.index()] = rests_[i].value_or(0.0);
+    parameters_[element.contact->rest_moves.index()] = rest_moves_[i];
   }
 }
 
@@ -139,7 +140,8 @@ bool SwitchedRun::look_at_contacts(const Program& program) {
     contact.sticks = true;
     // The flights that are left out have less height than the displacement is known to, and in the mean the force of
     // their impacts is that of the closed contact. What asks for its mode is to see their end.
-    if (!variation_) rests_[i] = series->limit;
+    rests_[i] = series->limit;
+    if (variation_) rest_moves_[i] = variation_->instant();
     contacts_[i].times.clear();
     contacts_[i].longest = 0.0;
   }

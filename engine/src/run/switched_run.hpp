@@ -52,7 +52,8 @@ class SwitchedRun {
         begin_(clock()),
         diodes_(static_cast<std::size_t>(std::count(start.diodes.begin(), start.diodes.end(), true))),
         contacts_(diodes_.size()),
-        rests_(diodes_.size()) {
+        rests_(diodes_.size()),
+        rest_moves_(diodes_.size(), 0.0) {
     stored_.t = inputs.start;
     if (programs.variation != nullptr) variation_.emplace(*programs.variation, inputs);
     if (!diodes_.empty()) sights_[mode_of_switches()] = start.sight;
@@ -308,6 +309,7 @@ class SwitchedRun {
   std::vector<double> returns_;               ///< by diode: see DiodeSides::returns; of the last settle_diodes()
   std::vector<double> least_flight_;          ///< by diode: see DiodeSides::least_flight
   std::vector<std::optional<double>> rests_;  ///< by diode: where the impacts end after which it has closed
+  std::vector<double> rest_moves_;            ///< by diode: t' of that, in a run with variations
   bool noted_flights_ = false;
   bool lifts_off_ = false;     ///< a contact opens without a speed in this stretch
   bool short_flight_ = false;  ///< in this stretch; see flies_short()

@@ -51,10 +51,20 @@ std::shared_ptr<const Model> with_bands(std::shared_ptr<const Model> model) {
   for (const ModelSymbol& symbol : model->symbols) {
     if (symbol.kind != ModelSymbol::Kind::mode) continue;
     Element& element = result.elements[symbol.element.index()];
-    if (element.contact && !element.contact->rest.valid())
-      element.contact->rest = add_parameter(result, kRestParameter + element.name + ")");
+    if (!element.contact || element.contact->rest.valid()) continue;
+    element.contact->rest = add_parameter(result, kRestParameter + element.name + ")");
+    element.contact->rest_moves = add_parameter(result, "(how the rest of " + element.name + " moves)");
   }
   return std::make_shared<const Model>(std::move(result));
+}
+
+/// Those of @p settling whose mode some expression asks for; empty: none.
+Mode seen_settling(const Model& model, const Mode& settling) {
+  const std::vector<ElementId> switches = switches_of(model);
+  Mode seen = settling;
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    seen[i] = seen[i] && model.elements[switches[i].index()].contact->rest.valid();
+  return std::find(seen.begin(), seen.end(), true) == seen.end() ? Mode() : seen;
 }
 
 Model with_settling(Model model, const Mode& settling) {
@@ -223,8 +233,9 @@ std::unique_ptr<ModePrograms::Made> ModePrograms::make(const std::shared_ptr<con
 
 const Program& ModePrograms::at(const Mode& mode, const std::vector<double>& parameters, const Mode& settling) {
   const std::scoped_lock lock(mutex_);
-  std::unique_ptr<Made>& made = made_[{mode, settling}];
-  if (!made) made = make(std::make_shared<const Model>(with_settling(in_mode(*model_, mode), settling)), of_mode_);
+  const Mode seen = seen_settling(*model_, settling);
+  std::unique_ptr<Made>& made = made_[{mode, seen}];
+  if (!made) made = make(std::make_shared<const Model>(with_settling(in_mode(*model_, mode), seen)), of_mode_);
   check_laws(*made->model, made->graph, made->causal, completed(parameters));
   return made->program;
 }
