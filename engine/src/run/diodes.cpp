@@ -116,7 +116,11 @@ class Sides {
       // Where efforts can change its speed at once, there is no impact.
       bool of_stores = true;
       for (std::size_t j = 0; j < n_; ++j) of_stores = of_stores && at_.flows().slope(i, 0, j) == 0.0;
-      closing_[i] = of_stores ? std::max(0.0, -at_.speed(i)) : 0.0;
+      // Beside a wall that moves, the speed of what rests there is rounding, and so would be its rebound, again and
+      // again.
+      const double rounding =
+          kOfTerms * at_.flows().size(i, 0) + 8.0 * kEpsilon * std::abs(t_) * at_.flows().size(i, 1);
+      closing_[i] = of_stores && -at_.speed(i) > rounding ? -at_.speed(i) : 0.0;
       if (result_.diodes[i].sticks) restitution_[i] = 0.0;
     }
     return true;
