@@ -1,4 +1,5 @@
 // Where infinitely many impacts end, and what sees that instant.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <sstream>
@@ -144,4 +145,30 @@ TEST_CASE("impacts may end before t = 0, and more than once") {
   CHECK(closed[0] == Approx(first).epsilon(1e-11));
   CHECK(opened[0] == Approx(-10.0).epsilon(1e-11));
   CHECK(closed[1] == Approx(second).epsilon(1e-11));
+}
+
+TEST_CASE("a slope of what asks for a contact is that of each of its sides") {
+  // The derivative of if(mode, t, 0) is 1 or 0: at the end of the impacts it has the jump of any change of the mode.
+  const Ran ran = run(ball(0.9, R"x("d": {"value": "der(if(mode('ground'), t, 0))"}, "sum": {"integral": "d"})x",
+                           R"x("sum": "sum", "d": "d")x", R"x("samples": 11, "stop": 10)x"));
+  CHECK(std::abs(last(ran.result, "sum") - (10.0 - rest_of(0.9))) < 2e-11);  // as above
+  CHECK(last(ran.result, "d") == 1.0);
+}
+
+TEST_CASE("the change of side at the end of the impacts is one of the scene's events, and counted once") {
+  const std::string scene = R"x("samples": 11, "stop": 10, "max_events": )x";
+  const Ran all = run(ball(0.9, "", R"x("h": "ground.q")x", scene + "1000"));
+  const auto count = static_cast<std::size_t>(std::count_if(
+      all.events.begin(), all.events.end(), [](const RunEvent& event) { return event.kind != RunEvent::Kind::start; }));
+  CHECK(all.result.report.mode_changes == all.result.report.impacts);
+  CHECK(count == all.result.report.impacts + 1);
+  CHECK(run(ball(0.9, "", R"x("h": "ground.q")x", scene + std::to_string(count))).events.size() == all.events.size());
+  for (const char* signals : {"", R"x("clock": {"integral": "if(mode('ground'), 1, 0)"})x"}) {
+    const RunResult full =
+        Study::from_text(ball(0.9, signals, R"x("h": "ground.q")x", scene + std::to_string(count - 1)))
+            .scene()
+            .simulate();
+    REQUIRE(full.stop == StopReason::failed);
+    CHECK(full.failure->code == "BG628");
+  }
 }

@@ -263,6 +263,39 @@ TEST_CASE("a run continues from between the last impact and the end of the impac
   CHECK(between > 0);
 }
 
+TEST_CASE("the end of impacts is an event of one part of a run, whichever ends behind it") {
+  // Nothing asks for the contact's mode, so no stretch begins at that end: it is told when the run has gone past it.
+  const Study study = Study::from_text(R"json({ "bgsim": 1, "name": "ball",
+    "signals": { "wave": { "integral": "cos(20*t)" } },
+    "elements": { "fall": { "kind": "1" }, "ball": { "kind": "I", "inertance": 1 }, "weight": { "kind": "Se", "effort": 10 },
+      "ground": { "kind": "contact", "gap": 0, "initial": { "q": -1 }, "restitution": 0.4 } },
+    "bonds": [ { "from": "weight", "to": "fall" }, { "from": "fall", "to": "ball" }, { "from": "fall", "to": "ground" } ],
+    "outputs": { "wave": "wave", "q": "ground.q" }, "scenes": { "main": { "stop": 2, "samples": 11 } } })json");
+  const Simulation model = study.scene("main");
+  const Whole whole = run_whole(model, 0);
+  REQUIRE(whole.result.stop == StopReason::completed);
+  CHECK(whole.events.back().kind == RunEvent::Kind::contact);
+  const double rest = std::sqrt(0.2) * 1.4 / 0.6;
+  std::size_t behind = 0;
+  for (std::uint64_t less = 1; less <= 8; ++less) {
+    const Whole first = run_whole(model, 0, whole.result.report.steps - less);
+    REQUIRE(first.result.failure);
+    CHECK(first.result.failure->code == "BG607");
+    REQUIRE_FALSE(first.taken.empty());
+    std::vector<RunEvent> events = first.events;
+    behind += first.taken.back().t > rest ? 1U : 0U;
+    SimulateOptions options = options_of(0);
+    options.resume = first.taken.back().text;
+    options.events = [&](const RunEvent& event) { events.push_back(event); };
+    REQUIRE(model.simulate(options).stop == StopReason::completed);
+    std::size_t closings = 0;
+    for (const RunEvent& event : events) closings += event.kind == RunEvent::Kind::contact ? 1U : 0U;
+    CHECK(closings == 1);
+    CHECK(events.size() == whole.events.size());
+  }
+  CHECK(behind > 2);
+}
+
 TEST_CASE("a run with delayed signals continues from any snapshot bit for bit", "[long]") {
   // A snapshot has the whole of the delays' memory: one every hundred steps, not every few.
   for (const Method method : {Method::automatic, Method::bdf, Method::erk5, Method::radau, Method::rodas5p}) {

@@ -160,11 +160,10 @@ struct ContactLaw {
   ExprId speed;           ///< rate of the gap
   ExprId restitution;     ///< over parameters and the element's own f, which stands for the closing speed
   Place restitution_place;
-  ParameterId kick;  ///< speed of separation after an impact, while that is computed; none: 0
-  ParameterId
-      rest;  ///< where infinitely many impacts end; valid in the programs of modes, where mode("...") is asked for
-  ParameterId rest_moves;  ///< by what is varied; valid where `rest` is
-  bool settling = false;   ///< closed, and mode("...") says so from `rest` on
+  ParameterId kick;        ///< speed of separation after an impact, while that is computed; none: 0
+  ParameterId rest;        ///< time at which infinitely many impacts end; none: nothing asks for mode("...")
+  ParameterId rest_moves;  ///< by what is varied; none where `rest` is none
+  bool settling = false;   ///< closed, though mode("...") does not say so before `rest`, where the program ends
 };
 
 /// An element as written. Which of the optional members are set follows from the kind:

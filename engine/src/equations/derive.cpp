@@ -126,14 +126,6 @@ class Derivation {
   /// of two arguments that make them it is the compiler that chooses the first.
   [[nodiscard]] ExprId power_of(PortId port, ExprId flow) { return system_.pool.mul(effort(port), flow); }
 
-  ExprId mode_of_element(const Element& element) {
-    ExprPool& pool = system_.pool;
-    const ExprId holds = pool.constant(mode_holds(element) ? 1.0 : 0.0);
-    if (!element.contact || !element.contact->settling) return holds;
-    const ExprId rest = as_expression(system_.parameters[element.contact->rest.index()]);
-    return pool.select(pool.make(Op::lt, as_expression(system_.time), rest), pool.constant(0.0), holds);
-  }
-
   /// What a model's symbol means in the system.
   ExprId meaning(SymbolId symbol) {
     const ModelSymbol& s = model_.symbols[symbol.index()];
@@ -148,7 +140,7 @@ class Derivation {
       case ModelSymbol::Kind::bond_variable:
         return as_expression((s.variable == Variable::effort ? system_.efforts : system_.flows)[s.bond.index()]);
       case ModelSymbol::Kind::mode:
-        return mode_of_element(model_.elements[s.element.index()]);
+        return system_.pool.constant(mode_holds(model_.elements[s.element.index()]) ? 1.0 : 0.0);
       case ModelSymbol::Kind::port_variable:
         break;
     }
@@ -330,6 +322,10 @@ class Derivation {
       ExprId leaves = conducts ? pool.make(Op::lt, pool.add(equation.flow, band), zero)
                                : pool.make(Op::gt, pool.sub(pool.sub(equation.effort, equation.threshold), band), zero);
       if (!conducts && fires.valid()) leaves = pool.make(Op::logical_and, fires, leaves);
+      if (element.contact && element.contact->settling) {
+        const ExprId rest = as_expression(system_.parameters[element.contact->rest.index()]);
+        leaves = pool.make(Op::logical_or, leaves, pool.make(Op::ge, as_expression(system_.time), rest));
+      }
       system_.switches.push_back({id, pool.select(leaves, one, zero)});
     }
     claim({id, {}});

@@ -29,6 +29,7 @@ void set_closed(Element& element, bool closed) {
 
 bool mode_holds(const Element& element) {
   if (!is_switch(element.kind)) return element.stands_in;
+  if (element.contact && element.contact->settling) return false;
   const bool reversed = element.contact || (element.switches && element.switches->locks);
   return is_closed(element) != reversed;
 }

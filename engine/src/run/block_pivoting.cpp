@@ -252,24 +252,23 @@ class BasisRows {
     std::vector<Cell> rest = cells_[at(row)];
     for (Cell& cell : rest)
       for (std::size_t k = 0; k < kKnown; ++k) cell.off[k] += kOfTerms * std::abs(cell.term[k]);
+    std::vector<std::size_t> found(at(n_), rest.max_size());  // by column: which cell
+    for (std::size_t c = 0; c < rest.size(); ++c) found[at(rest[c].column)] = c;
     for (std::size_t p = 0; p < others.size(); ++p) {
       const double y = multiples(static_cast<Index>(p));
-      const std::size_t own = rest.size();  // sorted up to there
       for (const Cell& other : cells_[at(others[p])]) {
-        const auto end = rest.begin() + static_cast<std::ptrdiff_t>(own);
-        auto cell = std::lower_bound(rest.begin(), end, other.column,
-                                     [](const Cell& at, Index column) { return at.column < column; });
-        if (cell == end || cell->column != other.column) {
+        std::size_t& c = found[at(other.column)];
+        if (c == rest.max_size()) {
+          c = rest.size();
           rest.emplace_back().column = other.column;
-          cell = rest.end() - 1;
         }
         for (std::size_t k = 0; k < kKnown; ++k) {
-          cell->term[k] -= y * other.term[k];
-          cell->off[k] += std::abs(y) * (other.off[k] + kOfTerms * std::abs(other.term[k]));
+          rest[c].term[k] -= y * other.term[k];
+          rest[c].off[k] += std::abs(y) * (other.off[k] + kOfTerms * std::abs(other.term[k]));
         }
       }
-      sort_row(rest);
     }
+    sort_row(rest);
     for (Cell& cell : rest)
       for (std::size_t k = 0; k < kKnown; ++k)
         if (k == 0 || std::abs(cell.term[k]) <= cell.off[k]) cell.term[k] = 0.0;

@@ -267,10 +267,9 @@ std::optional<Diagnostic> ModeVariation::take_back(const Program& program, const
   Evaluator evaluator(program, parameters);
   std::vector<double> there = x, rates(x.size());
   std::copy(limit.begin(), limit.end(), there.begin());
-  // On the sides of t: what asks for the contact's mode changes at T, which is an event of the mode that comes.
   const auto look = [&](double at, const std::vector<double>& states) {
     Branch branch = first_branch(program);
-    return evaluator.initialize_modes(t, states.data(), branch) &&
+    return evaluator.initialize_modes(at, states.data(), branch) &&
            evaluator.rates(at, states.data(), branch, rates.data());
   };
   if (!look(*end_, there)) return fault_failure(evaluator.fault());

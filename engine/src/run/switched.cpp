@@ -21,6 +21,9 @@ RunResult SwitchedRun::execute() {
   if (options_.resume.empty() || resume())
     while (stretch()) {
     }
+  const double reached = result_.report.reached;
+  log_.reach(reached);
+  if (auto full = log_.full(reached); full && result_.stop == StopReason::completed) fail(std::move(*full));
   offer_end();
   finish();
   result_.mode = mode_;
@@ -28,6 +31,7 @@ RunResult SwitchedRun::execute() {
 }
 
 bool SwitchedRun::stretch() {
+  log_.reach(stored_.t);
   if (options_.snapshot && !(stored_.t < inputs_.stop)) {
     at_stop_ = state();
     log_.count_given();

@@ -31,21 +31,6 @@ Mode SwitchedRun::settling() const {
   return settling;
 }
 
-const Program& SwitchedRun::program_of_mode() {
-  const Mode settling = this->settling();
-  if (!settling.empty()) {
-    try {
-      return program_of_(mode_, settling);
-    } catch (const ModelError& error) {
-      result_.report.notes.push_back("from t = " + number_text(stored_.t) +
-                                     " contacts are taken to touch whose impacts last a little longer (" +
-                                     error.diagnostics.front().situation + ")");
-      rests_.assign(rests_.size(), std::nullopt);
-    }
-  }
-  return program_of_(mode_, {});
-}
-
 void SwitchedRun::forget_rests() {
   std::size_t next = 0;
   for (std::size_t i = 0; i < mode_.size(); ++i) {
@@ -57,7 +42,7 @@ void SwitchedRun::forget_rests() {
 
 const Program* SwitchedRun::program_here() {
   try {
-    const Program& program = program_of_mode();
+    const Program& program = program_of_(mode_, settling());
     met_.insert(mode_);
     note_indefinite(program);
     if (result_.trace.names.empty()) {
@@ -203,8 +188,14 @@ bool SwitchedRun::change_mode(const std::vector<double>& leaving, const Program&
   locking_ = false;
   left_ = mode_;
   tripped_.clear();
-  for (std::size_t i = 0; i < leaving.size(); ++i)
-    if (is_diode_[i]) tripped_.push_back(leaving[i] != 0.0);
+  bool turns = false;  // and not only a contact has come to rest, which stays on its side
+  for (std::size_t i = 0; i < leaving.size(); ++i) {
+    const Element& element = program.model->elements[program.switch_elements[i].index()];
+    const bool settles = element.contact && element.contact->settling;
+    const bool leaves = leaving[i] != 0.0 && !(settles && stored_.t >= *rests_[tripped_.size()]);
+    turns = turns || leaves;
+    if (is_diode_[i]) tripped_.push_back(leaves);
+  }
   if (!diodes_.empty() && !look_at_contacts(program)) return false;
   switched_ = diodes_.empty();
   for (std::size_t i = 0; i < leaving.size(); ++i) {
@@ -214,7 +205,7 @@ bool SwitchedRun::change_mode(const std::vector<double>& leaving, const Program&
     const Element& element = program.model->elements[program.switch_elements[i].index()];
     locking_ = locking_ || element.switches->locks;
   }
-  ++result_.report.mode_changes;
+  if (turns) ++result_.report.mode_changes;
   log_sides(*program.model, [](bool diode) { return !diode; });
   return !runs_in_circles(program) && !chatters(program) && !takes_too_long();
 }

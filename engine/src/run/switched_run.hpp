@@ -195,7 +195,6 @@ class SwitchedRun {
   // --- the program of a mode, and the jump into it
 
   const Program* program_here();
-  const Program& program_of_mode();
   /// By switch: contacts that are closed, though their impacts have not ended yet; empty: none.
   [[nodiscard]] Mode settling() const;
   /// Those that the present stretch does not need.

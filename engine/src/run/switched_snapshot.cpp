@@ -255,6 +255,7 @@ void SwitchedRun::offer(double t, nlohmann::ordered_json state) {
 }
 
 void SwitchedRun::offer_stretch(double t, const std::string& stretch) {
+  log_.reach(t);
   nlohmann::ordered_json json = state();
   json["stretch"] = nlohmann::ordered_json::parse(stretch);
   offer(t, std::move(json));

@@ -128,7 +128,6 @@ void SwitchedRun::add_energy(const EnergyAudit& own) {
 
 void SwitchedRun::finish() {
   RunReport& report = result_.report;
-  log_.reach(report.reached);
   report.start = inputs_.start;
   report.stop = inputs_.stop;
   report.relative = inputs_.relative;
