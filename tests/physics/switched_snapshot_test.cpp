@@ -239,13 +239,24 @@ TEST_CASE("a switched run goes on from where the caller or a limit ended it") {
   }
 }
 
-TEST_CASE("a run continues from between the last impact and the end of the impacts") {
-  const Study study = Study::from_text(R"json({ "bgsim": 1, "name": "ball",
-    "signals": { "clock": { "integral": "if(mode('ground'), 1, 0)" } },
+namespace {
+
+/// From a height of 1.
+Study bouncing_ball(const std::string& signals, const std::string& scene) {
+  return Study::from_text(R"json({ "bgsim": 1, "name": "ball", "signals": { )json" + signals + R"json( },
     "elements": { "fall": { "kind": "1" }, "ball": { "kind": "I", "inertance": 1 }, "weight": { "kind": "Se", "effort": 10 },
       "ground": { "kind": "contact", "gap": 0, "initial": { "q": -1 }, "restitution": 0.4 } },
     "bonds": [ { "from": "weight", "to": "fall" }, { "from": "fall", "to": "ball" }, { "from": "fall", "to": "ground" } ],
-    "outputs": { "clock": "clock" }, "scenes": { "main": { "stop": 2, "samples": 11, "method": "radau" } } })json");
+    "outputs": { "y": "y", "q": "ground.q" }, "scenes": { "main": { "stop": 2, "samples": 11, )json" +
+                          scene + " } } }");
+}
+const double kRest = std::sqrt(0.2) * 1.4 / 0.6;  ///< where its impacts end
+
+}  // namespace
+
+TEST_CASE("a run continues from between the last impact and the end of the impacts") {
+  const Study study =
+      bouncing_ball(R"json("y": { "integral": "if(mode('ground'), 1, 0)" })json", R"("method": "radau")");
   const Simulation model = study.scene("main");
   const Whole whole = run_whole(model, 5);
   // A run begins again at each of its snapshots, with steps that suit the tolerance: some are between the two.
@@ -253,7 +264,7 @@ TEST_CASE("a run continues from between the last impact and the end of the impac
   REQUIRE(whole.events.size() > 2);
   const double rest = whole.events.back().t, impact = whole.events[whole.events.size() - 2].t;
   REQUIRE(whole.events.back().kind == RunEvent::Kind::contact);
-  CHECK(rest == Approx(std::sqrt(0.2) * 1.4 / 0.6).epsilon(1e-10));  // parabolas
+  CHECK(rest == Approx(kRest).epsilon(1e-10));  // parabolas
   std::size_t between = 0;
   for (const Taken& taken : whole.taken) {
     if (!(taken.t > impact) || !(taken.t < rest)) continue;
@@ -264,18 +275,12 @@ TEST_CASE("a run continues from between the last impact and the end of the impac
 }
 
 TEST_CASE("the end of impacts is an event of one part of a run, whichever ends behind it") {
-  // Nothing asks for the contact's mode, so no stretch begins at that end: it is told when the run has gone past it.
-  const Study study = Study::from_text(R"json({ "bgsim": 1, "name": "ball",
-    "signals": { "wave": { "integral": "cos(20*t)" } },
-    "elements": { "fall": { "kind": "1" }, "ball": { "kind": "I", "inertance": 1 }, "weight": { "kind": "Se", "effort": 10 },
-      "ground": { "kind": "contact", "gap": 0, "initial": { "q": -1 }, "restitution": 0.4 } },
-    "bonds": [ { "from": "weight", "to": "fall" }, { "from": "fall", "to": "ball" }, { "from": "fall", "to": "ground" } ],
-    "outputs": { "wave": "wave", "q": "ground.q" }, "scenes": { "main": { "stop": 2, "samples": 11 } } })json");
+  // Nothing asks for the contact's mode, so no stretch begins at that end: it is known when the run has gone past it.
+  const Study study = bouncing_ball(R"json("y": { "integral": "cos(20*t)" })json", R"("method": "auto")");
   const Simulation model = study.scene("main");
   const Whole whole = run_whole(model, 0);
   REQUIRE(whole.result.stop == StopReason::completed);
   CHECK(whole.events.back().kind == RunEvent::Kind::contact);
-  const double rest = std::sqrt(0.2) * 1.4 / 0.6;
   std::size_t behind = 0;
   for (std::uint64_t less = 1; less <= 8; ++less) {
     const Whole first = run_whole(model, 0, whole.result.report.steps - less);
@@ -283,7 +288,7 @@ TEST_CASE("the end of impacts is an event of one part of a run, whichever ends b
     CHECK(first.result.failure->code == "BG607");
     REQUIRE_FALSE(first.taken.empty());
     std::vector<RunEvent> events = first.events;
-    behind += first.taken.back().t > rest ? 1U : 0U;
+    behind += first.taken.back().t > kRest ? 1U : 0U;
     SimulateOptions options = options_of(0);
     options.resume = first.taken.back().text;
     options.events = [&](const RunEvent& event) { events.push_back(event); };
