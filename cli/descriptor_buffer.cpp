@@ -8,6 +8,7 @@
 
 namespace bgsim::cli {
 
+// NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): see block_
 DescriptorBuffer::DescriptorBuffer(int descriptor, bool by_line) : descriptor_(descriptor), by_line_(by_line) {
   setp(block_.data(), block_.data() + block_.size());
 }

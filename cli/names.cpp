@@ -32,7 +32,7 @@ std::string::size_type end_of_name(const std::string& text) {
 std::string name_of(const std::string& text) {
   const auto begin = text.find_first_not_of(" \t"), end = text.find_last_not_of(" \t");
   if (begin == std::string::npos) return {};
-  const std::string name = text.substr(begin, end + 1 - begin);
+  std::string name = text.substr(begin, end + 1 - begin);
   if (name.size() < 2 || name.front() != '"' || name.back() != '"') return name;
   std::string inner;
   for (std::string::size_type i = 1; i + 1 < name.size(); ++i) {

@@ -244,9 +244,13 @@ Exit sensitivity_command(const Arguments& arguments) {
       throw;
     }
   }
-  if (norm == SensitivityNorm::integral)
+  if (norm == SensitivityNorm::integral) {
     for (std::string& unit : table.output_units)
-      if (!unit.empty()) unit = unit == "1" ? "s" : unit + "*s";
+      if (unit == "1")
+        unit = "s";
+      else if (!unit.empty())
+        unit += "*s";
+  }
   for (const std::string& note : table.notes)
     if (!given.quiet) std::cerr << "note: " << visible_line(note) << '\n';
   print(table, options.norm);

@@ -154,7 +154,11 @@ std::string studies_section(const ReportContent& content) {
     if (study.outcome != Exit::done)
       text += paragraph(badge(false, "exit code " + std::to_string(static_cast<int>(study.outcome))));
     if (!study.text.empty()) text += preformatted(study.text, study.outcome == Exit::done ? "" : "warning");
-    for (const auto& [name, svg] : study.pictures) text += scrolling(svg_image(svg, line + ": " + name));
+    line += ": ";
+    for (const auto& [name, svg] : study.pictures) {
+      std::string caption = line;
+      text += scrolling(svg_image(svg, caption.append(name)));
+    }
   }
   return html_section("studies", "Studies", text);
 }

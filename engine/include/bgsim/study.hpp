@@ -123,7 +123,7 @@ class Simulation {
   [[nodiscard]] RunInputs compiled_inputs(const RunInputs& inputs) const;
   void check(const RunInputs& inputs) const;
   [[nodiscard]] RunResult run(const RunInputs& inputs, const SimulateOptions& options) const;
-  [[nodiscard]] RunResult run_once(const RunInputs& inputs, const SimulateOptions& options) const;
+  [[nodiscard]] RunResult run_once(const RunInputs& of_whole, const SimulateOptions& options) const;
   [[nodiscard]] RunResult run_compiled(const RunInputs& inputs, const SimulateOptions& options) const;
 
   Study study_;

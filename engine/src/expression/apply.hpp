@@ -68,7 +68,7 @@ inline double floored_remainder(double a, double b) {
 
 /// As apply(), which see.
 inline double apply_now(Op op, double a, double b, double c) {
-  using namespace operators;
+  using namespace operators;  // NOLINT(google-build-using-namespace): all of them, in this function alone
   switch (op) {
     case Op::constant:
       return a;

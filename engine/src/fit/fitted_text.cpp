@@ -104,7 +104,7 @@ class Rewriting {
 
   std::string run(const std::string& path) {
     for (const bool in_place : {true, false}) {
-      const std::string written = with_edits(in_place);
+      std::string written = with_edits(in_place);
       if (!gives_the_same(written)) continue;
       check_there(written, path);
       return written;
@@ -215,7 +215,7 @@ class Rewriting {
       if (inside.empty()) continue;
       const auto found = std::find_if(members.begin(), members.end(), [&](const Member& m) { return m.key == key; });
       if (found == members.end()) {
-        added += " \"" + key + "\": { " + inside + " },";
+        added.append(" \"").append(key).append("\": { ").append(inside).append(" },");
       } else if (text_[found->begin] == '{') {
         const bool empty = json.members(found->begin).empty();
         edits.push_back({found->begin + 1, found->begin + 1, " " + inside + (empty ? "" : ",")});

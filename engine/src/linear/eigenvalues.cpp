@@ -211,7 +211,7 @@ std::vector<BlockEigenvalue> sparse_block(const LinearMatrix& matrix, const std:
       entries.emplace_back(static_cast<int>(place[e.row]), static_cast<int>(place[e.column]), e.value);
   Eigen::SparseMatrix<double> a(static_cast<Index>(members.size()), static_cast<Index>(members.size()));
   a.setFromTriplets(entries.begin(), entries.end());
-  std::vector<BlockEigenvalue> block = eigenvalues_near(std::move(a), some);
+  std::vector<BlockEigenvalue> block = eigenvalues_near(a, some);
   for (BlockEigenvalue& one : block) one.rows = members;
   return block;
 }

@@ -16,7 +16,7 @@ constexpr std::size_t kLongest = 256;
 /// In all lanes. The result may be where an argument is.
 template <class Lane, class Operator>
 void in_all(Lane& out, const Lane& a, const Lane& b, const Operator& apply_to) {
-  Lane result;
+  Lane result{};
   for (std::size_t l = 0; l < result.size(); ++l) result[l] = apply_to(a[l], b[l]);
   out = result;
 }

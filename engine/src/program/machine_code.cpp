@@ -114,8 +114,8 @@ class Encoder {
   }
   template <class Value>
   void number(const Value& value) {
-    std::array<std::uint8_t, sizeof(Value)> raw;
-    std::memcpy(raw.data(), &value, sizeof(Value));
+    std::array<std::uint8_t, sizeof value> raw{};
+    std::memcpy(raw.data(), &value, raw.size());
     for (const std::uint8_t one : raw) byte(one);
   }
   [[nodiscard]] std::int32_t offset(std::uint32_t slot) const {

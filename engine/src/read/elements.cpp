@@ -37,9 +37,7 @@ void Reader::parse_element(std::size_t index) {
     Element& element = model_.elements[index];
     const std::string_view key = file[*way].key;
     element.coefficient_place = file.place(*way);
-    if (is_contact(element.kind)) {
-      element.coefficient = expression({scope, nullptr, nullptr}, *way, in_quotes(key));
-    } else if (is_switch(element.kind)) {
+    if (is_switch(element.kind) && !is_contact(element.kind)) {
       parse_switch(index, *way);
     } else if (key == "energy") {
       parse_energy(index, *way);

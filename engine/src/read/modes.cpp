@@ -108,7 +108,8 @@ void Reader::check_laws_of_modes() {
     for (const ElementId id : read) {
       const Element& other = model_.elements[id.index()];
       const std::string mode = "mode('" + other.name.substr(prefix.size()) + "')";
-      const std::string depends = own + " depends on " + mode;
+      std::string depends = own;
+      depends.append(" depends on ").append(mode);
       if (is_diode(other.kind)) {
         problem("BG132", "the law of " + depends + ", which follows from that law", place, latch_of(mode),
                 "which side a diode or contact is on follows from the laws of all elements",

@@ -31,10 +31,10 @@ class BasisRows {
   BasisRows(const Complementarity& problem, const std::vector<bool>& takes_z)
       : n_(static_cast<Index>(problem.size)),
         cells_(problem.size),
+        right_(kLevels, Vector::Zero(n_)),
+        right_off_(right_),
         terms_(problem.size, PowerSeries::kExact),
         lost_(problem.size, false) {
-    right_.assign(kLevels, Vector::Zero(n_));
-    right_off_ = right_;
     for (Index i = 0; i < n_; ++i) {
       for (const bool z : {true, false})
         for (const auto& [column, value] : (z ? problem.z : problem.w)[at(i)]) {

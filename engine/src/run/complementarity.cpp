@@ -214,7 +214,7 @@ ComplementarySides solve_complementarity(const Complementarity& problem, const s
   const bool few = problem.size <= kFew;
   if (!few)
     if (auto sides = by_blocks(first)) return std::move(*sides);
-  const ComplementarySides sides = Lemke(problem, first, held).run();
+  ComplementarySides sides = Lemke(problem, first, held).run();
   if (sides.solved && is_known(sides)) {
     // On the way the covering variable spreads what the right side of one row is off by over all others: the values of
     // the basis found are computed once more, without it.

@@ -264,7 +264,7 @@ Diagnostic VariationEvents::no_instant(const std::string& what, double t, std::o
                            (!apart     ? "and it is not known what set it off"
                             : touched_ ? "and a border is touched there, not passed"
                                        : "where conditions change that another value of the parameter parts"),
-                       std::move(place), std::move(rule),
+                       place, std::move(rule),
                        apart ? "ask for it at a slightly different value of the parameter"
                              : "write the condition over quantities that do not jump");
 }

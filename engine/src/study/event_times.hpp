@@ -24,7 +24,7 @@ class EventTimes {
 
  private:
   struct Change {
-    double t;
+    double t = 0.0;
     std::string from, to;
   };
   struct Return {

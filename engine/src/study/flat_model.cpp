@@ -193,7 +193,7 @@ class FlatWriter {
 
   /// The same of a condition, which a cut may have decided.
   Json condition(ExprId expression, const std::string& user) {
-    const Json written = value(expression, user);
+    Json written = value(expression, user);
     if (!written.is_number()) return written;
     return written.get<double>() != 0.0 ? "0 < 1" : "1 < 0";
   }

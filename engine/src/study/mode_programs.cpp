@@ -267,8 +267,8 @@ const ImpactProgram& ModePrograms::impact(const Mode& mode) {
   std::unique_ptr<ImpactProgram>& impact = impacts_[mode];
   if (impact) return *impact;
   auto made = std::make_unique<ImpactProgram>();
-  auto model = std::make_shared<const Model>(with_impacts(in_mode(*model_, mode), *made));
-  made->program = std::move(make(std::move(model), plain(options_))->program);
+  const auto model = std::make_shared<const Model>(with_impacts(in_mode(*model_, mode), *made));
+  made->program = std::move(make(model, plain(options_))->program);
   impact = std::move(made);
   return *impact;
 }

@@ -98,7 +98,7 @@ struct TradeCourse {
 
 /// What is known of the outputs from two tight runs, and of the instants of events; returns the largest relative
 /// difference.
-double compare(const TradeCourse& first, const TradeCourse& second, const Zeros& zeros,
+double compare(const TradeCourse& first, const TradeCourse& other, const Zeros& zeros,
                std::vector<TradeOutput>& outputs);
 
 /// @throws TradeFailure BG611 where there is nothing to run or to judge.

@@ -48,7 +48,7 @@ int scale_add_identity(double c, SUNMatrix matrix) {
 
 struct ForestSolver {
   Forest forest;
-  SUNLinearSolver klu;
+  SUNLinearSolver klu = nullptr;
   bool by_klu = false;
 };
 

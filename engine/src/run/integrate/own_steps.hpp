@@ -28,10 +28,10 @@ class OwnSteps : public Integrator {
         evaluator_(evaluator),
         tolerances_(tolerances),
         states_(program.state_names.size()),
-        loops_(!program.blocks.empty() && loops == Loops::inside) {
+        loops_(!program.blocks.empty() && loops == Loops::inside),
+        given_(loops == Loops::unknowns && !program.tear_names.empty() && !program.plan.explicit_form) {
     tears_ = loops == Loops::unknowns ? program.tear_names.size() : 0;
     size_ = states_ + tears_;
-    given_ = tears_ > 0 && !program.plan.explicit_form;
     for (std::vector<double>* const vector : {&y_, &begin_, &weight_, &at_, &still_}) vector->assign(size_, 0.0);
   }
 
@@ -128,7 +128,7 @@ class OwnSteps : public Integrator {
   Tolerances& tolerances_;
   std::size_t states_;  ///< of the unknowns, the first ones
   bool loops_;          ///< rates solve loops
-  bool given_ = false;  ///< no loop is solved but by the step's iteration
+  bool given_;          ///< no loop is solved but by the step's iteration
   double limit_ = 0.0;
   double next_ = 0.0;              ///< the next step, 0: not known
   std::vector<double> y_, begin_;  ///< at the end of the last step, and at its beginning

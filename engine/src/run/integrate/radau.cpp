@@ -35,7 +35,7 @@ class RadauIntegrator final : public ImplicitSteps {
         systems_(make_radau_systems(pattern_of(program, loops), states_, eigenvalues())),
         jacobian_(program, evaluator, tolerances, systems_->dense(), loops),
         polynomial_(size_) {
-    order_ = kDegree;
+    order_ = kDegree;  // NOLINT(cppcoreguidelines-prefer-member-initializer): a member of the base
     bend_.assign(size_, 0.0);
     for (auto* const vectors : {&z_, &w_, &right_, &stage_})
       for (std::vector<double>& vector : *vectors) vector.assign(size_, 0.0);

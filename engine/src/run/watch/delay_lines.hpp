@@ -160,8 +160,8 @@ class DelayLines {
   bool evaluate_before(double t, const double* x, std::vector<double>& values);
   bool sample(double from, double to, std::size_t which, int depth, const Solution& solution);
   void append(std::size_t line, double from, double to, const double (&values)[4]);
-  void frame(std::size_t line);
-  void forget(std::size_t line, double t);
+  void frame(std::size_t index);
+  void forget(std::size_t index, double t);
   [[nodiscard]] std::size_t cells(std::size_t line) const {
     return memory_.lines[line].dropped + tables_[line]->x.size() / 2;
   }
