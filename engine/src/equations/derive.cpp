@@ -10,6 +10,7 @@
 #include "equations/impulses.hpp"
 #include "equations/junctions.hpp"
 #include "equations/law_forms.hpp"
+#include "equations/loop_roots.hpp"
 #include "equations/total_derivatives.hpp"
 #include "equations/unknowns.hpp"
 #include "expression/graph.hpp"
@@ -44,6 +45,8 @@ class Derivation {
     write_switches();
     write_events();
     write_delays();
+    claim({});
+    name_roots_in_loops(system_);  // before they are differentiated, since roots at rest have no derivative
     claim({});
     derivatives_.write_equations();
     claim({});

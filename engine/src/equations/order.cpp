@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <boost/graph/compressed_sparse_row_graph.hpp>
-#include <boost/graph/strong_components.hpp>
 #include <numeric>
 #include <set>
 #include <unordered_map>
@@ -8,6 +6,7 @@
 
 #include "base/codes.hpp"
 #include "bgsim/ordering.hpp"
+#include "equations/loops.hpp"
 #include "equations/tearing.hpp"
 #include "expression/signed_power.hpp"
 
@@ -57,18 +56,11 @@ class Ordering {
   }
 
  private:
-  [[nodiscard]] bool is_unknown(SymbolId symbol) const {
-    return system_.symbols[symbol.index()].kind == SystemSymbol::Kind::unknown;
-  }
   [[nodiscard]] std::uint32_t equation_of(SymbolId symbol) const { return system_.symbols[symbol.index()].index; }
 
   /// Unknowns on which an equation's right-hand side depends (itself among them if the equation is implicit).
   [[nodiscard]] std::vector<std::uint32_t> dependencies(ExprId expression) const {
-    const std::vector<ExprId> roots{expression};
-    std::vector<std::uint32_t> result;
-    for (const SymbolId symbol : symbols_in(system_.pool, roots))
-      if (is_unknown(symbol)) result.push_back(equation_of(symbol));
-    return result;
+    return equations_in(system_, expression);
   }
 
   /// Marks the equations that rates, outputs, powers, dependent stores need.
@@ -109,19 +101,11 @@ class Ordering {
     }
   }
 
-  /// Strongly connected parts; Tarjan's numbering puts what others depend on first.
   void find_components() {
-    using Graph = boost::compressed_sparse_row_graph<boost::directedS>;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> arcs;
-    for (std::uint32_t i = 0; i < depends_on_.size(); ++i)
-      for (const std::uint32_t j : depends_on_[i]) arcs.emplace_back(i, j);
-    const Graph graph(boost::edges_are_sorted, arcs.begin(), arcs.end(), system_.equations.size());
-    std::vector<std::uint32_t> component(system_.equations.size());
-    const std::uint32_t count = boost::strong_components(
-        graph, boost::make_iterator_property_map(component.begin(), get(boost::vertex_index, graph)));
-    std::vector<std::vector<std::uint32_t>> all(count);
-    for (std::uint32_t i = 0; i < component.size(); ++i)
-      if (needed_[i]) all[component[i]].push_back(i);
+    const StrongParts parts = strong_parts(depends_on_);
+    std::vector<std::vector<std::uint32_t>> all(parts.count);
+    for (std::uint32_t i = 0; i < parts.part_of.size(); ++i)
+      if (needed_[i]) all[parts.part_of[i]].push_back(i);
     for (auto& members : all)
       if (!members.empty()) components_.push_back(std::move(members));
   }

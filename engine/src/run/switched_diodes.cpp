@@ -67,11 +67,15 @@ bool SwitchedRun::settle_diodes() {
     effort_error_ = std::move(sides.effort_error);
     undecided_ = std::move(sides.undecided);
     put_diodes();
-    // A diode has left its side, and the series do not say whether by rounding or for good.
-    const bool again = !switched_ && mode_ == left_;
+    // A diode has left its side, and the series do not say whether by rounding or for good; or it has left it at this
+    // instant once more, where the series say that it stays: of a law that ends where the flow does, a root by parts,
+    // they know one part.
+    const bool again = !switched_ && mode_ == left_, once_more = again && again_at_ == stored_.t;
+    if (again) again_at_ = stored_.t;
+    std::vector<bool> free = once_more ? may_be_tried(network) : undecided_;
     for (std::size_t i = 0; again && i < tripped_.size(); ++i) {
-      if (!tripped_[i] || !undecided_[i]) continue;
-      static_cast<void>(try_sides(resolution, undecided_));
+      if (!tripped_[i] || !free[i]) continue;
+      static_cast<void>(try_sides(resolution, free));
       break;
     }
   } catch (const ModelError& error) {

@@ -70,7 +70,7 @@ class SwitchedRun {
   bool stretch();
 
   /// The stretch of the present mode, from the present instant on or, where @p resume is not empty, from that snapshot.
-  bool stretch_in(const Program& program, const std::string& resume);
+  bool stretch_in(const Program& in_mode, const std::string& resume);
 
   /// The sensitivities where the present mode begins.
   bool vary_into(const Program& program);
@@ -326,15 +326,16 @@ class SwitchedRun {
   std::vector<double> flow_off_, effort_off_;  ///< by diode: what they may be off by
   std::vector<double> flow_error_, effort_error_;  ///< the same, without an allowance
   std::vector<bool> undecided_;                    ///< by diode: on its border, as far as rounding lets one see
-  std::vector<double> bands_;                      ///< by diode, of the present program
-  std::vector<bool> tripped_;                      ///< by diode: it left its side in the last change of the mode
-  Mode left_;                                      ///< from where that was
-  std::vector<double> parameters_;                 ///< of the present program: with the bands of diodes
-  std::vector<double> x_;                          ///< by state of the present program: after the jump
-  std::map<Key, double> scale_;                    ///< largest magnitude of each state, in whatever mode
-  std::map<Key, double> tolerance_;                ///< absolute, where it was last a state
-  std::optional<ErrorMemory> errors_;              ///< of the last stretch
-  std::vector<double> exact_;                      ///< by state of the present program: after the exact solution's jump
+  double again_at_ = std::numeric_limits<double>::quiet_NaN();  ///< when diodes left a mode that was found again
+  std::vector<double> bands_;                                   ///< by diode, of the present program
+  std::vector<bool> tripped_;          ///< by diode: it left its side in the last change of the mode
+  Mode left_;                          ///< from where that was
+  std::vector<double> parameters_;     ///< of the present program: with the bands of diodes
+  std::vector<double> x_;              ///< by state of the present program: after the jump
+  std::map<Key, double> scale_;        ///< largest magnitude of each state, in whatever mode
+  std::map<Key, double> tolerance_;    ///< absolute, where it was last a state
+  std::optional<ErrorMemory> errors_;  ///< of the last stretch
+  std::vector<double> exact_;          ///< by state of the present program: after the exact solution's jump
   bool estimates_ = true;
   std::set<Mode> met_;
   std::vector<Departure> departures_;  ///< from modes, within the present instant
