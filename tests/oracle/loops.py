@@ -65,10 +65,30 @@ def growth(A, t):
     return part
 
 
-@family
-def parallel_in_series(r):
+def rooted_law(r):
+    """(law of an R, its flow by its effort): rising, with a slope without bound at 0, in one of several spellings."""
+    a, b, g = U(r, .1, 10), U(r, .1, 10), one_of(r, 0, U(r, .01, 5))
+    n = one_of(r, .5, .5, 1 / 3, .57, .8)
+    root, size = ("sqrt({})", "sqrt(abs(e))") if n == .5 else (f"({{}})^{n}", f"abs(e)^{n}")
+    above, below = root.format("e"), root.format("-e")
+    linear = f" + {g}*e" if g else ""
+    kind = one_of(r, "sign", "parts", "ways", "max", "way", "cbrt")
+    if kind == "sign":
+        return f"f = {a}*sign(e)*{size}{linear}", lambda e: a * copysign(abs(e)**n, e) + g * e
+    if kind == "parts":
+        return f"f = if(e > 0, {a}*{above}, -{a}*{below}){linear}", lambda e: a * copysign(abs(e)**n, e) + g * e
+    if kind == "ways":
+        return f"f = if(e >= 0, {a}*{above}, -{b}*{below}){linear}", lambda e: (a if e > 0 else b) * copysign(abs(e)**n, e) + g * e
+    if kind == "max":
+        return (f"f = {a}*{root.format('max(e, 0)')} - {b}*{root.format('max(-e, 0)')}{linear}",
+                lambda e: (a if e > 0 else b) * copysign(abs(e)**n, e) + g * e)
+    if kind == "way":
+        return f"f = {a}*{root.format('max(e, 0)')} + {b}*e", lambda e: a * max(e, 0)**n + b * e
+    return f"f = {a}*cbrt(e){linear}", lambda e: a * float(np.cbrt(e)) + g * e
+
+
+def in_series(r, laws):
     """Two rising laws side by side, in series with a third, between a sine and a capacitor: a loop at every instant."""
-    laws = [rising_law(r) for _ in range(3)]
     V, w, C, G = flat(r, .5, 10), flat(r, .5, 5), U(r, .1, 5), U(r, .05, 2)
     s = Scene(flat(r, 3, 12), 61).parameters(V=V, w=w, C=C, G=G).junctions("m n", "ja jb jc").element("u", "Se", effort="V*sin(w*t)")
     for name, (law, _) in zip("abc", laws):
@@ -84,8 +104,17 @@ def parallel_in_series(r):
     def row(t, y):
         m = middle(t, y[0])
         return [y[0], m, c(V * sin(w * t) - m)]
-    kinks = [lambda t, y, k=k: (V * sin(w * t) - middle(t, y[0]) if k == 2 else middle(t, y[0]) - y[0]) for k in (0, 2)]
     return s.solved(lambda t, y: [(a(middle(t, y[0]) - y[0]) + b(middle(t, y[0]) - y[0]) - G * y[0]) / C], [0], row, stiff=False, relative=1e-9, absolute=1e-11)
+
+
+@family
+def parallel_in_series(r):
+    return in_series(r, [rising_law(r) for _ in range(3)])
+
+
+@family
+def roots_in_series(r):
+    return in_series(r, [rooted_law(r) for _ in range(3)])
 
 
 ALL_SIDES = list(product((False, True), repeat=4))

@@ -1,7 +1,6 @@
 #include "equations/loop_roots.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -13,6 +12,7 @@
 #include "equations/loops.hpp"
 #include "equations/unknowns.hpp"
 #include "expression/graph.hpp"
+#include "expression/sides.hpp"
 #include "expression/signed_power.hpp"
 
 namespace bgsim {
@@ -96,156 +96,17 @@ std::set<ExprId> arguments_of_roots(const ExprPool& pool, ExprId expression, con
   return arguments;
 }
 
-/// 1 or -1 where @p e is x or -x, or one of these times a number above 0; else 0.
-int multiple_of(ExprPool& pool, ExprId e, ExprId x) {
-  if (e == x) return 1;
-  const ExprNode node = pool[e];
-  if (node.op == Op::mul && pool.is_constant(ExprId(node.a)))
-    return multiple_of(pool, ExprId(node.b), x) * (pool[ExprId(node.a)].constant > 0.0 ? 1 : -1);
-  if (node.op == Op::div && pool.is_constant(ExprId(node.b)))
-    return multiple_of(pool, ExprId(node.a), x) * (pool[ExprId(node.b)].constant > 0.0 ? 1 : -1);
-  if (node.op == Op::neg) return -multiple_of(pool, ExprId(node.a), x);
-  return node.op == Op::sub && pool.sub(ExprId(node.b), ExprId(node.a)) == x ? -1 : 0;
-}
-
-/// A comparison, sign, abs, min or max by which side of 0 a multiple of x is on; none for what this does not decide.
-ExprId decided(ExprPool& pool, const ExprNode& node, ExprId x, bool positive, const Images& images) {
-  const bool two = is_comparison(node.op) || node.op == Op::min || node.op == Op::max;
-  if (!two && node.op != Op::sign && node.op != Op::abs && node.op != Op::step) return {};
-  const ExprId a(node.a), b(node.b);
-  const int multiple = multiple_of(pool, two ? pool.sub(a, b) : a, x);
-  if (multiple == 0) return {};
-  const bool above = (multiple > 0) == positive;
-  switch (node.op) {
-    case Op::sign:
-      return pool.constant(above ? 1.0 : -1.0);
-    case Op::step:
-      return pool.constant(above ? 1.0 : 0.0);
-    case Op::abs:
-      return above ? images.at(a) : pool.neg(images.at(a));
-    case Op::max:
-      return images.at(above ? a : b);
-    case Op::min:
-      return images.at(above ? b : a);
-    case Op::eq:
-    case Op::ne:
-      return pool.constant(node.op == Op::ne ? 1.0 : 0.0);
-    default:
-      return pool.constant((node.op == Op::gt || node.op == Op::ge) == above ? 1.0 : 0.0);
-  }
-}
-
-/// @p expression on one side of x = 0, with @p w for x.
-ExprId on_side(ExprPool& pool, ExprId expression, ExprId x, SymbolId w, bool positive) {
-  Images images;
-  for (const ExprId e : reachable(pool, {&expression, 1})) {
-    const ExprNode node = pool[e];  // a copy: the pool grows
-    ExprId image = e == x ? pool.symbol(w) : decided(pool, node, x, positive, images);
-    if (!image.valid() && node.op == Op::sub && pool.sub(ExprId(node.b), ExprId(node.a)) == x)
-      image = pool.neg(pool.symbol(w));
-    images[e] = image.valid() ? image : rebuilt(pool, node, [&](ExprId a) { return images.at(a); });
-  }
-  return images.at(expression);
-}
-
-/// factor |x|^power, on one side of x = 0; no factor: something else.
-struct Term {
-  ExprId factor;
-  double power = 0.0;
-};
-using Terms = std::unordered_map<ExprId, Term>;
-
-Term raised(ExprPool& pool, Op op, const Term& a, double power) {
-  const bool constant = pool.is_constant(a.factor);
-  if (op != Op::cbrt && power != std::floor(power) && constant && pool[a.factor].constant < 0.0) return {};
-  const ExprId factor = op == Op::pow ? pool.pow(a.factor, pool.constant(power)) : pool.make(op, a.factor);
-  return {factor, a.power * power};
-}
-
-Term combined(ExprPool& pool, const ExprNode& node, const Term& a, const Term& b) {
-  switch (node.op) {
-    case Op::neg:
-    case Op::abs:
-      return {pool.make(node.op, a.factor), a.power};
-    case Op::sqrt:
-      return raised(pool, node.op, a, 0.5);
-    case Op::cbrt:
-      return raised(pool, node.op, a, 1.0 / 3.0);
-    case Op::pow:
-      return pool.is_constant(ExprId(node.b)) ? raised(pool, node.op, a, pool[ExprId(node.b)].constant) : Term{};
-    case Op::mul:
-      return {pool.mul(a.factor, b.factor), a.power + b.power};
-    case Op::div:
-      return {pool.div(a.factor, b.factor), a.power - b.power};
-    case Op::add:
-    case Op::sub:
-      return a.power == b.power ? Term{pool.make(node.op, a.factor, b.factor), a.power} : Term{};
-    default:
-      return {};
-  }
-}
-
-/// Of all parts of @p expression, in which @p x is the symbol of x.
-Terms terms_of(ExprPool& pool, ExprId expression, SymbolId x, bool positive) {
-  const std::vector<ExprId> nodes = reachable(pool, {&expression, 1});
-  const std::vector<char> depends =
-      depends_on(pool, nodes, positions(nodes), [x](SymbolId symbol) { return symbol == x; });
-  Terms terms;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const ExprNode node = pool[nodes[i]];  // a copy: the pool grows
-    Term& term = terms[nodes[i]];
-    if (depends[i] == 0) {
-      term = {nodes[i], 0.0};
-    } else if (node.op == Op::symbol) {
-      term = {pool.constant(positive ? 1.0 : -1.0), 1.0};
-    } else if (arity(node.op) < 3 && !is_table(node.op)) {
-      const Term a = terms.at(ExprId(node.a)), b = arity(node.op) > 1 ? terms.at(ExprId(node.b)) : a;
-      if (a.factor.valid() && b.factor.valid()) term = combined(pool, node, a, b);
-    }
-  }
-  return terms;
-}
-
-/// The least power below 1 of a term that is no factor of another one: that of x |x|^0.3 has a slope at 0. 1 if none.
-double least_power(const ExprPool& pool, ExprId expression, const Terms& terms) {
-  double least = 1.0;
-  const auto look_at = [&](ExprId e) {
-    const Term& term = terms.at(e);
-    if (term.factor.valid() && term.power > 0.0) least = std::min(least, term.power);
-  };
-  look_at(expression);
-  for (const auto& [e, term] : terms)
-    if (!term.factor.valid()) for_each_argument(pool[e], look_at);
-  return least;
-}
-
-/// A law on both sides of x = 0.
-struct Sides {
-  SymbolId x;                         ///< what is there for x
-  std::array<ExprId, 2> expressions;  ///< above and below 0
-  std::array<Terms, 2> terms;
-  double power = 1.0;  ///< the least of which the law takes a root of x; 1 if none
-
-  Sides(ExprPool& pool, ExprId law, ExprId of, SymbolId symbol) : x(symbol) {
-    for (const std::size_t side : {0U, 1U}) {
-      expressions[side] = on_side(pool, law, of, symbol, side == 0);
-      terms[side] = terms_of(pool, expressions[side], symbol, side == 0);
-      power = std::min(power, least_power(pool, expressions[side], terms[side]));
-    }
-  }
-};
-
 /// One side of a law by w, where x = sign(w) |w|^(1/power): a power of x is one of w, continued beyond 0 as an odd one.
 ExprId with_root(ExprPool& pool, const Sides& sides, std::size_t side, SymbolId w) {
   Images images;
   for (const ExprId e : reachable(pool, {&sides.expressions[side], 1})) {
     const ExprNode node = pool[e];
-    const Term& term = sides.terms[side].at(e);
+    const PowerTerm& term = sides.terms[side].at(e);
     if (node.op == Op::symbol && pool.symbol_of(e) == sides.x) {
       images[e] = odd_power(pool, pool.symbol(w), 1.0 / sides.power);
-    } else if (term.factor.valid() && term.power >= sides.power && term.power != std::floor(term.power)) {
+    } else if (term.is_power() && term.power >= sides.power && term.power != std::floor(term.power)) {
       const ExprId image = pool.mul(term.factor, odd_power(pool, pool.symbol(w), term.power / sides.power));
-      images[e] = side == 0 ? image : pool.neg(image);
+      images[e] = (side == 0) == (term.sign > 0.0) ? image : pool.neg(image);
     } else {
       images[e] = rebuilt(pool, node, [&](ExprId a) { return images.at(a); });
     }
@@ -253,19 +114,26 @@ ExprId with_root(ExprPool& pool, const Sides& sides, std::size_t side, SymbolId 
   return images.at(sides.expressions[side]);
 }
 
-/// The law by w. None where it jumps at x = 0.
+/// The law by w. None where it jumps at x = 0, or is another one there.
 ExprId by_root(ExprPool& pool, const Sides& sides, SymbolId w) {
   const ExprId above = with_root(pool, sides, 0, w), below = with_root(pool, sides, 1, w);
-  if (above == below) return above;
   const ExprId zero = pool.constant(0.0);
-  const std::unordered_map<SymbolId, ExprId> rest{{w, zero}};
-  if (substitute(pool, above, rest) != substitute(pool, below, rest)) return {};
-  return pool.select(pool.make(Op::ge, pool.symbol(w), zero), above, below);
+  for (const ExprId side : {above, below})
+    if (substitute(pool, side, {{w, zero}}) != sides.at_zero) return {};
+  return above == below ? above : pool.select(pool.make(Op::ge, pool.symbol(w), zero), above, below);
 }
 
-bool has_root(const ExprPool& pool) {
-  for (std::size_t i = 0; i < pool.size(); ++i)
-    if (is_root(pool, pool[ExprId(i)])) return true;
+/// Whether a root is taken of what depends on an unknown.
+bool has_root(const EquationSystem& system) {
+  std::vector<bool> depends(system.pool.size(), false);
+  for (std::size_t i = 0; i < depends.size(); ++i) {  // arguments come before what they are in
+    const ExprNode& node = system.pool[ExprId(i)];
+    if (node.op == Op::symbol)
+      depends[i] = system.symbols[node.a].kind == SystemSymbol::Kind::unknown;
+    else
+      for_each_argument(node, [&](ExprId a) { depends[i] = depends[i] || depends[a.index()]; });
+    if (depends[i] && is_root(system.pool, node)) return true;
+  }
   return false;
 }
 
@@ -316,7 +184,7 @@ class LoopRoots {
   /// The root that the equation at @p index takes of @p x.
   void name_root_of(ExprId x, std::uint32_t index) {
     SymbolId w(system_.symbols.size());  // a new one, unless the loop has it
-    const Sides sides(system_.pool, solved_form(system_.equations[index]), x, w);
+    const Sides sides = sides_of(system_.pool, solved_form(system_.equations[index]), x, w);
     if (sides.power == 1.0) return;
     const auto known = names_.find({x, sides.power});
     if (known != names_.end()) w = known->second;
@@ -377,7 +245,7 @@ class LoopRoots {
 }  // namespace
 
 void name_roots_in_loops(EquationSystem& system) {
-  if (has_root(system.pool)) LoopRoots(system).name();
+  if (has_root(system)) LoopRoots(system).name();
 }
 
 }  // namespace bgsim

@@ -10,7 +10,7 @@ namespace bgsim {
 /// f = a w + b w |w|, which has a slope at rest and no condition. The law is looked at on each side of x = 0, so that
 /// it does not matter how it is written (sign, if, abs, max). Laws that jump there are left as they are, and so are
 /// loops whose form for that is known (Equation::loop_form of a power) and laws that take no such root.
-/// @note Time linear in the system, and that of looking through the pool where no equation has a root.
+/// @note Time linear in the system; where no root depends on an unknown, that of looking through the pool.
 void name_roots_in_loops(EquationSystem& system);
 
 }  // namespace bgsim

@@ -14,7 +14,8 @@ struct SignedPower {
 };
 
 /// @p expression as a signed power of @p x, if it is one with a power above 0: `k*x*abs(x)`, `k*sign(x)*x^2`,
-/// `sign(x)*sqrt(abs(x)/k)`, a sum of such of one degree. New expressions go to @p pool.
+/// `sign(x)*sqrt(abs(x)/k)`, a sum of such of one degree, and each of these by parts:
+/// `if(x > 0, k*sqrt(x), -k*sqrt(-x))`. New expressions go to @p pool.
 std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, SymbolId x);
 
 /// What does not name x, and a signed power of it.

@@ -1,0 +1,222 @@
+#include "expression/sides.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "expression/graph.hpp"
+
+namespace bgsim {
+namespace {
+
+using Images = std::unordered_map<ExprId, ExprId>;
+
+/// 1 or -1 where @p e is x or -x, or one of these times a number above 0; else 0.
+int multiple_of(ExprPool& pool, ExprId e, ExprId x) {
+  if (e == x) return 1;
+  const ExprNode node = pool[e];
+  if (node.op == Op::mul && pool.is_constant(ExprId(node.a)))
+    return multiple_of(pool, ExprId(node.b), x) * (pool[ExprId(node.a)].constant > 0.0 ? 1 : -1);
+  if (node.op == Op::div && pool.is_constant(ExprId(node.b)))
+    return multiple_of(pool, ExprId(node.a), x) * (pool[ExprId(node.b)].constant > 0.0 ? 1 : -1);
+  if (node.op == Op::neg) return -multiple_of(pool, ExprId(node.a), x);
+  return node.op == Op::sub && pool.sub(ExprId(node.b), ExprId(node.a)) == x ? -1 : 0;
+}
+
+/// What a comparison of a with b is where the sign of a - b is that.
+bool holds(Op comparison, int sign) {
+  switch (comparison) {
+    case Op::lt:
+      return sign < 0;
+    case Op::le:
+      return sign <= 0;
+    case Op::gt:
+      return sign > 0;
+    case Op::ge:
+      return sign >= 0;
+    case Op::eq:
+      return sign == 0;
+    default:
+      return sign != 0;
+  }
+}
+
+/// A comparison, sign, abs, min or max by the sign of x; none for what this does not decide.
+ExprId decided(ExprPool& pool, const ExprNode& node, ExprId x, int sign_of_x, const Images& images) {
+  const bool two = is_comparison(node.op) || node.op == Op::min || node.op == Op::max;
+  if (!two && node.op != Op::sign && node.op != Op::abs && node.op != Op::step) return {};
+  const ExprId a(node.a), b(node.b);
+  const int multiple = multiple_of(pool, two ? pool.sub(a, b) : a, x), sign = multiple * sign_of_x;
+  if (multiple == 0) return {};
+  switch (node.op) {
+    case Op::sign:
+      return pool.constant(sign);
+    case Op::step:
+      return pool.constant(sign >= 0 ? 1.0 : 0.0);
+    case Op::abs:
+      return sign >= 0 ? images.at(a) : pool.neg(images.at(a));
+    case Op::max:
+      return images.at(sign >= 0 ? a : b);
+    case Op::min:
+      return images.at(sign >= 0 ? b : a);
+    default:
+      return pool.constant(holds(node.op, sign) ? 1.0 : 0.0);
+  }
+}
+
+/// @p expression where x has that sign, with @p symbol for it.
+ExprId where_sign_is(int sign, ExprPool& pool, ExprId expression, ExprId x, SymbolId symbol) {
+  const ExprId there = sign == 0 ? pool.constant(0.0) : pool.symbol(symbol);
+  Images images;
+  for (const ExprId e : reachable(pool, {&expression, 1})) {
+    const ExprNode node = pool[e];  // a copy: the pool grows
+    ExprId image = e == x ? there : decided(pool, node, x, sign, images);
+    if (!image.valid() && node.op == Op::sub && pool.sub(ExprId(node.b), ExprId(node.a)) == x) image = pool.neg(there);
+    images[e] = image.valid() ? image : rebuilt(pool, node, [&](ExprId a) { return images.at(a); });
+  }
+  return images.at(expression);
+}
+
+using Terms = std::unordered_map<ExprId, PowerTerm>;
+
+ExprId signed_by(ExprPool& pool, double sign, ExprId e) { return sign < 0.0 ? pool.neg(e) : e; }
+
+/// What is free of x is of the power 0.
+PowerTerm free_term(ExprPool& pool, ExprId e) {
+  const bool negative = pool.is_constant(e) && pool[e].constant < 0.0;
+  return {{}, negative ? pool.neg(e) : e, negative ? -1.0 : 1.0, 0.0};
+}
+
+/// A root of what is certainly below 0 has no value.
+PowerTerm raised(ExprPool& pool, const ExprNode& node, const PowerTerm& a, double power) {
+  if (node.op == Op::cbrt) return {{}, pool.make(node.op, a.factor), a.sign, a.power * power};
+  if (power == std::floor(power)) {
+    const bool odd = std::fmod(power, 2.0) != 0.0;
+    return {{}, pool.pow(a.factor, pool.constant(power)), odd ? a.sign : 1.0, a.power * power};
+  }
+  const ExprId whole = signed_by(pool, a.sign, a.factor);
+  if (pool.is_constant(whole) && pool[whole].constant < 0.0) return {};
+  return {{}, node.op == Op::sqrt ? pool.make(Op::sqrt, whole) : pool.pow(whole, ExprId(node.b)), 1.0, a.power * power};
+}
+
+PowerTerm negated(ExprPool& pool, PowerTerm a) {
+  if (a.offset.valid()) a.offset = pool.neg(a.offset);
+  a.sign = -a.sign;
+  return a;
+}
+
+/// What is free of x with what is, powers of one degree with each other.
+PowerTerm added(ExprPool& pool, const PowerTerm& a, const PowerTerm& b) {
+  if (a.is_power() && b.is_power() && a.power == b.power) {
+    const ExprId factor = a.sign == b.sign ? pool.add(a.factor, b.factor) : pool.sub(a.factor, b.factor);
+    return {{}, factor, a.sign, a.power};
+  }
+  if (a.power != 0.0 && b.power != 0.0 && a.power != b.power) return {};
+  const auto offset = [&](const PowerTerm& term) {
+    return term.power == 0.0 ? signed_by(pool, term.sign, term.factor) : term.offset;
+  };
+  const ExprId first = offset(a), second = offset(b);
+  PowerTerm sum = a.power == 0.0 ? b : a;
+  if (a.power != 0.0 && b.power != 0.0)
+    sum.factor = a.sign == b.sign ? pool.add(a.factor, b.factor) : pool.sub(a.factor, b.factor);
+  sum.offset = !first.valid() ? second : !second.valid() ? first : pool.add(first, second);
+  return sum;
+}
+
+PowerTerm multiplied(ExprPool& pool, Op op, const PowerTerm& a, const PowerTerm& b) {
+  if (a.is_power() && b.is_power()) {
+    const double power = op == Op::div ? a.power - b.power : a.power + b.power;
+    return {{}, pool.make(op, a.factor, b.factor), a.sign * b.sign, power};
+  }
+  // A sum: times what is free of x alone.
+  const PowerTerm& by = a.is_power() ? a : b;
+  if (!by.is_power() || by.power != 0.0 || (op == Op::div && a.is_power())) return {};
+  PowerTerm sum = a.is_power() ? b : a;
+  sum.offset = pool.make(op, sum.offset, signed_by(pool, by.sign, by.factor));
+  sum.factor = pool.make(op, sum.factor, by.factor);
+  sum.sign *= by.sign;
+  return sum;
+}
+
+PowerTerm combined(ExprPool& pool, const ExprNode& node, const PowerTerm& a, const PowerTerm& b) {
+  switch (node.op) {
+    case Op::neg:
+      return negated(pool, a);
+    case Op::add:
+      return added(pool, a, b);
+    case Op::sub:
+      return added(pool, a, negated(pool, b));
+    case Op::mul:
+    case Op::div:
+      return multiplied(pool, node.op, a, b);
+    default:
+      break;
+  }
+  if (!a.is_power()) return {};
+  switch (node.op) {
+    case Op::abs:
+      return {{}, pool.make(Op::abs, a.factor), 1.0, a.power};
+    case Op::sign:
+      return {{}, pool.make(Op::sign, a.factor), a.sign, 0.0};
+    case Op::sqrt:
+      return raised(pool, node, a, 0.5);
+    case Op::cbrt:
+      return raised(pool, node, a, 1.0 / 3.0);
+    case Op::pow:
+      return pool.is_constant(ExprId(node.b)) ? raised(pool, node, a, pool[ExprId(node.b)].constant) : PowerTerm{};
+    default:
+      return {};
+  }
+}
+
+/// Of all parts of @p expression, in which @p x is the symbol of x.
+Terms terms_of(ExprPool& pool, ExprId expression, SymbolId x, bool positive) {
+  const std::vector<ExprId> nodes = reachable(pool, {&expression, 1});
+  const std::vector<char> depends =
+      depends_on(pool, nodes, positions(nodes), [x](SymbolId symbol) { return symbol == x; });
+  Terms terms;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const ExprNode node = pool[nodes[i]];                                                    // a copy: the pool grows
+    const bool is_product = node.op == Op::mul || node.op == Op::div || node.op == Op::neg;  // whose sign may be seen
+    PowerTerm term;
+    if (depends[i] == 0 && !is_product) {
+      term = free_term(pool, nodes[i]);
+    } else if (node.op == Op::symbol) {
+      term = {{}, pool.constant(1.0), positive ? 1.0 : -1.0, 1.0};
+    } else if (arity(node.op) < 3 && !is_table(node.op)) {
+      const PowerTerm a = terms.at(ExprId(node.a)), b = arity(node.op) > 1 ? terms.at(ExprId(node.b)) : a;
+      if (a.known() && b.known()) term = combined(pool, node, a, b);
+    }
+    terms[nodes[i]] = term;
+  }
+  return terms;
+}
+
+/// The least power below 1 of a term that is no factor of another one: that of x |x|^0.3 has a slope at 0. 1 if none.
+double least_power(const ExprPool& pool, ExprId expression, const Terms& terms) {
+  double least = 1.0;
+  const auto look_at = [&](ExprId e) {
+    const PowerTerm& term = terms.at(e);
+    if (term.factor.valid() && term.power > 0.0) least = std::min(least, term.power);
+  };
+  look_at(expression);
+  for (const auto& [e, term] : terms)
+    if (!term.known()) for_each_argument(pool[e], look_at);
+  return least;
+}
+
+}  // namespace
+
+Sides sides_of(ExprPool& pool, ExprId law, ExprId of, SymbolId x) {
+  Sides sides;
+  sides.x = x;
+  sides.at_zero = where_sign_is(0, pool, law, of, x);
+  for (const std::size_t side : {0U, 1U}) {
+    sides.expressions[side] = where_sign_is(side == 0 ? 1 : -1, pool, law, of, x);
+    sides.terms[side] = terms_of(pool, sides.expressions[side], x, side == 0);
+    sides.power = std::min(sides.power, least_power(pool, sides.expressions[side], sides.terms[side]));
+  }
+  return sides;
+}
+
+}  // namespace bgsim
