@@ -54,7 +54,9 @@ TEST_CASE("a root in a loop keeps what its law is on each side") {
        "2 - if(a.e.root >= 0, a.e.root*abs(a.e.root) + 2*a.e.root, a.e.root*abs(a.e.root) + "
        "2*sqrt(a.e.root*abs(a.e.root))) - a.e.root*abs(a.e.root)"},  // without a value below 0
       {"if(e > 0, 1 + sqrt(e), -1 - sqrt(-e))",
-       "a.e + if(a.e > 0, sqrt(a.e) + 1, -(sqrt(-a.e) + 1)) - 2"},   // a jump: as it is
+       "a.e + if(a.e > 0, sqrt(a.e) + 1, -(sqrt(-a.e) + 1)) - 2"},  // a jump: as it is
+      {"2*sign(e)*sqrt(abs(e)) + sign(e)^2 - 1",
+       "a.e + sign(a.e)^2 + 2*sign(a.e)*sqrt(abs(a.e)) - 3"},        // another one at 0: as it is
       {"e*abs(e)^0.5 + e", "a.e*abs(a.e)^0.5 + 2*a.e - 2"},          // no root: its slope has a bound
       {"2*sqrt(1 + e^2) - 2 + e", "2*sqrt(a.e^2 + 1) + 2*a.e - 4"},  // nor this
   };

@@ -10,6 +10,8 @@ std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, Symbo
   if (!above.factor.valid() || above.factor != below.factor || above.sign == below.sign || !(above.power > 0.0) ||
       above.power != below.power || above.offset != below.offset)
     return std::nullopt;
+  // if(x == 0, 1, ...) is another one there.
+  if (sides.at_zero != (above.offset.valid() ? above.offset : pool.constant(0.0))) return std::nullopt;
   return OffsetPower{above.offset, {above.sign < 0.0 ? pool.neg(above.factor) : above.factor, above.power}};
 }
 

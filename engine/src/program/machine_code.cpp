@@ -114,7 +114,7 @@ class Encoder {
   }
   template <class Value>
   void number(const Value& value) {
-    std::array<std::uint8_t, sizeof value> raw{};
+    std::array<std::uint8_t, sizeof(Value)> raw{};  // NOLINT(bugprone-sizeof-expression): a pointer is meant as one
     std::memcpy(raw.data(), &value, raw.size());
     for (const std::uint8_t one : raw) byte(one);
   }
