@@ -15,10 +15,14 @@ using Images = std::unordered_map<ExprId, ExprId>;
 int multiple_of(ExprPool& pool, ExprId e, ExprId x) {
   if (e == x) return 1;
   const ExprNode node = pool[e];
+  const auto sign = [&](ExprId number) {
+    const double value = pool[number].constant;
+    return value > 0.0 ? 1 : value < 0.0 ? -1 : 0;
+  };
   if (node.op == Op::mul && pool.is_constant(ExprId(node.a)))
-    return multiple_of(pool, ExprId(node.b), x) * (pool[ExprId(node.a)].constant > 0.0 ? 1 : -1);
+    return multiple_of(pool, ExprId(node.b), x) * sign(ExprId(node.a));
   if (node.op == Op::div && pool.is_constant(ExprId(node.b)))
-    return multiple_of(pool, ExprId(node.a), x) * (pool[ExprId(node.b)].constant > 0.0 ? 1 : -1);
+    return multiple_of(pool, ExprId(node.a), x) * sign(ExprId(node.b));
   if (node.op == Op::neg) return -multiple_of(pool, ExprId(node.a), x);
   return node.op == Op::sub && pool.sub(ExprId(node.b), ExprId(node.a)) == x ? -1 : 0;
 }
@@ -87,16 +91,13 @@ PowerTerm free_term(ExprPool& pool, ExprId e) {
   return {{}, negative ? pool.neg(e) : e, negative ? -1.0 : 1.0, 0.0};
 }
 
-/// A root of what is certainly below 0 has no value.
+/// What a root is taken of has to have a sign by which it is above 0: else it has a value on the other side alone.
 PowerTerm raised(ExprPool& pool, const ExprNode& node, const PowerTerm& a, double power) {
   if (node.op == Op::cbrt) return {{}, pool.make(node.op, a.factor), a.sign, a.power * power};
-  if (power == std::floor(power)) {
-    const bool odd = std::fmod(power, 2.0) != 0.0;
-    return {{}, pool.pow(a.factor, pool.constant(power)), odd ? a.sign : 1.0, a.power * power};
-  }
-  const ExprId whole = signed_by(pool, a.sign, a.factor);
-  if (pool.is_constant(whole) && pool[whole].constant < 0.0) return {};
-  return {{}, node.op == Op::sqrt ? pool.make(Op::sqrt, whole) : pool.pow(whole, ExprId(node.b)), 1.0, a.power * power};
+  const bool is_root = power != std::floor(power), odd = std::fmod(power, 2.0) != 0.0;
+  if (is_root && a.sign < 0.0) return {};
+  const ExprId factor = node.op == Op::sqrt ? pool.make(node.op, a.factor) : pool.pow(a.factor, ExprId(node.b));
+  return {{}, factor, is_root || !odd ? 1.0 : a.sign, a.power * power};
 }
 
 PowerTerm negated(ExprPool& pool, PowerTerm a) {
