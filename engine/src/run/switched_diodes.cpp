@@ -73,11 +73,12 @@ bool SwitchedRun::settle_diodes() {
     const bool again = !switched_ && mode_ == left_, once_more = again && again_at_ == stored_.t;
     if (again) again_at_ = stored_.t;
     std::vector<bool> free = once_more ? may_be_tried(network) : undecided_;
+    bool any = false;
     for (std::size_t i = 0; again && i < tripped_.size(); ++i) {
-      if (!tripped_[i] || !free[i]) continue;
-      static_cast<void>(try_sides(resolution, free));
-      break;
+      any = any || (tripped_[i] && free[i]);
+      free[i] = free[i] && (!once_more || tripped_[i]);
     }
+    if (any) static_cast<void>(try_sides(resolution, free));
   } catch (const ModelError& error) {
     return fail(not_allowed(error));
   }
