@@ -191,12 +191,15 @@ class LoopRoots {
     const ExprId law = by_root(system_.pool, sides, w);
     if (!law.valid()) return;
     Equation& equation = system_.equations[index];
+    const Origin origin = origin_of(system_, equation);
     if (equation.loop_form.valid()) equation.implicit = true;
     equation.loop_form = {};
     equation.expression = law;
-    if (known != names_.end()) return;
-    names_.emplace(std::pair(x, sides.power), w);
-    add_root(x, sides.power, equation);
+    if (known == names_.end()) {
+      names_.emplace(std::pair(x, sides.power), w);
+      add_root(x, sides.power, equation);
+    }
+    system_.origins.resize(system_.pool.size(), origin);
   }
 
   /// w for a root of @p x. Where x is an unknown itself, it is given by w, and w has its equation: as a difference of
@@ -224,7 +227,6 @@ class LoopRoots {
       given.implicit = false;
       given.loop_form = {};
     }
-    system_.origins.resize(pool.size(), Origin{element, {}});
   }
 
   /// "r.e.root"; the next one "r.e.root2".

@@ -14,6 +14,12 @@ std::vector<std::uint32_t> equations_in(const EquationSystem& system, ExprId exp
   return result;
 }
 
+Origin origin_of(const EquationSystem& system, const Equation& equation) {
+  const std::size_t made = equation.expression.index();
+  return equation.element.valid() || made >= system.origins.size() ? Origin{equation.element, {}}
+                                                                   : system.origins[made];
+}
+
 StrongParts strong_parts(const std::vector<std::vector<std::uint32_t>>& depends_on) {
   using Graph = boost::compressed_sparse_row_graph<boost::directedS>;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> arcs;

@@ -11,6 +11,9 @@ namespace bgsim {
 /// Positions of the equations of the unknowns that @p expression depends on.
 std::vector<std::uint32_t> equations_in(const EquationSystem& system, ExprId expression);
 
+/// Whose an equation is: the element's, or the signal's that its expression was made for.
+Origin origin_of(const EquationSystem& system, const Equation& equation);
+
 struct StrongParts {
   std::vector<std::uint32_t> part_of;  ///< by equation; parts are numbered so that what others depend on comes first
   std::uint32_t count = 0;

@@ -115,10 +115,7 @@ class Ordering {
   /// Substitutes known unknowns into an equation; what is new in the pool belongs to the equation's element.
   ExprId resolve_equation(const Equation& equation) {
     const ExprId result = resolve(equation.expression);
-    Origin origin{equation.element, {}};
-    if (!origin.element.valid() && equation.expression.index() < system_.origins.size())
-      origin = system_.origins[equation.expression.index()];
-    order_.origins.resize(order_.pool.size(), origin);
+    order_.origins.resize(order_.pool.size(), origin_of(system_, equation));
     return result;
   }
 
