@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/run.hpp"
@@ -123,6 +124,47 @@ TEST_CASE("two rotors that a dry torque brings to one speed go on together, by e
     const double w = 5.0 - 1.8 * together + (5.0 - together) * 0.2 / 3.0;
     CHECK(std::abs(last(run, "w1") - w) < 2e-5);  // some tolerances of a range of 6
     CHECK(std::abs(last(run, "w2") - w) < 2e-5);
+  }
+}
+
+TEST_CASE("friction that holds does so while what its force is divided by grows by a million") {
+  // A dashpot of limit 2 that follows its source, whose speed is below 1.7: e = 0 once it is caught, at t = 0.14.
+  const std::string k = "(1 + 1e6*(1 + cos(3*t)))";
+  for (const std::string& law : {"2*sign(e/" + k + ")", "2*sign(-3*e/" + k + "/4)*(-1)", "if(e/" + k + " > 0, 2, -2)",
+                                 "if(0 < e/" + k + ", 2, -2)", "4*step(e/" + k + ") - 2"})
+    for (const Method method : kMethods) {
+      CAPTURE(law, method_name(method));
+      const RunResult run = run_text(R"x({"bgsim": 1, "name": "follower", "elements": {
+          "s": {"kind": "MSe", "effort": "sin(0.7*t) + t"}, "j": {"kind": "1"}, "d": {"kind": "R", "law": "f = )x" +
+                                         law + R"x("}, "c": {"kind": "C", "capacitance": 1, "initial": {"q": 0.5}}},
+        "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "d"}, {"from": "j", "to": "c"}],
+        "outputs": {"q": "c.q"}, "scenes": {"s": {"stop": 12, "samples": 121}}})x",
+                                     with_method(method));
+      REQUIRE(run.stop == StopReason::completed);
+      for (std::size_t n = 5; n < run.trace.times.size(); ++n) {
+        const double t = run.trace.times[n];
+        // 1e-4 of the range, from which on a run has to note its errors
+        CHECK(std::abs(run.trace["q"][n] - std::sin(0.7 * t) - t) < 1.2e-3);
+      }
+    }
+}
+
+TEST_CASE("the sign of a quotient is right behind a time at which its denominator is next to nothing") {
+  // By SciPy's Radau at 1e-10 with steps of at most 0.01.
+  const std::vector<std::pair<std::size_t, double>> known{
+      {40, 1.0746652}, {60, -1.46665252}, {100, 0.15657497}, {120, 1.79785846}};
+  for (const Method method : {Method::automatic, Method::bdf, Method::erk5, Method::ida, Method::radau9}) {
+    CAPTURE(method_name(method));
+    const RunResult run = run_text(R"x({"bgsim": 1, "name": "follower", "elements": {
+        "s": {"kind": "MSe", "effort": "2*sin(0.7*t)"}, "j": {"kind": "1"},
+        "d": {"kind": "R", "law": "f = sign(e/(1.0000001 + sin(t)))*sqrt(abs(e/(1.0000001 + sin(t))))"},
+        "c": {"kind": "C", "capacitance": 1, "initial": {"q": 0.5}}},
+      "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "d"}, {"from": "j", "to": "c"}],
+      "outputs": {"q": "c.q"}, "scenes": {"s": {"stop": 12, "samples": 121}}})x",
+                                   with_method(method));
+    REQUIRE(run.stop == StopReason::completed);
+    // 1e-4 of the range, from which on a run has to note its errors
+    for (const auto& [n, q] : known) CHECK(std::abs(run.trace["q"][n] - q) < 4e-4);
   }
 }
 

@@ -95,6 +95,31 @@ TEST_CASE("a block on a moving belt moves with it until its spring pulls it off"
   CHECK(last(pulled_off, "x") == Approx(0.5 + 0.2 * std::sin(0.5)).epsilon(1e-5));
 }
 
+TEST_CASE("a jump of the speed of the belt lets a block slide that friction held, by every method") {
+  // The force is 2 and the mass 4: dv/dt is 0.5 until the block has the belt's speed.
+  const std::pair<const char*, double> belts[] = {{"if(t < 2, 0, 1)", 1.0},
+                                                  {"if(t < 2, 0, -1)", -1.0},
+                                                  {"if(t < 1, 0.2*t, 0.2) + if(t < 2, 0, 0.5)", 0.7},
+                                                  {"if(t < 1, 0.2*t, 0.2) + if(t < 2, 0, 1e-4)", 0.2001},
+                                                  {"if(t < 2, 0, if(t < 3, 0.3, 0.1))", 0.1},
+                                                  {"if(t < 2, 0, 100)", 2.0}};
+  for (const auto& [speed, reached] : belts)
+    for (const Method method :
+         {Method::automatic, Method::bdf, Method::erk5, Method::ida, Method::dirk3, Method::erk4}) {
+      CAPTURE(speed, method_name(method));
+      const RunResult run = run_text(R"x({"bgsim": 1, "name": "belt", "elements": {
+          "belt": {"kind": "MSf", "flow": ")x" +
+                                         std::string(speed) +
+                                         R"x("}, "z": {"kind": "0"}, "b": {"kind": "1"},
+          "rub": {"kind": "R", "law": "e = 2*sign(f)"}, "m": {"kind": "I", "inertance": 4}},
+        "bonds": [{"from": "belt", "to": "z"}, {"from": "z", "to": "rub"}, {"from": "z", "to": "b"}, {"from": "b", "to": "m"}],
+        "outputs": {"v": "m.f"}, "scenes": {"s": {"stop": 6, "samples": 61}}})x",
+                                     with_method(method));
+      REQUIRE(run.stop == StopReason::completed);
+      CHECK(std::abs(last(run, "v") - reached) < 1e-6 * std::max(1.0, std::abs(reached)));  // a tolerance
+    }
+}
+
 TEST_CASE("two blocks are held at once and let go one after the other") {
   // a spring between them is stretched by a slow pull on the second: it slips at 0.1, the first when the spring does
   // 0.1

@@ -106,8 +106,8 @@ ExprId Freezer::copy(ExprId expression) {
   if (variation(expression) == Variation::fixed) return rebuild(program_.pool, node, frozen_, tables_);
   if (is_inequality(node.op)) return freeze_comparison(expression);
   const ExprId argument = frozen_[node.a];
-  if (node.op == Op::sign) return freeze(expression, relation_of(Relation::Kind::sign, argument));
-  if (node.op == Op::step) return freeze(expression, relation_of(Relation::Kind::step, argument));
+  if (node.op == Op::sign) return freeze(expression, relation_of(Relation::Kind::sign, of_same_sign(ExprId(node.a))));
+  if (node.op == Op::step) return freeze(expression, relation_of(Relation::Kind::step, of_same_sign(ExprId(node.a))));
   if (node.op == Op::floor) return freeze(expression, relation_of(Relation::Kind::floor, argument));
   if (node.op == Op::round) return freeze(expression, relation_of(Relation::Kind::round, argument));
   if (node.op == Op::ceil) return freeze_ceil(expression);
@@ -149,8 +149,25 @@ ExprId Freezer::freeze_mod(ExprId expression) {
 
 ExprId Freezer::freeze_comparison(ExprId expression) {
   const ExprNode& node = order_.pool[expression];
-  const ExprId guard = program_.pool.sub(frozen_[node.a], frozen_[node.b]);
+  const auto is_zero = [this](std::uint32_t e) { return order_.pool.is_constant(ExprId(e), 0.0); };
+  const ExprId guard = is_zero(node.b)   ? of_same_sign(ExprId(node.a))
+                       : is_zero(node.a) ? program_.pool.neg(of_same_sign(ExprId(node.b)))
+                                         : program_.pool.sub(frozen_[node.a], frozen_[node.b]);
   return freeze(expression, relation_of(Relation::Kind::condition, guard, node.op));
+}
+
+/// Frozen, with a*b for quotients a/b. A quotient has no bound where b comes to 0: what rests at its border there, at a
+/// value that is nothing but rounding, would be let far away from it when b grows again.
+ExprId Freezer::of_same_sign(ExprId expression) {
+  const ExprNode& node = order_.pool[expression];
+  ExprPool& pool = program_.pool;
+  if (variation(expression) == Variation::fixed) return frozen_[expression.index()];
+  if (node.op == Op::neg) return pool.neg(of_same_sign(ExprId(node.a)));
+  if (node.op == Op::div && variation(ExprId(node.b)) == Variation::fixed)
+    return pool.div(of_same_sign(ExprId(node.a)), frozen_[node.b]);
+  if (node.op == Op::mul || node.op == Op::div)
+    return pool.mul(of_same_sign(ExprId(node.a)), of_same_sign(ExprId(node.b)));
+  return frozen_[expression.index()];
 }
 
 ExprId Freezer::freeze(ExprId expression, Relation relation) {

@@ -43,6 +43,7 @@ class Freezer {
   ExprId freeze_comparison(ExprId expression);
   ExprId freeze_ceil(ExprId expression);
   ExprId freeze_mod(ExprId expression);
+  ExprId of_same_sign(ExprId expression);
   static std::uint64_t cell_key(ExprId argument, TableId table) {
     return (std::uint64_t{argument.value} << 32U) | table.value;
   }

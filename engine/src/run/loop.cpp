@@ -143,6 +143,7 @@ bool Run::take_step() {
     tolerances_.estimate(evaluator_, t_, x_.data(), branch_, {});
   }
   fresh_ = defects_.is_limit(t_) || events_.is_limit(t_) || t_ == step_ends_;
+  if (!bring_back()) return false;
   if (iteration_stalls() && !eliminate_loops() && !take_multistep()) give_loops();
   follow_stiffness();
   if (!one_step_ && !implicit_ && mode_order_.look(t_, x_.data(), branch_, steps_)) {
@@ -160,6 +161,23 @@ void Run::go_to(double t) {
   std::copy_n(y_.begin(), x_.size(), x_.begin());
   t_ = t;
   due_ = next_known_ && *next_known_ == t;
+}
+
+/// What is held at its border and has drifted away is brought back to it, and the run goes on from there.
+bool Run::bring_back() {
+  constexpr double kOneStep = 1.0, kMultistep = 10.0;  // tolerances; these begin again at the first order
+  if (due_) return true;                               // what jumps here may let go of what is held
+  const bool multistep = !one_step_ && facts_of(inputs_.method).family == MethodFamily::multistep;
+  std::vector<double> x = x_;
+  if (!events_.bring_back(t_, x, branch_, multistep ? kMultistep : kOneStep)) return true;
+  errors_.before_set(t_, x_, branch_, [this](double t, std::vector<double>& states, Branch branch) {
+    events_.bring_back(t, states, branch, 0.0);
+    return true;
+  });
+  x_ = std::move(x);
+  errors_.after_set(t_, x_, branch_);
+  fresh_ = true;
+  return events_.settle(t_, x_.data(), branch_) || fail(*events_.failure());
 }
 
 /// Sinks take the last step up to @p t.

@@ -146,6 +146,7 @@ class Run {
   bool stays_in_mode();
   bool take_events();
   void go_to(double t);
+  bool bring_back();
   bool audit_to(double t);
   bool follow_grid();
   [[nodiscard]] bool at_end() const;

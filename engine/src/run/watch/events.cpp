@@ -97,6 +97,7 @@ bool EventWatch::settle(double t, const double* x, Branch& branch) {
   for (std::size_t i = 0; i < border_.size(); ++i)
     if (border_[i] && program_.relations[relation_[i]].kind == Relation::Kind::cell)
       most += program_.pool.table(program_.relations[relation_[i]].table).x.size();
+  release_what_jumped(t, x, branch);
   constexpr std::size_t kRoundsToHold = 50;
   for (std::size_t round = 0; round < most; ++round) {
     if (!guards(t, x, branch, values_)) return fail_with_fault();
@@ -310,6 +311,23 @@ void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, bool
   }
   for (const std::size_t output : stiction_.indefinite_outputs(t, x, branch))
     if (std::find(indefinite_.begin(), indefinite_.end(), output) == indefinite_.end()) indefinite_.push_back(output);
+}
+
+/// What was held at a border that a jump has taken away from it is on the side where it is now. Accepted steps leave
+/// states within ten tolerances of borders (Run::bring_back); what is within twice that is brought back behind the
+/// jump.
+void EventWatch::release_what_jumped(double t, const double* x, Branch& branch) {
+  constexpr double kTolerances = 20.0;
+  if (!stiction_.any()) return;
+  for (const Stiction::Left& left : stiction_.away(t, x, branch, kTolerances)) {
+    stiction_.release(left.guard);
+    side_[left.guard] = left.side;
+    hold_[left.guard] = 0.0;
+    std::fill(direction_.begin(), direction_.end(), 0);
+    direction_[left.guard] = left.side;
+    evaluator_.cross(direction_, branch);
+    direction_[left.guard] = 0;
+  }
 }
 
 void EventWatch::see_excursions() {

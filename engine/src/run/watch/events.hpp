@@ -81,6 +81,10 @@ class EventWatch {
   bool prepare(double t, const double* x, Branch& branch) {
     return (!followed_any_ || follow(t, x, branch)) && (!stiction_.any() || stiction_.balance(t, x, branch));
   }
+  /// Where states are held: brings back what has left its border (see Stiction). True if any has.
+  bool bring_back(double t, std::vector<double>& x, Branch& branch, double least) {
+    return stiction_.any() && stiction_.bring_back(t, x, branch, least);
+  }
   /// Rates with modes that depend on the point.
   bool rates(double t, const double* x, Branch& branch, double* rates) {
     if (!prepare(t, x, branch) || !evaluator_.rates(t, x, branch, rates)) return false;
@@ -191,6 +195,7 @@ class EventWatch {
   bool evaluate(Integrator& integrator, double t, std::vector<double>& values);
   void keep_what_only_wavers(const Branch& branch);
   void keep_what_is_nothing(double t, const double* x, const Branch& branch);
+  void release_what_jumped(double t, const double* x, Branch& branch);
   void hold_what_rests(double t, const double* x, Branch& branch, bool located);
   std::optional<double> dip(double from, double to, const std::vector<double>& middle,
                             const std::vector<double>& end) const;

@@ -379,6 +379,73 @@ bool Stiction::balance(double t, const double* x, Branch& branch) {
   return true;
 }
 
+/// Where the guards are brought to their borders by impulses of what holds them. False where there is no such point.
+/// @note   slopes_ and rate_slopes_ are those of @p guards at @p x.
+bool Stiction::border(const std::vector<std::size_t>& guards, const std::vector<double>& values, const double* x,
+                      std::vector<double>& at) const {
+  Eigen::VectorXd off(slopes_.rows());
+  for (std::size_t k = 0; k < guards.size(); ++k) off[static_cast<Eigen::Index>(k)] = values[guards[k]];
+  const Eigen::VectorXd moves = rate_slopes_ * DenseLu(slopes_).solve(-off);
+  at.assign(x, x + rates_.size());
+  for (std::size_t i = 0; i < at.size(); ++i) at[i] += moves[static_cast<Eigen::Index>(i)];
+  return moves.allFinite();
+}
+
+/// By how many tolerances a state moves at most from one point to another.
+double Stiction::tolerances_between(const double* x, const std::vector<double>& other) const {
+  double most = 0.0;
+  for (std::size_t i = 0; i < other.size(); ++i)
+    if (other[i] != x[i]) most = std::max(most, std::abs(other[i] - x[i]) / tolerances_.absolute(i));
+  return most;
+}
+
+/// Whether these modes have about the same force at another point. A root has none at its border that could hold
+/// anything there: sign(e)*sqrt(abs(e)).
+bool Stiction::same_force(const std::vector<std::size_t>& guards, double t, const std::vector<double>& at,
+                          const Branch& branch) {
+  constexpr double kLeft = 0.5;
+  const Eigen::VectorXd before = slopes_.diagonal();
+  Branch there = branch;
+  if (!measure(guards, t, at.data(), there)) return false;
+  for (Eigen::Index k = 0; k < before.size(); ++k)
+    if (!(std::abs(slopes_(k, k)) > kLeft * std::abs(before[k]))) return false;
+  return true;
+}
+
+std::vector<Stiction::Left> Stiction::away(double t, const double* x, const Branch& branch, double least) {
+  constexpr double kDrift = 1e3;  // of a root: its flow grows with what it is off by
+  std::vector<std::size_t> guards = held_;
+  guards.insert(guards.end(), surplus_.begin(), surplus_.end());
+  std::vector<Left> result;
+  std::vector<double> at;
+  Branch there = branch;
+  if (!balance(t, x, there) || !evaluator_.guards(t, x, there, guards_.data())) return result;
+  const std::vector<double> values = guards_;
+  for (const std::size_t guard : guards) {
+    there = branch;
+    if (!measure({guard}, t, x, there) || !border({guard}, values, x, at)) continue;
+    const double tolerances = tolerances_between(x, at);
+    if (tolerances > kDrift || (tolerances > least && same_force({guard}, t, at, branch)))
+      result.push_back({guard, values[guard] > 0.0 ? 1 : -1});
+  }
+  return result;
+}
+
+bool Stiction::bring_back(double t, std::vector<double>& x, Branch& branch, double least) {
+  if (held_.empty() || !balance(t, x.data(), branch) || !evaluator_.guards(t, x.data(), branch, guards_.data()))
+    return false;
+  const std::vector<double> values = guards_;
+  std::vector<double> at;
+  if (!border(held_, values, x.data(), at) || !(tolerances_between(x.data(), at) > least)) return false;
+  if (!same_force(held_, t, at, branch)) return false;
+  // Where a law ends at the border (a root on one side), what is held has to stay beside it.
+  std::vector<double> beyond = at;
+  for (std::size_t i = 0; i < at.size(); ++i) beyond[i] += at[i] - x[i];
+  if (!evaluator_.rates(t, beyond.data(), branch, rates_.data())) return false;
+  x = std::move(at);
+  return true;
+}
+
 void Stiction::still(double* rates) const {
   for (std::size_t i = 0; i < rounding_.size(); ++i)
     if (std::abs(rates[i]) <= rounding_[i]) rates[i] = 0.0;

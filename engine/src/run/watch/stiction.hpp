@@ -51,6 +51,16 @@ class Stiction {
   /// Of rates with these values, those that are no more than what rounding leaves of a balance are 0: what is held at
   /// rest does not move, whatever its tolerance.
   void still(double* rates) const;
+  /// Of those that are held, the guards that are away from their border, by more than what holds them would bring back
+  /// with a move of the states of @p least tolerances: a jump has taken them there (a belt whose speed jumps).
+  std::vector<Left> away(double t, const double* x, const Branch& branch, double least);
+  /// Brings states back that have left the borders at which they are held: by an impulse of what holds them, which
+  /// keeps what that keeps (the momentum of two masses that rub on each other). Rates that keep a guard where it is do
+  /// not keep the states there to more than the integrator's errors, and these grow as fast as the guard's slope falls
+  /// (Hairer and Wanner, Solving ODEs II, VII.2, on the drift of invariants).
+  /// @param least  states are brought back when one is off by more than so many of its tolerances
+  /// @return whether they were
+  bool bring_back(double t, std::vector<double>& x, Branch& branch, double least);
   /// Positions of the outputs that depend on how the surplus and the others share what holds them, which nothing
   /// determines.
   /// @note  Cost: the outputs for each guard that is held, and a balance for each of the surplus.
@@ -82,6 +92,11 @@ class Stiction {
   [[nodiscard]] Eigen::MatrixXd falls(const std::vector<std::size_t>& guards) const;
   [[nodiscard]] ComplementarySides sides(const std::vector<std::size_t>& guards, const Eigen::MatrixXd& q,
                                          std::size_t before) const;
+  bool border(const std::vector<std::size_t>& guards, const std::vector<double>& values, const double* x,
+              std::vector<double>& at) const;
+  [[nodiscard]] double tolerances_between(const double* x, const std::vector<double>& other) const;
+  bool same_force(const std::vector<std::size_t>& guards, double t, const std::vector<double>& at,
+                  const Branch& branch);
   void hold(const std::vector<std::size_t>& guards, const std::vector<std::size_t>& positions, Eigen::MatrixXd q);
   bool stays(double t, const double* x, Branch& branch);
   bool guard_rates(const std::vector<std::size_t>& guards, double t, const double* x, Branch& branch,
