@@ -138,6 +138,52 @@ TEST_CASE("roots in series and beside each other keep their laws at every instan
   }
 }
 
+TEST_CASE("a power that is a parameter is the law of its value, in one study for all of them") {
+  // With m for the power of the effort, 1/m that of the flow; beside others of each kind.
+  const std::vector<const char*> laws = {
+      "f = k*sign(e)*abs(e)^m",          "e = sign(f)*abs(f/k)^(1/m)",         "f = k*e*abs(e)^(m - 1)",
+      "f = if(e > 0, k*e^m, -k*(-e)^m)", "f = k*(max(e, 0)^m - max(-e, 0)^m)", "e = f*abs(f)^(1/m - 1)/k^(1/m)"};
+  const auto with_power = [](const std::vector<std::string>& laws) {
+    std::string text = filled_through(laws);
+    return text.insert(text.find("\"k\": 2"), R"("m": 0.7, )");
+  };
+  for (const char* other : {"f = 0.7*e", "e = 0.4*f*abs(f)", "f = 1.3*sign(e)*sqrt(abs(e)) + 0.4*e"})
+    for (const char* law : laws) {
+      const Study study = Study::from_text(with_power({law, other}));
+      for (const double n : {0.35, 0.5, 1.0, 1.6, 2.0}) {
+        const double inverse = 1.0 / n;
+        const std::string written =
+            inverse >= 1.0 ? "e = f*abs(f)^" + std::to_string(inverse - 1.0) + "/2^" + std::to_string(inverse)
+                           : "f = 2*e*abs(e)^" + std::to_string(n - 1.0);
+        const RunResult by_number = run_text(filled_through({written, other}), with_method(Method::automatic, 1e-8));
+        REQUIRE(by_number.stop == StopReason::completed);
+        for (const Method method : {Method::automatic, Method::bdf, Method::dirk5}) {
+          CAPTURE(law, other, n, method_name(method));
+          const RunResult run = study.scene("s", with_method(method, 1e-7)).with("m", n).simulate(untimed());
+          REQUIRE(run.stop == StopReason::completed);
+          for (std::size_t k = 0; k < run.trace.times.size(); ++k)
+            CHECK(std::abs(run.trace["v"][k] - by_number.trace["v"][k]) < 1e-4);  // from which on a run has to note its errors
+        }
+      }
+    }
+}
+
+TEST_CASE("a power that is a parameter may be 0, which is dry friction") {
+  // The mass slides to a stand: v = 2 - t up to t = 2, then nothing moves it. In series with a dashpot in a loop.
+  const Study study = Study::from_text(R"x({"bgsim": 1, "name": "brake", "parameters": {"n": 0.5}, "elements": {
+      "m": {"kind": "I", "inertance": 1, "initial": {"f": 2}}, "j": {"kind": "1"},
+      "r": {"kind": "R", "law": "e = sign(f)*abs(f)^n"}},
+    "bonds": [{"from": "j", "to": "m"}, {"from": "j", "to": "r"}],
+    "outputs": {"v": "m.f"}, "scenes": {"s": {"stop": 4, "samples": 41}}})x");
+  for (const Method method : {Method::automatic, Method::bdf, Method::erk5}) {
+    CAPTURE(method_name(method));
+    const RunResult run = study.scene("s", with_method(method)).with("n", 0.0).simulate(untimed());
+    REQUIRE(run.stop == StopReason::completed);
+    for (std::size_t k = 0; k < run.trace.times.size(); ++k)
+      CHECK(std::abs(run.trace["v"][k] - std::max(0.0, 2.0 - run.trace.times[k])) < 1e-5);  // some tolerances
+  }
+}
+
 TEST_CASE("a root of what is below 0 is an error beside a loop, too") {
   const RunResult run = run_text(filled_through({"f = 2*sqrt(e) + 0.5*e", "f = 0.7*e"}));
   REQUIRE(run.stop == StopReason::failed);

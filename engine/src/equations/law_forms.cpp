@@ -9,15 +9,27 @@
 namespace bgsim {
 namespace {
 
-/// y = c sign(x) |x|^n without a root: its slope has a bound at 0, where that of the root has none. A valve that is
-/// shut (c = 0) lets nothing through, whatever x is.
-ExprId power_form(ExprPool& pool, ExprId y, const SignedPower& law, ExprId x) {
-  if (law.power >= 1.0) return pool.sub(y, pool.mul(law.factor, odd_power(pool, x, law.power)));
+/// y = c sign(x) |x|^n for n < 1, solved for x. A valve that is shut (c = 0) lets nothing through, whatever x is.
+ExprId root_form(ExprPool& pool, ExprId y, const SignedPower& law, ExprId x) {
   const bool never_shut = pool.is_constant(law.factor) && !pool.is_constant(law.factor, 0.0);
   const ExprId shut = pool.make(Op::eq, law.factor, pool.constant(0.0));
   const ExprId factor = never_shut ? law.factor : pool.select(shut, pool.constant(1.0), law.factor);
-  const ExprId form = pool.sub(x, odd_power(pool, pool.div(y, factor), 1.0 / law.power));
+  const ExprId inverse = pool.div(pool.constant(1.0), expression_of(pool, law.power));
+  const ExprId form = pool.sub(x, odd_power(pool, pool.div(y, factor), inverse));
   return never_shut ? form : pool.select(shut, y, form);
+}
+
+/// y = c sign(x) |x|^n without a root: its slope has a bound at 0, where that of the root has none.
+/// @param right  the law, as it is for n <= 0
+ExprId power_form(ExprPool& pool, ExprId y, ExprId right, const SignedPower& law, ExprId x) {
+  const auto form_above_1 = [&] {
+    return pool.sub(y, pool.mul(law.factor, odd_power(pool, x, expression_of(pool, law.power))));
+  };
+  if (law.power.is_number()) return law.power.number >= 1.0 ? form_above_1() : root_form(pool, y, law, x);
+  const ExprId power = expression_of(pool, law.power);
+  const auto is = [&](Op comparison, double value) { return pool.make(comparison, power, pool.constant(value)); };
+  return pool.select(is(Op::ge, 1.0), form_above_1(),
+                     pool.select(is(Op::gt, 0.0), root_form(pool, y, law, x), pool.sub(y, right)));
 }
 
 /// Whether there are conditions in it that the run watches.
@@ -47,15 +59,15 @@ bool levels_off(const ExprPool& pool, ExprId inverse, ExprId law) {
 ExprId form_of_inverted(ExprPool& pool, ExprId left, ExprId right, SymbolId unknown, ExprId solution) {
   const bool conditions = has_conditions(pool, solution);
   const auto power = signed_power(pool, right, unknown);
-  if (power && power->power != 1.0) return power_form(pool, left, *power, pool.symbol(unknown));
+  if (power && !power->power.is(1.0)) return power_form(pool, left, right, *power, pool.symbol(unknown));
   if (levels_off(pool, solution, right) || (conditions && !has_conditions(pool, right))) return pool.sub(left, right);
   return {};
 }
 
 ExprId form_of_written(ExprPool& pool, ExprId left, ExprId right, SymbolId other) {
   const auto power = signed_power(pool, right, other);
-  if (power && (power->power < 1.0 || has_conditions(pool, right)))
-    return power_form(pool, left, *power, pool.symbol(other));
+  if (power && (!power->power.is_number() || power->power.number < 1.0 || has_conditions(pool, right)))
+    return power_form(pool, left, right, *power, pool.symbol(other));
   const auto inverse = invert(pool, right, other, left);
   if (inverse && levels_off(pool, right, *inverse)) return pool.sub(pool.symbol(other), *inverse);
   return {};

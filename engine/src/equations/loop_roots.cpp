@@ -20,9 +20,11 @@ namespace {
 
 using Images = std::unordered_map<ExprId, ExprId>;
 
+/// A power that is no number may be a root.
 bool is_root(const ExprPool& pool, const ExprNode& node) {
   if (node.op == Op::sqrt || node.op == Op::cbrt) return true;
-  if (node.op != Op::pow || !pool.is_constant(ExprId(node.b))) return false;
+  if (node.op != Op::pow) return false;
+  if (!pool.is_constant(ExprId(node.b))) return true;
   const double power = pool[ExprId(node.b)].constant;
   return power > 0.0 && power < 1.0;
 }
@@ -99,13 +101,19 @@ std::set<ExprId> arguments_of_roots(const ExprPool& pool, ExprId expression, con
 /// One side of a law by w, where x = sign(w) |w|^(1/power): a power of x is one of w, continued beyond 0 as an odd one.
 ExprId with_root(ExprPool& pool, const Sides& sides, std::size_t side, SymbolId w) {
   Images images;
+  const auto power_of_w = [&](ExprId power) { return odd_power(pool, pool.symbol(w), pool.div(power, sides.power)); };
+  const auto is_power_of_w = [&](const PowerTerm& term) {
+    if (!term.is_power() || !term.power.is_number()) return term.is_power();
+    const bool at_least = !pool.is_constant(sides.power) || term.power.number >= pool[sides.power].constant;
+    return at_least && term.power.number > 0.0 && term.power.number != std::floor(term.power.number);
+  };
   for (const ExprId e : reachable(pool, {&sides.expressions[side], 1})) {
     const ExprNode node = pool[e];
     const PowerTerm& term = sides.terms[side].at(e);
     if (node.op == Op::symbol && pool.symbol_of(e) == sides.x) {
-      images[e] = odd_power(pool, pool.symbol(w), 1.0 / sides.power);
-    } else if (term.is_power() && term.power >= sides.power && term.power != std::floor(term.power)) {
-      const ExprId image = pool.mul(term.factor, odd_power(pool, pool.symbol(w), term.power / sides.power));
+      images[e] = power_of_w(pool.constant(1.0));
+    } else if (is_power_of_w(term)) {
+      const ExprId image = pool.mul(term.factor, power_of_w(expression_of(pool, term.power)));
       images[e] = (side == 0) == (term.sign > 0.0) ? image : pool.neg(image);
     } else {
       images[e] = rebuilt(pool, node, [&](ExprId a) { return images.at(a); });
@@ -114,13 +122,15 @@ ExprId with_root(ExprPool& pool, const Sides& sides, std::size_t side, SymbolId 
   return images.at(sides.expressions[side]);
 }
 
-/// The law by w. None where it jumps at x = 0, or is another one there.
-ExprId by_root(ExprPool& pool, const Sides& sides, SymbolId w) {
+/// @p law by w. None where it jumps at x = 0, or is another one there.
+ExprId by_root(ExprPool& pool, const Sides& sides, ExprId law, SymbolId w) {
   const ExprId above = with_root(pool, sides, 0, w), below = with_root(pool, sides, 1, w);
   const ExprId zero = pool.constant(0.0);
   for (const ExprId side : {above, below})
     if (substitute(pool, side, {{w, zero}}) != sides.at_zero) return {};
-  return above == below ? above : pool.select(pool.make(Op::ge, pool.symbol(w), zero), above, below);
+  ExprId by_w = above == below ? above : pool.select(pool.make(Op::ge, pool.symbol(w), zero), above, below);
+  for (const ExprId exponent : sides.above_zero) by_w = pool.select(pool.make(Op::gt, exponent, zero), by_w, law);
+  return by_w;
 }
 
 /// Whether a root is taken of what depends on an unknown.
@@ -185,10 +195,10 @@ class LoopRoots {
   void name_root_of(ExprId x, std::uint32_t index) {
     SymbolId w(system_.symbols.size());  // a new one, unless the loop has it
     const Sides sides = sides_of(system_.pool, solved_form(system_.equations[index]), x, w);
-    if (sides.power == 1.0) return;
+    if (!sides.power.valid()) return;
     const auto known = names_.find({x, sides.power});
     if (known != names_.end()) w = known->second;
-    const ExprId law = by_root(system_.pool, sides, w);
+    const ExprId law = by_root(system_.pool, sides, solved_form(system_.equations[index]), w);
     if (!law.valid()) return;
     Equation& equation = system_.equations[index];
     const Origin origin = origin_of(system_, equation);
@@ -204,13 +214,15 @@ class LoopRoots {
 
   /// w for a root of @p x. Where x is an unknown itself, it is given by w, and w has its equation: as a difference of
   /// large terms x would be known to their rounding only, which a power of w is not.
-  void add_root(ExprId x, double power, const Equation& law) {
+  void add_root(ExprId x, ExprId power, const Equation& law) {
     ExprPool& pool = system_.pool;
     const ElementId element = law.element;
     const Place place = law.place;
     const SymbolId w = add_unknown(system_, name_of(pool.is_symbol(x) ? pool.symbol_of(x) : law.unknown));
-    looked_at_.push_back(true);
-    const ExprId by_w = odd_power(pool, pool.symbol(w), 1.0 / power);
+    looked_at_.push_back(
+        pool.is_constant(power));  // of a power that is no number w has no root: that is what it is for
+    const ExprId inverse = pool.div(pool.constant(1.0), power);
+    const ExprId by_w = odd_power(pool, pool.symbol(w), inverse);
     const bool is_unknown = pool.is_symbol(x);
     const Equation solved =
         is_unknown ? equation_of(pool.symbol_of(x)) : Equation{{}, x, false, element, place, {}, {}};
@@ -218,7 +230,7 @@ class LoopRoots {
       const ExprId form = substitute(pool, solved_form(solved), {{solved.unknown, by_w}});
       define(system_, w, form, solved.element, solved.place, true);
     } else {
-      define(system_, w, odd_root(pool, solved.expression, 1.0 / power), solved.element, solved.place);
+      define(system_, w, odd_root(pool, solved.expression, inverse), solved.element, solved.place);
       equation_of(w).loop_form = pool.sub(solved.expression, by_w);
     }
     if (is_unknown) {
@@ -241,7 +253,7 @@ class LoopRoots {
   EquationSystem& system_;
   std::map<SymbolId, std::size_t> counts_;               ///< of roots, by what they are named after
   std::vector<bool> looked_at_;                          ///< by symbol: unknowns of which roots count
-  std::map<std::pair<ExprId, double>, SymbolId> names_;  ///< by what the root is of, and its power
+  std::map<std::pair<ExprId, ExprId>, SymbolId> names_;  ///< by what the root is of, and its power
 };
 
 }  // namespace

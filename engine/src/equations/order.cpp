@@ -192,7 +192,7 @@ class Ordering {
     while (!left.empty()) {
       const auto next = std::find_if(left.begin(), left.end(), [&](std::size_t i) {
         const auto law = offset_power(pool, residuals[i], block.tears[i]);
-        if (!law || (law->power.power == 1.0) == (left.size() == 1) || !is_of_parameters(law->power.factor))
+        if (!law || law->power.power.is(1.0) == (left.size() == 1) || !is_of_parameters(law->power.factor))
           return false;
         solutions.emplace_back(i, solution_of(pool, *law, pool.constant(0.0)));
         return true;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <tuple>
 #include <vector>
 
 #include "expression/graph.hpp"
@@ -69,12 +71,19 @@ ExprId decided(ExprPool& pool, const ExprNode& node, ExprId x, int sign_of_x, co
 }
 
 /// @p expression where x has that sign, with @p symbol for it.
-ExprId where_sign_is(int sign, ExprPool& pool, ExprId expression, ExprId x, SymbolId symbol) {
+/// @param above_zero  gets the exponents that were taken to be above 0
+ExprId where_sign_is(int sign, ExprPool& pool, ExprId expression, ExprId x, SymbolId symbol,
+                     std::vector<ExprId>& above_zero) {
   const ExprId there = sign == 0 ? pool.constant(0.0) : pool.symbol(symbol);
   Images images;
   for (const ExprId e : reachable(pool, {&expression, 1})) {
     const ExprNode node = pool[e];  // a copy: the pool grows
     ExprId image = e == x ? there : decided(pool, node, x, sign, images);
+    if (node.op == Op::pow && !pool.is_constant(ExprId(node.a)) && !pool.is_constant(ExprId(node.b)) &&
+        pool.is_constant(images.at(ExprId(node.a)), 0.0)) {
+      image = images.at(ExprId(node.a));
+      above_zero.push_back(images.at(ExprId(node.b)));
+    }
     if (!image.valid() && node.op == Op::sub && pool.sub(ExprId(node.b), ExprId(node.a)) == x) image = pool.neg(there);
     images[e] = image.valid() ? image : rebuilt(pool, node, [&](ExprId a) { return images.at(a); });
   }
@@ -85,19 +94,51 @@ using Terms = std::unordered_map<ExprId, PowerTerm>;
 
 ExprId signed_by(ExprPool& pool, double sign, ExprId e) { return sign < 0.0 ? pool.neg(e) : e; }
 
+Degree times(Degree a, double by) {
+  if (by == 0.0) return {};
+  return {a.number * by, a.times * by, a.of};
+}
+
+/// None if it is no sum of a number and a multiple of one expression.
+std::optional<Degree> sum(const Degree& a, const Degree& b) {
+  if (!a.is_number() && !b.is_number() && a.of != b.of) return std::nullopt;
+  Degree result{a.number + b.number, a.times + b.times, a.is_number() ? b.of : a.of};
+  if (result.times == 0.0) result.of = {};
+  return result;
+}
+
+/// Of an exponent.
+Degree degree_of(const ExprPool& pool, ExprId e) {
+  const ExprNode& node = pool[e];
+  const ExprId a(node.a), b(node.b);
+  const auto number = [&](ExprId of) { return pool[of].constant; };
+  std::optional<Degree> result;
+  if (node.op == Op::constant) result = Degree{node.constant, 0.0, {}};
+  if (node.op == Op::neg) result = times(degree_of(pool, a), -1.0);
+  if (node.op == Op::add) result = sum(degree_of(pool, a), degree_of(pool, b));
+  if (node.op == Op::sub) result = sum(degree_of(pool, a), times(degree_of(pool, b), -1.0));
+  if (node.op == Op::mul && pool.is_constant(a)) result = times(degree_of(pool, b), number(a));
+  if (node.op == Op::mul && pool.is_constant(b)) result = times(degree_of(pool, a), number(b));
+  if (node.op == Op::div && pool.is_constant(b)) result = times(degree_of(pool, a), 1.0 / number(b));
+  return result.value_or(Degree{0.0, 1.0, e});
+}
+
 /// What is free of x is of the power 0.
 PowerTerm free_term(ExprPool& pool, ExprId e) {
   const bool negative = pool.is_constant(e) && pool[e].constant < 0.0;
-  return {{}, negative ? pool.neg(e) : e, negative ? -1.0 : 1.0, 0.0};
+  return {{}, negative ? pool.neg(e) : e, negative ? -1.0 : 1.0, {}};
 }
 
 /// What a root is taken of has to have a sign by which it is above 0: else it has a value on the other side alone.
-PowerTerm raised(ExprPool& pool, const ExprNode& node, const PowerTerm& a, double power) {
-  if (node.op == Op::cbrt) return {{}, pool.make(node.op, a.factor), a.sign, a.power * power};
-  const bool is_root = power != std::floor(power), odd = std::fmod(power, 2.0) != 0.0;
+PowerTerm raised(ExprPool& pool, const ExprNode& node, const PowerTerm& a, const Degree& by) {
+  if (!a.power.is_number() && !by.is_number()) return {};
+  const Degree power = by.is_number() ? times(a.power, by.number) : times(by, a.power.number);
+  if (node.op == Op::cbrt) return {{}, pool.make(node.op, a.factor), a.sign, power};
+  const bool is_root = !by.is_number() || by.number != std::floor(by.number);
+  const bool odd = std::fmod(by.number, 2.0) != 0.0;
   if (is_root && a.sign < 0.0) return {};
   const ExprId factor = node.op == Op::sqrt ? pool.make(node.op, a.factor) : pool.pow(a.factor, ExprId(node.b));
-  return {{}, factor, is_root || !odd ? 1.0 : a.sign, a.power * power};
+  return {{}, factor, is_root || !odd ? 1.0 : a.sign, power};
 }
 
 PowerTerm negated(ExprPool& pool, PowerTerm a) {
@@ -112,31 +153,32 @@ PowerTerm added(ExprPool& pool, const PowerTerm& a, const PowerTerm& b) {
     const ExprId factor = a.sign == b.sign ? pool.add(a.factor, b.factor) : pool.sub(a.factor, b.factor);
     return {{}, factor, a.sign, a.power};
   }
-  if (a.power != 0.0 && b.power != 0.0 && a.power != b.power) return {};
+  const bool a_free = a.power.is(0.0), b_free = b.power.is(0.0);
+  if (!a_free && !b_free && a.power != b.power) return {};
   const auto offset = [&](const PowerTerm& term) {
-    return term.power == 0.0 ? signed_by(pool, term.sign, term.factor) : term.offset;
+    return term.power.is(0.0) ? signed_by(pool, term.sign, term.factor) : term.offset;
   };
   const ExprId first = offset(a), second = offset(b);
-  PowerTerm sum = a.power == 0.0 ? b : a;
-  if (a.power != 0.0 && b.power != 0.0)
-    sum.factor = a.sign == b.sign ? pool.add(a.factor, b.factor) : pool.sub(a.factor, b.factor);
+  PowerTerm sum = a_free ? b : a;
+  if (!a_free && !b_free) sum.factor = a.sign == b.sign ? pool.add(a.factor, b.factor) : pool.sub(a.factor, b.factor);
   sum.offset = !first.valid() ? second : !second.valid() ? first : pool.add(first, second);
   return sum;
 }
 
 PowerTerm multiplied(ExprPool& pool, Op op, const PowerTerm& a, const PowerTerm& b) {
   if (a.is_power() && b.is_power()) {
-    const double power = op == Op::div ? a.power - b.power : a.power + b.power;
-    return {{}, pool.make(op, a.factor, b.factor), a.sign * b.sign, power};
+    const auto power = sum(a.power, op == Op::div ? times(b.power, -1.0) : b.power);
+    if (!power) return {};
+    return {{}, pool.make(op, a.factor, b.factor), a.sign * b.sign, *power};
   }
   // A sum: times what is free of x alone.
   const PowerTerm& by = a.is_power() ? a : b;
-  if (!by.is_power() || by.power != 0.0 || (op == Op::div && a.is_power())) return {};
-  PowerTerm sum = a.is_power() ? b : a;
-  sum.offset = pool.make(op, sum.offset, signed_by(pool, by.sign, by.factor));
-  sum.factor = pool.make(op, sum.factor, by.factor);
-  sum.sign *= by.sign;
-  return sum;
+  if (!by.is_power() || !by.power.is(0.0) || (op == Op::div && a.is_power())) return {};
+  PowerTerm product = a.is_power() ? b : a;
+  product.offset = pool.make(op, product.offset, signed_by(pool, by.sign, by.factor));
+  product.factor = pool.make(op, product.factor, by.factor);
+  product.sign *= by.sign;
+  return product;
 }
 
 PowerTerm combined(ExprPool& pool, const ExprNode& node, const PowerTerm& a, const PowerTerm& b) {
@@ -158,13 +200,13 @@ PowerTerm combined(ExprPool& pool, const ExprNode& node, const PowerTerm& a, con
     case Op::abs:
       return {{}, pool.make(Op::abs, a.factor), 1.0, a.power};
     case Op::sign:
-      return {{}, pool.make(Op::sign, a.factor), a.sign, 0.0};
+      return {{}, pool.make(Op::sign, a.factor), a.sign, {}};
     case Op::sqrt:
-      return raised(pool, node, a, 0.5);
+      return raised(pool, node, a, {0.5, 0.0, {}});
     case Op::cbrt:
-      return raised(pool, node, a, 1.0 / 3.0);
+      return raised(pool, node, a, {1.0 / 3.0, 0.0, {}});
     case Op::pow:
-      return pool.is_constant(ExprId(node.b)) ? raised(pool, node, a, pool[ExprId(node.b)].constant) : PowerTerm{};
+      return b.power.is(0.0) ? raised(pool, node, a, degree_of(pool, ExprId(node.b))) : PowerTerm{};
     default:
       return {};
   }
@@ -183,7 +225,7 @@ Terms terms_of(ExprPool& pool, ExprId expression, SymbolId x, bool positive) {
     if (depends[i] == 0 && !is_product) {
       term = free_term(pool, nodes[i]);
     } else if (node.op == Op::symbol) {
-      term = {{}, pool.constant(1.0), positive ? 1.0 : -1.0, 1.0};
+      term = {{}, pool.constant(1.0), positive ? 1.0 : -1.0, {1.0, 0.0, {}}};
     } else if (arity(node.op) < 3 && !is_table(node.op)) {
       const PowerTerm a = terms.at(ExprId(node.a)), b = arity(node.op) > 1 ? terms.at(ExprId(node.b)) : a;
       if (a.known() && b.known()) term = combined(pool, node, a, b);
@@ -193,29 +235,51 @@ Terms terms_of(ExprPool& pool, ExprId expression, SymbolId x, bool positive) {
   return terms;
 }
 
-/// The least power below 1 of a term that is no factor of another one: that of x |x|^0.3 has a slope at 0. 1 if none.
-double least_power(const ExprPool& pool, ExprId expression, const Terms& terms) {
-  double least = 1.0;
+/// Powers that are below 1, or no numbers, of terms that are no factors of others: that of x |x|^0.3 has a slope at 0.
+void add_roots(const ExprPool& pool, ExprId expression, const Terms& terms, double& least,
+               std::vector<Degree>& others) {
   const auto look_at = [&](ExprId e) {
     const PowerTerm& term = terms.at(e);
-    if (term.factor.valid() && term.power > 0.0) least = std::min(least, term.power);
+    if (!term.factor.valid()) return;
+    if (term.power.is_number() && term.power.number > 0.0) least = std::min(least, term.power.number);
+    if (!term.power.is_number() && std::find(others.begin(), others.end(), term.power) == others.end())
+      others.push_back(term.power);
   };
   look_at(expression);
   for (const auto& [e, term] : terms)
     if (!term.known()) for_each_argument(pool[e], look_at);
-  return least;
 }
 
 }  // namespace
 
+ExprId expression_of(ExprPool& pool, const Degree& degree) {
+  const ExprId number = pool.constant(degree.number);
+  if (degree.is_number()) return number;
+  const ExprId product = pool.mul(pool.constant(degree.times), degree.of);
+  return degree.number == 0.0 ? product : pool.add(product, number);
+}
+
 Sides sides_of(ExprPool& pool, ExprId law, ExprId of, SymbolId x) {
   Sides sides;
   sides.x = x;
-  sides.at_zero = where_sign_is(0, pool, law, of, x);
+  std::vector<ExprId> at_zero;
+  sides.at_zero = where_sign_is(0, pool, law, of, x, at_zero);
+  double least = 1.0;
+  std::vector<Degree> others;
   for (const std::size_t side : {0U, 1U}) {
-    sides.expressions[side] = where_sign_is(side == 0 ? 1 : -1, pool, law, of, x);
+    sides.expressions[side] = where_sign_is(side == 0 ? 1 : -1, pool, law, of, x, sides.above_zero);
     sides.terms[side] = terms_of(pool, sides.expressions[side], x, side == 0);
-    sides.power = std::min(sides.power, least_power(pool, sides.expressions[side], sides.terms[side]));
+    add_roots(pool, sides.expressions[side], sides.terms[side], least, others);
+  }
+  if (least == 1.0 && others.empty()) return sides;
+  const ExprId one = pool.constant(1.0);
+  sides.power = pool.constant(least);
+  std::sort(others.begin(), others.end(), [](const Degree& a, const Degree& b) {
+    return std::tie(a.of, a.times, a.number) < std::tie(b.of, b.times, b.number);
+  });
+  for (const Degree& other : others) {
+    const ExprId power = expression_of(pool, other), is_power = pool.make(Op::gt, power, pool.constant(0.0));
+    sides.power = pool.make(Op::min, sides.power, pool.select(is_power, power, one));
   }
   return sides;
 }

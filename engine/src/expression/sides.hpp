@@ -3,17 +3,31 @@
 
 #include <array>
 #include <unordered_map>
+#include <vector>
 
 #include "bgsim/expression.hpp"
 
 namespace bgsim {
+
+/// A power: a number, or times an expression that is free of x more than that.
+struct Degree {
+  double number = 0.0, times = 0.0;
+  ExprId of;  ///< none: a number
+
+  [[nodiscard]] bool is_number() const { return !of.valid(); }
+  [[nodiscard]] bool is(double value) const { return is_number() && number == value; }
+  bool operator==(const Degree&) const = default;
+};
+
+/// @p degree as an expression.
+ExprId expression_of(ExprPool& pool, const Degree& degree);
 
 /// offset + sign factor |x|^power on one side of x = 0, where offset and factor are free of x, and sign is 1 or -1.
 struct PowerTerm {
   ExprId offset;  ///< none: 0, as of all powers 0
   ExprId factor;  ///< none: it is something else
   double sign = 1.0;
-  double power = 0.0;
+  Degree power;
 
   [[nodiscard]] bool known() const { return factor.valid(); }
   [[nodiscard]] bool is_power() const { return factor.valid() && !offset.valid(); }
@@ -24,11 +38,15 @@ struct Sides {
   std::array<ExprId, 2> expressions;  ///< above and below 0
   ExprId at_zero;
   std::array<std::unordered_map<ExprId, PowerTerm>, 2> terms;  ///< of all their parts
-  double power = 1.0;  ///< the least of a root that is taken of x; 1 if there is none
+  std::vector<ExprId> above_zero;  ///< exponents n that are no numbers and hold only above 0: of 0^n, which is 0 then
+  /// The least of the roots that are taken of x, up to 1; of powers that are no numbers that of their values from 0 on.
+  /// None: no root is taken.
+  ExprId power;
 };
 
 /// @p law with what is decided by the side of @p of = 0 left out, however it is written: sign, step, abs, min, max and
 /// comparisons of it, of its negative, or of these times a number. New expressions go to @p pool.
+/// At x = 0 a power that is no number is taken for one above 0.
 /// @param x  stands for @p of; may be the symbol that @p of is.
 Sides sides_of(ExprPool& pool, ExprId law, ExprId of, SymbolId x);
 

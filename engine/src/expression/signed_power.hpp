@@ -4,16 +4,18 @@
 #include <optional>
 
 #include "bgsim/expression.hpp"
+#include "expression/sides.hpp"
 
 namespace bgsim {
 
 /// factor * sign(x) * |x|^power, where the factor is free of x.
 struct SignedPower {
   ExprId factor;
-  double power = 1.0;
+  Degree power;
 };
 
-/// @p expression as a signed power of @p x, if it is one with a power above 0: `k*x*abs(x)`, `k*sign(x)*x^2`,
+/// @p expression as a signed power of @p x, if it is one with a power above 0, or one that is no number (where its
+/// value is not above 0 the law has none at x = 0, or jumps there): `k*x*abs(x)`, `k*sign(x)*x^2`,
 /// `sign(x)*sqrt(abs(x)/k)`, a sum of such of one degree, and each of these by parts:
 /// `if(x > 0, k*sqrt(x), -k*sqrt(-x))`. New expressions go to @p pool.
 std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, SymbolId x);
@@ -30,11 +32,13 @@ std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, Symbo
 
 /// u with sign(u) |u|^power = y, for power > 0: defined everywhere, 0 at 0.
 ExprId odd_root(ExprPool& pool, ExprId y, double power);
+ExprId odd_root(ExprPool& pool, ExprId y, ExprId power);
 
 /// x where y = offset + factor * sign(x) * |x|^power: not where the factor is 0.
 ExprId solution_of(ExprPool& pool, const OffsetPower& law, ExprId y);
 
 /// sign(u) * |u|^power for power >= 1, as u |u|^(power-1): no condition, and a slope at 0.
 ExprId odd_power(ExprPool& pool, ExprId u, double power);
+ExprId odd_power(ExprPool& pool, ExprId u, ExprId power);
 
 }  // namespace bgsim
