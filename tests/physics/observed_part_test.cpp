@@ -221,3 +221,18 @@ TEST_CASE("a fault that all modes share is found in what is left out, too") {
 }
 
 }  // namespace
+TEST_CASE("a run that ends in a mode without states does so beside what is left out") {
+  // Locked from t = 1 on, nothing is stored: the clock of that mode was taken for a signal of the model, which the part
+  // that runs does not have.
+  const RunResult run = Study::from_text(R"x({"bgsim": 1, "name": "brake", "signals": {"angle": {"integral": "w.f"}},
+      "elements": {"T": {"kind": "Se", "effort": 1}, "w": {"kind": "1"},
+        "J": {"kind": "I", "inertance": 0.2, "initial": {"f": 3}}, "b": {"kind": "Sw", "locked": "t >= 1"}},
+      "bonds": [{"from": "T", "to": "w"}, {"from": "w", "to": "J"}, {"from": "w", "to": "b"}],
+      "outputs": {"w": "w.f"}, "scenes": {"s": {"stop": 2, "samples": 5}}})x")
+                            .scene("s")
+                            .simulate(SimulateOptions{});
+  REQUIRE(run.stop == StopReason::completed);
+  CHECK(std::abs(run.trace["w"][1] - 5.5) < 1e-5);  // a tolerance
+  CHECK(run.trace["w"].back() == 0.0);
+  for (const RunInputs::Initial& value : run.stored.values) CHECK(value.element.valid());
+}

@@ -81,14 +81,20 @@ bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) 
   if (!delayed_.empty()) delays_ = run.delays();
   if (!part.stored.values.empty()) stored_ = part.stored;
   take_errors(*program, run, part);
-  if (part.stop != StopReason::completed || !run.left_mode()) return false;
-  if (stored_.values.size() != program->states.size() + program->dependent.size())
-    return fail(no_jump_failure("what the dependent stores hold has no value", stored_.t));
-  if (!vary_out_of(*program, run)) return false;
-  if (only_clock)
+  const auto drop_clock = [&] {
+    if (!only_clock) return;
     std::erase_if(stored_.values, [&](const auto& value) {
       return value.signal == program->states.front().signal || value.signal == program->states.back().signal;
     });
+  };
+  if (part.stop != StopReason::completed || !run.left_mode()) {
+    drop_clock();
+    return false;
+  }
+  if (stored_.values.size() != program->states.size() + program->dependent.size())
+    return fail(no_jump_failure("what the dependent stores hold has no value", stored_.t));
+  if (!vary_out_of(*program, run)) return false;
+  drop_clock();
   if (run.left_by_states()) changes_.push_back(stored_.t);
   take_diodes(run.diodes());
   return change_mode(run.leaving(), *program);
