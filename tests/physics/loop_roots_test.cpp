@@ -162,7 +162,8 @@ TEST_CASE("a power that is a parameter is the law of its value, in one study for
           const RunResult run = study.scene("s", with_method(method, 1e-7)).with("m", n).simulate(untimed());
           REQUIRE(run.stop == StopReason::completed);
           for (std::size_t k = 0; k < run.trace.times.size(); ++k)
-            CHECK(std::abs(run.trace["v"][k] - by_number.trace["v"][k]) < 1e-4);  // from which on a run has to note its errors
+            CHECK(std::abs(run.trace["v"][k] - by_number.trace["v"][k]) <
+                  1e-4);  // from which on a run has to note its errors
         }
       }
     }
