@@ -226,6 +226,33 @@ TEST_CASE("orifices that were at rest are followed to the flow that they have ne
     }
 }
 
+TEST_CASE("a loop is solved from a start that is ever so far away") {
+  // A step of Newton's from 1e20 ends at the roundings of that, 1e4. What is left is nothing beside 1e20, and was taken
+  // for the solution.
+  const CompiledModel p = compile_text(model_text(
+      R"~("elements": { "c": { "kind": "C", "capacitance": 1 }, "j": { "kind": "1" },
+      "r": { "kind": "R", "resistance": 5 }, "d": { "kind": "R", "law": "f = 1e-10*(exp(e/0.05) - 1) + e/500" } },
+    "bonds": [ { "from": "c", "to": "j" }, { "from": "j", "to": "r" }, { "from": "j", "to": "d" } ],
+    "outputs": { "f": "r.f", "e": "r.e" }, )~" +
+      std::string(kScene)));
+  REQUIRE(p.program.blocks.size() == 1);
+  Evaluator evaluator(p.program, p.inputs.parameters);
+  for (const double sign : {1.0, -1.0})
+    for (int decade = 0; decade <= 60; ++decade)
+      for (const double e : {1.8, 0.3, -2.0}) {
+        const double last = 5.23 * sign * std::pow(10.0, decade);
+        CAPTURE(last, e);
+        Branch branch = first_branch(p.program);
+        branch.tears = {last};
+        double out[2];
+        REQUIRE(evaluator.outputs(0.0, &e, branch, out));
+        const double across = e - out[1];
+        CHECK(out[0] == Approx(out[1] / 5).epsilon(1e-12));
+        // the exponent magnifies rounding by up to forty
+        CHECK(out[0] == Approx(1e-10 * std::expm1(across / 0.05) + across / 500).epsilon(1e-11));
+      }
+}
+
 TEST_CASE("resistors in series whose laws are powers of one degree are one resistor") {
   struct Case {
     const char *first, *second;

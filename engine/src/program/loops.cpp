@@ -14,6 +14,8 @@ constexpr int kFewIterations = 40;
 constexpr double kSmallestDamping = 1e-12;
 /// A full Newton step of this relative size has converged: contraction is quadratic, so the next one is below rounding.
 constexpr double kConverged = 1e-13;
+/// A tear that has become so small a part of what it was is known to no more than the roundings of that.
+constexpr double kShrank = 1e-3;
 /// Rounding stalls the iteration above kConverged where terms cancel; below this a stall counts as converged.
 constexpr double kStalled = 1e-8;
 
@@ -144,6 +146,17 @@ LoopOutcome Evaluator::Impl::solve_newton(std::size_t block, Steps steps, int mo
   const auto move = [&](double damping) {
     for (std::size_t i = 0; i < z.size(); ++i) z[i] = scratch.base[to_index(i)] + damping * scratch.step[to_index(i)];
   };
+  // A step from 1e20 ends at the roundings of that, 1e5 from the solution, where the next step is small beside 1e20
+  // alone.
+  const auto still_small = [&] {
+    for (std::size_t i = 0; i < z.size(); ++i) {
+      const Eigen::Index k = to_index(i);
+      const double size = std::max({std::abs(z[i]), std::abs(z[i] + scratch.next_step[k]), largest_of[i]});
+      const bool shrank = size < kShrank * std::abs(scratch.base[k]);
+      if (shrank && std::abs(scratch.next_step[k]) > kStalled * size) return false;
+    }
+    return true;
+  };
   if (!load_residual(block)) {
     std::fill(z.begin(), z.end(), 0.0);  // the last solution may lie outside the law's domain by now
     if (!load_residual(block)) return LoopOutcome::not_finite;
@@ -170,7 +183,7 @@ LoopOutcome Evaluator::Impl::solve_newton(std::size_t block, Steps steps, int mo
       if (size <= kStalled || next_size <= (1.0 - damping / 4) * size) break;
     }
     const bool stalled = size <= kStalled && next_size > size / 4;
-    if (damping == 1.0 && (next_size <= kConverged || stalled)) {
+    if (damping == 1.0 && (stalled || (next_size <= kConverged && still_small()))) {
       for (std::size_t i = 0; i < z.size(); ++i) {
         const Eigen::Index k = to_index(i);
         if (!stalled) z[i] += scratch.next_step[k];

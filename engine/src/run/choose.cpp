@@ -24,8 +24,10 @@ MethodChoice by_stiffness(const std::string& loops, const StiffnessWatch* stiffn
   return {Method::bdf, loops + "; many states"};
 }
 
+/// Of the loops that rates need.
 bool any_nonlinear(const Program& program) {
-  return std::any_of(program.blocks.begin(), program.blocks.end(), [](const auto& block) { return !block.linear; });
+  return std::any_of(program.rates.solves.begin(), program.rates.solves.end(),
+                     [&](std::uint32_t block) { return !program.blocks[block].linear; });
 }
 
 bool are_few(const Program& program) { return program.state_names.size() + program.tear_names.size() <= kDenseStates; }
@@ -39,7 +41,10 @@ bool solves_for_loops(const MethodFacts& facts) {
 
 bool begins_with_loops(const Program& program, const RunInputs& inputs) {
   if (program.state_names.empty() || program.blocks.empty()) return false;
-  if (!program.plan.explicit_form || inputs.method == Method::ida) return true;
+  if (!program.plan.explicit_form) return true;
+  // As unknowns that no rate needs, they are followed by nothing but an iteration that does not look at them.
+  if (program.rates.solves.empty()) return false;
+  if (inputs.method == Method::ida) return true;
   if (inputs.method == Method::automatic) return inputs.max_order == 0 && are_few(program) && any_nonlinear(program);
   return solves_for_loops(facts_of(inputs.method)) && any_nonlinear(program);
 }

@@ -41,7 +41,7 @@ bool Run::take_multistep() {
 bool Run::iteration_stalls() {
   constexpr std::uint64_t kSteps = 256;
   const long most = one_step_ ? 1024 : 64;
-  const bool other_form = !program_.blocks.empty() && !given_at_ && !eliminated_at_;
+  const bool other_form = !program_.rates.solves.empty() && !given_at_ && !eliminated_at_;
   if (inputs_.method != Method::automatic || !(one_step_ || (other_form && !implicit_)) || events_.holding() ||
       steps_ < next_look_)
     return false;
