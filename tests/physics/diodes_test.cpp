@@ -1,7 +1,10 @@
 // Ideal diodes: sides that the circuit decides.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <string>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include "base/text.hpp"
 #include "support/run.hpp"
@@ -287,6 +290,43 @@ TEST_CASE("a threshold is the effort of a diode that conducts, and its loss is d
     CHECK(result.trace["i"][k] ==
           Approx(std::min(0.0, 2.0 * std::sin(result.trace.times[k]) + 0.7) / 2.0).epsilon(0).margin(1e-12));
   CHECK(result.report.energy.dissipated == Approx(result.report.energy.supplied).epsilon(1e-9));
+}
+
+TEST_CASE("of diodes side by side that of the lowest threshold conducts, as if it were alone") {
+  // Behind a resistor and beside a coil, into a store: their own circuit has no resistance.
+  const auto circuit_of = [](const std::string& source, const std::vector<std::string>& diodes) {
+    std::string elements, bonds;
+    for (std::size_t i = 0; i < diodes.size(); ++i) {
+      const std::string d = "d" + std::to_string(i), j = "j" + std::to_string(i);
+      elements += ", \"" + d + R"(": {"kind": "D")" + diodes[i] + "}, \"" + j + R"(": {"kind": "1"})";
+      bonds += R"(, {"from": "a", "to": ")" + j + R"("}, {"from": ")" + j + R"(", "to": ")" + d + R"("}, {"from": ")" +
+               j + R"(", "to": "b"})";
+    }
+    return R"x({"bgsim": 1, "name": "sides", "elements": {"s": {"kind": "MSe", "effort": ")x" + source +
+           R"x("}, "j": {"kind": "1"}, "r": {"kind": "R", "resistance": 1}, "a": {"kind": "0"}, "b": {"kind": "0"},
+        "l": {"kind": "I", "inertance": 0.05}, "c": {"kind": "C", "capacitance": 0.001}, "out": {"kind": "R", "resistance": 50})x" +
+           elements + R"x(}, "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "r"}, {"from": "j", "to": "a"},
+        {"from": "a", "to": "l"}, {"from": "b", "to": "c"}, {"from": "b", "to": "out"})x" +
+           bonds + R"x(], "outputs": {"u": "c.e", "i": "l.f"}, "scenes": {"s": {"stop": 0.04, "samples": 201}}})x";
+  };
+  const std::string low = R"(, "threshold": 0.01)", high = R"(, "threshold": 0.3)", far = R"(, "threshold": 30)";
+  const std::pair<std::string, std::vector<std::vector<std::string>>> cases[] = {
+      {"", {{"", high}, {high, ""}, {"", far}, {"", low, high}, {high, low, ""}, {"", ""}}},
+      {low, {{low, high}, {high, low}, {low, low, far}}}};
+  for (const std::string source : {"30*sin(314.15926535*t)", "24.3", "30*cos(500*t)"})
+    for (const auto& [alone, together] : cases) {
+      const RunResult one = Study::from_text(circuit_of(source, {alone})).scene().simulate(SimulateOptions{});
+      REQUIRE(one.stop == StopReason::completed);
+      for (const auto& diodes : together) {
+        CAPTURE(source, diodes);
+        const RunResult run = Study::from_text(circuit_of(source, diodes)).scene().simulate(SimulateOptions{});
+        REQUIRE(run.stop == StopReason::completed);
+        for (std::size_t k = 0; k < run.trace.times.size(); ++k) {  // ten tolerances of a range of 30
+          CHECK(std::abs(run.trace["u"][k] - one.trace["u"][k]) < 3e-4);
+          CHECK(std::abs(run.trace["i"][k] - one.trace["i"][k]) < 3e-4);
+        }
+      }
+    }
 }
 
 TEST_CASE("a bridge at rest, whose source begins at 0, finds the diodes of its coil's current") {

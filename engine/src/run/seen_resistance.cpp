@@ -50,10 +50,15 @@ void add_knees(const std::vector<PowerLaw>& laws, std::vector<Knee>& knees) {
   }
 }
 
+double lowest_of(const std::vector<Knee>& knees) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Knee& knee : knees) lowest = std::min(lowest, knee.r);
+  return lowest;
+}
+
 double mean(const std::vector<Knee>& knees) {
   constexpr double kFar = 6.0;
-  const auto lower = [](const Knee& a, const Knee& b) { return a.r < b.r; };
-  const double lowest = std::min_element(knees.begin(), knees.end(), lower)->r;
+  const double lowest = lowest_of(knees);
   double weight = 0.0, sum = 0.0;
   for (const Knee& knee : knees) {
     if (knee.r > lowest + kFar) continue;
@@ -66,11 +71,17 @@ double mean(const std::vector<Knee>& knees) {
 }  // namespace
 
 double seen_resistance(const std::vector<SlopesThrough>& scan, double span) {
+  constexpr double kRoundings = 10.0;  // decades
   std::vector<Knee> knees;
   std::optional<double> alone;
+  double least = -std::numeric_limits<double>::infinity();
   for (std::size_t order = 0; order < 3; ++order) {
     const std::vector<PowerLaw> laws = power_laws(scan, order);
-    add_knees(laws, knees);
+    std::vector<Knee> of_order;
+    add_knees(laws, of_order);
+    for (const Knee& knee : of_order)
+      if (knee.r > least) knees.push_back(knee);
+    if (order == 0 && !knees.empty()) least = lowest_of(knees) - kRoundings;
     if (alone || laws.empty() || laws.front().power == 0) continue;
     alone =
         laws.front().begin - (laws.front().size + static_cast<double>(order) * std::log10(span)) / laws.front().power;

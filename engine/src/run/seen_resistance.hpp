@@ -18,7 +18,8 @@ struct SlopesThrough {
 /// or its factor changes, both are of the same size: R, or sqrt(L/C) where both are seen. The result is the geometric
 /// mean of these r, each weighed by how much the power, or the decades of the factor, change. Those above 1e6 times the
 /// lowest do not count: where terms fall as r^-2 and cancel, what rounding leaves of them looks like a circuit from 1e8
-/// times on.
+/// times on. Nor do those of f' and f'' that are 1e-10 and less of the lowest of f: of two diodes side by side the
+/// circuit is seen through what the other one's r leaves of it, and is rounding there.
 ///
 /// Where a diode sees nothing of that kind (an inertance or a capacitance alone), the r of which the time constant L/r
 /// or r C is the time @p span: what the resistance adds is slower than the run then. Where it sees nothing at all, 1.
