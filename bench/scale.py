@@ -136,6 +136,27 @@ def conditions(n):
     return {"model.json": sources(n, "MSe", lambda i: f"if(m.p > {STOP * (i + 0.5) / n}, 1e-3, 0)")}
 
 
+def pipe(n):
+    """A pipe of n stores and laws that are solved for what they are not written for."""
+    return {
+        "model.json": model(
+            {
+                "n": {"kind": "0", "repeat": n},
+                "c": {"kind": "C", "repeat": n, "capacitance": 1e-3},
+                "j": {"kind": "1", "repeat": n},
+                "w": {"kind": "R", "repeat": n, "law": "e = 1e-3*f + 1e-5*f*abs(f)"},
+            },
+            [
+                {"from": "z", "to": "n[1]"},
+                {"from": "n[i]", "to": "c[i]"},
+                {"from": "n[i]", "to": "j[i]"},
+                {"from": "j[i]", "to": "n[i+1]"},
+                {"from": "j[i]", "to": "w[i]"},
+            ],
+        )
+    }
+
+
 SHAPES = {
     "sources sin(w t) on one junction": (sines, [2000, 4000, 8000]),
     "resistors on one junction": (bonds, [4000, 8000, 16000]),

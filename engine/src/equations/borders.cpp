@@ -190,11 +190,36 @@ class Borders {
 
 }  // namespace
 
+namespace {
+
+/// Whether something that @p root is computed from is given by a loop alone, or not yet. A search in depth finds that
+/// soon where there is one; what is computed from all of a long chain is looked through once a law.
+bool needs_a_loop(const EquationSystem& system, ExprId root) {
+  std::vector<bool> seen(system.pool.size(), false);
+  std::vector<ExprId> left{root};
+  while (!left.empty()) {
+    const ExprId e = left.back();
+    left.pop_back();
+    if (seen[e.index()]) continue;
+    seen[e.index()] = true;
+    for_each_argument(system.pool[e], [&](ExprId a) { left.push_back(a); });
+    if (!system.pool.is_symbol(e)) continue;
+    const SystemSymbol& symbol = system.symbols[system.pool.symbol_of(e).index()];
+    if (symbol.kind != SystemSymbol::Kind::unknown) continue;
+    const Equation& equation = system.equations[symbol.index];
+    if (equation.implicit || !equation.expression.valid()) return true;
+    left.push_back(equation.expression);
+  }
+  return false;
+}
+
+}  // namespace
+
 bool certainly_jumps(const Model& model, const EquationSystem& system, ExprId expression) {
   const std::vector<ExprId> nodes = reachable(system.pool, {&expression, 1});
   const auto slope = [&](ExprId e) { return jumps_at_knots(system.pool, system.pool[e]); };
   if (std::any_of(nodes.begin(), nodes.end(), slope)) return true;
-  return Borders(model, system, expression).differ_everywhere();
+  return !needs_a_loop(system, expression) && Borders(model, system, expression).differ_everywhere();
 }
 
 }  // namespace bgsim

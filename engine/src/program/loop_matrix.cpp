@@ -105,10 +105,14 @@ LoopOutcome LoopMatrix::factorize(std::span<double> values, const std::vector<bo
 }
 
 LoopOutcome LoopMatrix::factorize_densely(std::span<const double> values, double singular) {
+  factorized_ = true;
+  if (row_scale.size() == 1) {
+    const double pivot = dense_(0, 0) = values[0];
+    return std::abs(pivot) > singular * std::max(1.0, std::abs(pivot)) ? LoopOutcome::solved : LoopOutcome::singular;
+  }
   dense_.setZero();
   for (std::size_t i = 0; i < values.size(); ++i) dense_(entries_[i].first, entries_[i].second) = values[i];
   factors_.compute(dense_);
-  factorized_ = true;
   const auto pivots = factors_.matrixLU().diagonal().cwiseAbs();
   return pivots.minCoeff() > singular * std::max(1.0, pivots.maxCoeff()) ? LoopOutcome::solved : LoopOutcome::singular;
 }
@@ -127,6 +131,10 @@ LoopOutcome LoopMatrix::factorize_sparsely(std::span<const double> values, doubl
 }
 
 void LoopMatrix::solve(const Eigen::VectorXd& right, Eigen::VectorXd& result) const {
+  if (right.size() == 1) {  // as most loops: an implicit law between two stores
+    result.setConstant(1, right[0] / dense_(0, 0));
+    return;
+  }
   if (!sparse_) {
     result = factors_.solve(right);
     return;
@@ -141,6 +149,8 @@ void LoopMatrix::solve_transposed(const Eigen::VectorXd& right, Eigen::VectorXd&
   if (sparse_)
     klu_tsolve(sparse_->symbolic, sparse_->numeric, static_cast<int>(result.size()), 1, result.data(),
                &sparse_->common);
+  else if (right.size() == 1)
+    result[0] /= dense_(0, 0);
   else
     result = factors_.transpose().solve(result).eval();
   result = result.cwiseQuotient(row_scale);
@@ -156,6 +166,7 @@ int LoopMatrix::orientation() const {
     for (int i = 0; i < size; ++i) sign = pivots[i] < 0.0 ? -sign : sign;
     return sign;
   }
+  if (row_scale.size() == 1) return dense_(0, 0) < 0.0 ? -1 : 1;
   sign = static_cast<int>(factors_.permutationP().determinant());
   for (const double pivot : factors_.matrixLU().diagonal()) sign = pivot < 0.0 ? -sign : sign;
   return sign;

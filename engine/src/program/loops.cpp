@@ -270,6 +270,8 @@ bool Evaluator::explore_loops(double t, const double* x, Branch& branch, std::ve
   Impl& impl = *impl_;
   std::vector<bool> explored(impl.program.blocks.size(), false);
   const Routine& routine = impl.program.plan.routine;
+  constexpr std::size_t kMostSingle = 8;  // a pipe of a thousand sections has as many loops of one kind
+  std::size_t single = 0;
   impl.begin_errors();
   impl.set_point(t, x, branch);
   for (std::size_t i = 0; i < routine.code.size(); ++i) {
@@ -325,8 +327,10 @@ bool Evaluator::explore_loops(double t, const double* x, Branch& branch, std::ve
     }
     std::copy(solutions.front().tears.begin(), solutions.front().tears.end(), z.begin());
     impl.carry_errors_through(b);
-    found.push_back(solutions_text(block, from, solutions));
+    if (solutions.size() > 1 || ++single <= kMostSingle) found.push_back(solutions_text(block, from, solutions));
   }
+  if (single > kMostSingle)
+    found.push_back(std::to_string(single - kMostSingle) + " more loops, with one solution each that was found");
   impl.keep(branch);
   return true;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "run/failures.hpp"
 
@@ -36,12 +37,15 @@ void BranchWatch::begin(const Integrator& integrator) {
 
 BranchWatch::Change BranchWatch::change(const std::vector<double>& from, const std::vector<double>& to,
                                         const std::vector<double>& rounding) const {
+  // The first doubles above 0 are as far from each other as from 0: what a wave has not reached jumps from one to the
+  // next (a pipe from rest).
+  constexpr double kLeast = std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon();
   Change most;
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     if (!watched_[i]) continue;
     const double scale = std::max({largest_[i], std::abs(from[i]), std::abs(to[i])});
     const double moved = std::abs(to[i] - from[i]) - (rounding.empty() ? 0.0 : rounding[i]);
-    const double size = scale > 0.0 ? std::max(0.0, moved) / scale : 0.0;
+    const double size = scale > kLeast ? std::max(0.0, moved) / scale : 0.0;
     if (size > most.size) most = {size, i};
   }
   return most;
