@@ -66,6 +66,47 @@ TEST_CASE("a delayed feedback follows the method of steps by every method") {
     }
 }
 
+TEST_CASE("what changes within a thousandth of a step comes through a delay as it is") {
+  // The record was split eight times a step at most: 2.6e-3 of the range, at any tolerance, without a word. The second
+  // follows from itself: y(t) = g(t - T), g = sin(5 t) - 0.9 y/sqrt(|y| + 1e-4), whose slope at y = 0 is 90.
+  const auto steep = [](double x) { return x / std::sqrt(std::abs(x) + 1e-4); };
+  const auto echo = [&](double t) {
+    double y = 0.0;
+    const int times = static_cast<int>(std::floor(t / 0.4 + 1e-9));
+    for (int k = 0; k < times; ++k) y = std::sin(5.0 * (t - 0.4 * (times - k))) - 0.9 * steep(y);
+    return y;
+  };
+  const auto late = [&](double t) { return t < 0.4 ? 0.0 : steep(std::sin(5.0 * (t - 0.4))); };
+  const auto text = [](const std::string& what) {
+    return R"x({"bgsim": 1, "name": "echo", "signals": {"y": {"delay": ")x" + what + R"x(", "by": 0.4}},
+      "elements": {"s": {"kind": "MSe", "effort": "y"}, "j": {"kind": "1"}, "r": {"kind": "R", "resistance": 1}},
+      "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "r"}], "outputs": {"y": "r.f"},
+      "scenes": {"s": {"stop": 4, "samples": 5001}}})x";
+  };
+  for (const Method method : {Method::automatic, Method::bdf, Method::erk5})
+    for (const double relative : {1e-6, 1e-9}) {
+      CAPTURE(method_name(method), relative);
+      const RunResult once = completed(text("sin(5*t)/sqrt(abs(sin(5*t)) + 1e-4)"), method, relative);
+      const RunResult again = completed(text("sin(5*t) - 0.9*y/sqrt(abs(y) + 1e-4)"), method, relative);
+      for (std::size_t k = 0; k < once.trace.times.size(); ++k) {
+        const double t = once.trace.times[k];
+        CHECK(std::abs(once.trace["y"][k] - late(t)) < relative);
+        CHECK(std::abs(again.trace["y"][k] - echo(t)) < 10.0 * relative);  // slopes of up to 90 carry errors on
+      }
+      CHECK(again.report.notes.empty());
+    }
+}
+
+TEST_CASE("what a record of a delay cannot show is noted", "[long]") {
+  // 1e9 periods in a step; the steps are those of a source that does not change.
+  const RunResult result = completed(model("0.1*y", "1", R"x("y": {"delay": "sign(c.q)*sin(1e10*c.q)", "by": "T"})x",
+                                           R"x("x": "c.q", "y": "y")x", R"x("stop": 4, "samples": 9)x"),
+                                     Method::dirk5, 1e-3);
+  const auto& notes = result.report.notes;
+  CHECK(std::any_of(notes.begin(), notes.end(),
+                    [](const std::string& note) { return note.find("what \"y\" delays changes") == 0; }));
+}
+
 TEST_CASE("what was before the start is said by the model, with its jumps") {
   // x' = y; u before the start is a ramp with a step at -0.25.
   const RunResult result =

@@ -156,6 +156,12 @@ std::string unproven_note(const Relation& relation, double time) {
          ": shorter steps (a smaller relative tolerance) decide it";
 }
 
+std::string coarse_delay_note(const std::string& signal, double time) {
+  return "what \"" + signal +
+         "\" delays changes within a step by more than its record shows, first near t = " + number_text(time, 4) +
+         ": a smaller relative tolerance shows whether it matters";
+}
+
 std::string unseen_law_note(const std::string& state, double time) {
   return "the rate of \"" + state +
          "\" varies within steps by more than they show, first near t = " + number_text(time, 4) +

@@ -50,5 +50,7 @@ std::string doubtful_set_note(const std::string& state, double time);
 std::string near_miss_note(const Relation& relation, double time);
 /// A step that its rates do not add up to, however short it was made.
 std::string unseen_law_note(const std::string& state, double time);
+/// A delayed signal whose record is less accurate than the tolerance.
+std::string coarse_delay_note(const std::string& signal, double time);
 
 }  // namespace bgsim

@@ -115,6 +115,8 @@ void Run::report() {
   for (std::size_t i = 0; i < program_.events.size(); ++i)
     report.set_events.push_back({program_.events[i].name, jumps_.memory().counts[i], jumps_.memory().energies[i]});
   report.errors = errors_.finish(result_.stop == StopReason::completed);
+  if (const DelayMemory& memory = delays_.memory(); memory.coarse_at && !left_mode_)
+    note(coarse_delay_note(program_.delays[memory.coarse].name, *memory.coarse_at));
   if (!program_.delays.empty()) {
     report.errors.possible = false;
     report.errors.why_not = "the model has delayed signals";

@@ -119,6 +119,7 @@ bool DelayLines::begin(double t, const double* x, Branch& branch) {
 /// What the model says of the time before the start, with its jumps.
 bool DelayLines::sample_before(std::size_t line, double t, const double* x, const Branch& branch) {
   branch_ = branch;
+  splits_ = splits_of_a_step();
   const auto before = [&](double at, double* y, Branch&) {
     std::copy_n(x, program_.state_names.size(), y);
     y[program_.delays[line].clock] = at - memory_.start;
@@ -126,7 +127,7 @@ bool DelayLines::sample_before(std::size_t line, double t, const double* x, cons
   for (double from = t - memory_.lines[line].by; from < t;) {
     evaluator_.set_time_modes(from, branch_);
     const double to = evaluator_.next_time_event(from, t).value_or(t);
-    if (!sample(from, to, kPerDelay * line + 2, 0, before)) return false;
+    if (!sample(from, to, kPerDelay * line + 2, before)) return false;
     if (to < t) memory_.lines[line].knots.push_back({to, cells(line), 0});
     from = to;
   }
@@ -227,7 +228,8 @@ bool DelayLines::add(double to, const Branch& branch, const Solution& solution) 
   // Two events a rounding apart: over that nothing has a slope. It becomes part of what comes next.
   if (!any() || !(to > memory_.recorded + resolved(to))) return true;
   branch_ = branch;
-  if (!sample(memory_.recorded, to, 0, 0, solution)) return false;
+  splits_ = splits_of_a_step();
+  if (!sample(memory_.recorded, to, 0, solution)) return false;
   memory_.recorded = to;
   for (std::size_t i = 0; i < tables_.size(); ++i) {
     Line& line = memory_.lines[i];
@@ -243,11 +245,11 @@ bool DelayLines::add(double to, const Branch& branch, const Solution& solution) 
 }
 
 /// Cubics over [from, to] that agree with u between their knots. @param which  0: of all lines; else the result that is
-/// sampled, of one line.
-bool DelayLines::sample(double from, double to, std::size_t which, int depth, const Solution& solution) {
+/// sampled, of one line. What is steep in one place is split there as often as doubles allow; what is rough everywhere,
+/// as what loops leave of their tolerance, until splits_ are used up.
+bool DelayLines::sample(double from, double to, std::size_t which, const Solution& solution) {
   constexpr std::array<double, 7> kPoints{0.0, 1.0 / 6, 1.0 / 3, 0.5, 2.0 / 3, 5.0 / 6, 1.0};
   constexpr double kOfTolerance = 0.01, kLeast = 1e-13;
-  constexpr int kDeepest = 8;
   std::vector<std::vector<double>> at(kPoints.size(), std::vector<double>(values_.size()));
   for (std::size_t k = 0; k < kPoints.size(); ++k) {
     const double t = k + 1 == kPoints.size() ? to : from + kPoints[k] * (to - from);
@@ -255,6 +257,7 @@ bool DelayLines::sample(double from, double to, std::size_t which, int depth, co
     if (which == 0 ? !evaluate(t, y_.data(), branch_, at[k]) : !evaluate_before(t, y_.data(), at[k])) return false;
   }
   bool fine = true;
+  std::optional<std::size_t> coarse;
   for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
     const std::size_t result = which == 0 ? kPerDelay * i : which;
     if (which != 0 && i != which / kPerDelay) continue;
@@ -267,12 +270,21 @@ bool DelayLines::sample(double from, double to, std::size_t which, int depth, co
       return a * (r - 1) * (r - 2) * (r - 3) / -6.0 + b * r * (r - 2) * (r - 3) / 2.0 -
              c * r * (r - 1) * (r - 3) / 2.0 + d * r * (r - 1) * (r - 2) / 6.0;
     };
-    for (const std::size_t k : {1U, 3U, 5U}) fine = fine && std::abs(cubic(kPoints[k]) - at[k][result]) <= tolerance;
+    for (const std::size_t k : {1U, 3U, 5U}) {
+      const double off = std::abs(cubic(kPoints[k]) - at[k][result]);
+      fine = fine && off <= tolerance;
+      if (off > tolerance / kOfTolerance) coarse = i;
+    }
   }
-  if (!fine && depth < kDeepest) {
+  if (!fine && splits_ > 0 && to - from > resolved(to)) {
+    --splits_;
+    ++memory_.splits;
     const double middle = from + (to - from) / 2;
-    if (middle > from && middle < to)
-      return sample(from, middle, which, depth + 1, solution) && sample(middle, to, which, depth + 1, solution);
+    return sample(from, middle, which, solution) && sample(middle, to, which, solution);
+  }
+  if (coarse && !memory_.coarse_at) {
+    memory_.coarse_at = from;
+    memory_.coarse = *coarse;
   }
   for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
     const std::size_t result = which == 0 ? kPerDelay * i : which;

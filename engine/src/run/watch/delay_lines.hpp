@@ -54,6 +54,9 @@ struct DelayMemory {
   double recorded = 0.0;    ///< up to here
   int passing = 0;          ///< level of what comes through at passed_at
   double passed_at = 0.0;
+  std::optional<double> coarse_at;  ///< where a record first is less accurate than the tolerance
+  std::size_t coarse = 0;           ///< and of which line
+  std::uint64_t splits = 0;         ///< steps were split so often in all
   template <class Archive>
   void carry(Archive& archive) {
     archive("lines", lines);
@@ -61,6 +64,10 @@ struct DelayMemory {
     archive("recorded", recorded);
     archive("passing", passing);
     archive("passed at", passed_at);
+    archive("coarse at", coarse_at);
+    archive("coarse", coarse);
+    archive("splits", splits);
+    archive.check(coarse < std::max<std::size_t>(lines.size(), 1));
   }
 };
 
@@ -153,12 +160,14 @@ class DelayLines {
   using Line = DelayMemory::Line;
 
   static constexpr std::size_t kPerDelay = 3;  ///< results: u, T, what was before the start
-  static constexpr int kSmooth = 5;            ///< levels from here on are left to the control of errors
+  static constexpr std::uint64_t kMostSplits = 1U << 20U, kOfOneStep = 1U << 16U, kAfterAll = 256;
+  static constexpr int kSmooth = 5;  ///< levels from here on are left to the control of errors
 
+  [[nodiscard]] std::uint64_t splits_of_a_step() const { return memory_.splits < kMostSplits ? kOfOneStep : kAfterAll; }
   bool evaluate(double t, const double* x, Branch& branch, std::vector<double>& values);
   bool sample_before(std::size_t line, double t, const double* x, const Branch& branch);
   bool evaluate_before(double t, const double* x, std::vector<double>& values);
-  bool sample(double from, double to, std::size_t which, int depth, const Solution& solution);
+  bool sample(double from, double to, std::size_t which, const Solution& solution);
   void append(std::size_t line, double from, double to, const double (&values)[4]);
   void frame(std::size_t index);
   void forget(std::size_t index, double t);
@@ -175,6 +184,7 @@ class DelayLines {
   bool goes_on_ = false;
   std::vector<double> values_, y_, now_;
   Branch branch_;
+  std::uint64_t splits_ = 0;  ///< left in this step
   std::optional<Diagnostic> failure_;
 };
 
