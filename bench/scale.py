@@ -161,6 +161,7 @@ SHAPES = {
     "sources sin(w t) on one junction": (sines, [2000, 4000, 8000]),
     "resistors on one junction": (bonds, [4000, 8000, 16000]),
     "elements that use one signal": (one_signal, [4000, 8000, 16000]),
+    "laws that loops solve, in a pipe": (pipe, [250, 500, 1000]),
     "parameters in a chain": (parameters, [8000, 16000, 32000]),
     "signals in a chain": (signals, [8000, 16000, 32000]),
     "outputs": (outputs, [4000, 8000, 16000]),

@@ -156,18 +156,37 @@ ExprId Freezer::freeze_comparison(ExprId expression) {
   return freeze(expression, relation_of(Relation::Kind::condition, guard, node.op));
 }
 
-/// Frozen, with a*b for quotients a/b. A quotient has no bound where b comes to 0: what rests at its border there, at a
-/// value that is nothing but rounding, would be let far away from it when b grows again.
+/// Frozen, with a*b for quotients a/b of what varies. A quotient has no bound where b comes to 0: what rests at its
+/// border there, at a value that is nothing but rounding, would be let far away from it when b grows again.
 ExprId Freezer::of_same_sign(ExprId expression) {
-  const ExprNode& node = order_.pool[expression];
   ExprPool& pool = program_.pool;
-  if (variation(expression) == Variation::fixed) return frozen_[expression.index()];
-  if (node.op == Op::neg) return pool.neg(of_same_sign(ExprId(node.a)));
-  if (node.op == Op::div && variation(ExprId(node.b)) == Variation::fixed)
-    return pool.div(of_same_sign(ExprId(node.a)), frozen_[node.b]);
-  if (node.op == Op::mul || node.op == Op::div)
-    return pool.mul(of_same_sign(ExprId(node.a)), of_same_sign(ExprId(node.b)));
-  return frozen_[expression.index()];
+  std::vector<ExprId> left{expression}, factors, divisors;
+  bool negative = false, quotient = false;
+  while (!left.empty()) {
+    const ExprId e = left.back();
+    left.pop_back();
+    const ExprNode& node = order_.pool[e];
+    const bool fixed = variation(e) == Variation::fixed;
+    if (!fixed && node.op == Op::neg) {
+      negative = !negative;
+      left.push_back(ExprId(node.a));
+    } else if (!fixed && (node.op == Op::mul || node.op == Op::div)) {
+      const bool by_fixed = node.op == Op::div && variation(ExprId(node.b)) == Variation::fixed;
+      quotient = quotient || (node.op == Op::div && !by_fixed);
+      if (by_fixed)
+        divisors.push_back(frozen_[node.b]);
+      else
+        left.push_back(ExprId(node.b));
+      left.push_back(ExprId(node.a));
+    } else {
+      factors.push_back(frozen_[e.index()]);
+    }
+  }
+  if (!quotient) return frozen_[expression.index()];
+  ExprId product = factors.front();
+  for (std::size_t i = 1; i < factors.size(); ++i) product = pool.mul(product, factors[i]);
+  for (const ExprId divisor : divisors) product = pool.div(product, divisor);
+  return negative ? pool.neg(product) : product;
 }
 
 ExprId Freezer::freeze(ExprId expression, Relation relation) {

@@ -166,7 +166,7 @@ void Run::go_to(double t) {
 /// What is held at its border and has drifted away is brought back to it, and the run goes on from there.
 bool Run::bring_back() {
   constexpr double kOneStep = 1.0, kMultistep = 10.0;  // tolerances; these begin again at the first order
-  if (due_) return true;                               // what jumps here may let go of what is held
+  if (due_ || !events_.holding()) return true;         // what jumps here may let go of what is held
   const bool multistep = !one_step_ && facts_of(inputs_.method).family == MethodFamily::multistep;
   std::vector<double> x = x_;
   if (!events_.bring_back(t_, x, branch_, multistep ? kMultistep : kOneStep)) return true;

@@ -302,6 +302,7 @@ bool starts_with_sample(const SceneParts& parts, const Signal& signal, double st
 
 /// Sampling times: positive, and within the scene. What is sampled at the start.
 void prepare_sampling(const SceneParts& parts, RunInputs& inputs, std::vector<Diagnostic>& problems) {
+  constexpr double kMostSamples = 1e9;  // far more than runs have, and less than the digits of their times tell apart
   for (const Signal& signal : parts.model.signals) {
     if (!signal.delay) continue;
     const std::string what = "the delay of " + in_quotes(signal.name);
@@ -315,8 +316,14 @@ void prepare_sampling(const SceneParts& parts, RunInputs& inputs, std::vector<Di
           "BG629", what + ", " + number_text(*by, 6) + ", is shorter than the steps of " + number_text(inputs.step, 6),
           signal.delay->by_place, "a step does not ask for what it computes itself",
           "make the scene's \"step\" shorter than the delay"));
+    if (by && *by > 0.0 && (inputs.stop - inputs.start) / *by > kMostSamples)
+      problems.push_back(diagnostic_of(
+          "BG629",
+          what + ", " + number_text(*by, 6) + ", asks for " + number_text((inputs.stop - inputs.start) / *by, 2) +
+              " steps in the scene " + in_quotes(inputs.scene),
+          signal.delay->by_place, "no step is longer than a delay, and a scene has at most 1e9 of them",
+          "check the unit of \"by\"; a signal that is not late is an expression"));
   }
-  constexpr double kMostSamples = 1e9;  // far more than runs have, and less than the digits of their times tell apart
   for (const Signal& signal : parts.model.signals) {
     if (!signal.every.valid()) continue;
     const std::string what = "the sampling time of " + in_quotes(signal.name);
