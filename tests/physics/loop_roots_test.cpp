@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bgsim/sensitivity.hpp"
 #include "support/run.hpp"
 
 using namespace bgsim;
@@ -167,6 +168,22 @@ TEST_CASE("a power that is a parameter is the law of its value, in one study for
         }
       }
     }
+}
+
+TEST_CASE("a power that is a parameter has derivatives by it, in loops, too") {
+  const SceneOverrides tight = with_method(Method::automatic, 1e-9);
+  for (const char* m : {"0.35", "0.6", "1.6", "2.3"}) {
+    CAPTURE(m);
+    std::string text = filled_through({"f = k*sign(e)*abs(e)^m", "e = 0.4*f*abs(f) + 0.1*f"}, "1.2 + sin(1.3*t)");
+    const Study study = Study::from_text(text.insert(text.find("\"k\": 2"), "\"m\": " + std::string(m) + ", "));
+    const SensitivityTable table = sensitivities(study, "", tight, {"m", "k"}, SensitivityNorm::final),
+                           other = difference_sensitivities(study, "", tight, {"m", "k"}, SensitivityNorm::final);
+    for (std::size_t p = 0; p < 2; ++p) {
+      const OutputSensitivity &one = table.of[0][p], &two = other.of[0][p];
+      CHECK(std::abs(one.derivative - two.derivative) <= 2.0 * (one.error + two.error));  // what both are known to
+      CHECK(one.error < 1e-5 * std::abs(one.derivative));
+    }
+  }
 }
 
 TEST_CASE("a power that is a parameter may be 0, which is dry friction") {

@@ -98,10 +98,19 @@ std::set<ExprId> arguments_of_roots(const ExprPool& pool, ExprId expression, con
   return arguments;
 }
 
+/// sign(x) |x|^degree by w.
+ExprId power_by_root(ExprPool& pool, const Sides& sides, const Degree& degree, ExprId w) {
+  const ExprId power = expression_of(pool, degree);
+  if (!sides.is_root.valid()) return odd_power(pool, w, pool.div(power, sides.power));
+  const ExprId more = pool.sub(pool.div(power, sides.power), pool.constant(1.0));
+  const ExprId below_1 = power == sides.power ? w : pool.mul(w, pool.pow(pool.make(Op::abs, w), more));
+  return pool.select(sides.is_root, below_1, odd_power(pool, w, power));
+}
+
 /// One side of a law by w, where x = sign(w) |w|^(1/power): a power of x is one of w, continued beyond 0 as an odd one.
 ExprId with_root(ExprPool& pool, const Sides& sides, std::size_t side, SymbolId w) {
   Images images;
-  const auto power_of_w = [&](ExprId power) { return odd_power(pool, pool.symbol(w), pool.div(power, sides.power)); };
+  const auto power_of_w = [&](const Degree& degree) { return power_by_root(pool, sides, degree, pool.symbol(w)); };
   const auto is_power_of_w = [&](const PowerTerm& term) {
     if (!term.is_power() || !term.power.is_number()) return term.is_power();
     const bool at_least = !pool.is_constant(sides.power) || term.power.number >= pool[sides.power].constant;
@@ -111,9 +120,9 @@ ExprId with_root(ExprPool& pool, const Sides& sides, std::size_t side, SymbolId 
     const ExprNode node = pool[e];
     const PowerTerm& term = sides.terms[side].at(e);
     if (node.op == Op::symbol && pool.symbol_of(e) == sides.x) {
-      images[e] = power_of_w(pool.constant(1.0));
+      images[e] = power_of_w({1.0, 0.0, {}});
     } else if (is_power_of_w(term)) {
-      const ExprId image = pool.mul(term.factor, power_of_w(expression_of(pool, term.power)));
+      const ExprId image = pool.mul(term.factor, power_of_w(term.power));
       images[e] = (side == 0) == (term.sign > 0.0) ? image : pool.neg(image);
     } else {
       images[e] = rebuilt(pool, node, [&](ExprId a) { return images.at(a); });
@@ -207,22 +216,21 @@ class LoopRoots {
     equation.expression = law;
     if (known == names_.end()) {
       names_.emplace(std::pair(x, sides.power), w);
-      add_root(x, sides.power, equation);
+      add_root(x, sides, equation);
     }
     system_.origins.resize(system_.pool.size(), origin);
   }
 
   /// w for a root of @p x. Where x is an unknown itself, it is given by w, and w has its equation: as a difference of
   /// large terms x would be known to their rounding only, which a power of w is not.
-  void add_root(ExprId x, ExprId power, const Equation& law) {
+  void add_root(ExprId x, const Sides& sides, const Equation& law) {
     ExprPool& pool = system_.pool;
     const ElementId element = law.element;
     const Place place = law.place;
     const SymbolId w = add_unknown(system_, name_of(pool.is_symbol(x) ? pool.symbol_of(x) : law.unknown));
-    looked_at_.push_back(
-        pool.is_constant(power));  // of a power that is no number w has no root: that is what it is for
-    const ExprId inverse = pool.div(pool.constant(1.0), power);
-    const ExprId by_w = odd_power(pool, pool.symbol(w), inverse);
+    // Of a power that is no number w has no root: that is what it is for.
+    looked_at_.push_back(pool.is_constant(sides.power));
+    const ExprId by_w = power_by_root(pool, sides, {1.0, 0.0, {}}, pool.symbol(w));
     const bool is_unknown = pool.is_symbol(x);
     const Equation solved =
         is_unknown ? equation_of(pool.symbol_of(x)) : Equation{{}, x, false, element, place, {}, {}};
@@ -230,7 +238,9 @@ class LoopRoots {
       const ExprId form = substitute(pool, solved_form(solved), {{solved.unknown, by_w}});
       define(system_, w, form, solved.element, solved.place, true);
     } else {
-      define(system_, w, odd_root(pool, solved.expression, inverse), solved.element, solved.place);
+      const ExprId root = odd_root(pool, solved.expression, pool.div(pool.constant(1.0), sides.power));
+      const ExprId given = sides.is_root.valid() ? pool.select(sides.is_root, root, solved.expression) : root;
+      define(system_, w, given, solved.element, solved.place);
       equation_of(w).loop_form = pool.sub(solved.expression, by_w);
     }
     if (is_unknown) {

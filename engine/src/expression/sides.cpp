@@ -272,13 +272,21 @@ Sides sides_of(ExprPool& pool, ExprId law, ExprId of, SymbolId x) {
     add_roots(pool, sides.expressions[side], sides.terms[side], least, others);
   }
   if (least == 1.0 && others.empty()) return sides;
-  const ExprId one = pool.constant(1.0);
+  const ExprId zero = pool.constant(0.0), one = pool.constant(1.0);
+  // Most laws have one. Its border is where its value is 1, and not, as that of the least of it and 1, wherever it is
+  // no root: there a derivative by it would be that of one side.
+  if (least == 1.0 && others.size() == 1) {
+    sides.power = expression_of(pool, others.front());
+    sides.is_root =
+        pool.make(Op::logical_and, pool.make(Op::gt, sides.power, zero), pool.make(Op::lt, sides.power, one));
+    return sides;
+  }
   sides.power = pool.constant(least);
   std::sort(others.begin(), others.end(), [](const Degree& a, const Degree& b) {
     return std::tie(a.of, a.times, a.number) < std::tie(b.of, b.times, b.number);
   });
   for (const Degree& other : others) {
-    const ExprId power = expression_of(pool, other), is_power = pool.make(Op::gt, power, pool.constant(0.0));
+    const ExprId power = expression_of(pool, other), is_power = pool.make(Op::gt, power, zero);
     sides.power = pool.make(Op::min, sides.power, pool.select(is_power, power, one));
   }
   return sides;

@@ -39,9 +39,11 @@ struct Sides {
   ExprId at_zero;
   std::array<std::unordered_map<ExprId, PowerTerm>, 2> terms;  ///< of all their parts
   std::vector<ExprId> above_zero;  ///< exponents n that are no numbers and hold only above 0: of 0^n, which is 0 then
-  /// The least of the roots that are taken of x, up to 1; of powers that are no numbers that of their values from 0 on.
-  /// None: no root is taken.
+  /// The least of the roots that are taken of x. None: no root is taken.
   ExprId power;
+  /// Where it is one, if it is one power that is no number and may be anything; none: it is at most 1 whatever it is
+  /// of.
+  ExprId is_root;
 };
 
 /// @p law with what is decided by the side of @p of = 0 left out, however it is written: sign, step, abs, min, max and
