@@ -166,11 +166,11 @@ ExprId Freezer::of_same_sign(ExprId expression) {
     const ExprId e = left.back();
     left.pop_back();
     const ExprNode& node = order_.pool[e];
-    const bool fixed = variation(e) == Variation::fixed;
-    if (!fixed && node.op == Op::neg) {
+    const bool is_fixed = variation(e) == Variation::fixed;
+    if (!is_fixed && node.op == Op::neg) {
       negative = !negative;
       left.push_back(ExprId(node.a));
-    } else if (!fixed && (node.op == Op::mul || node.op == Op::div)) {
+    } else if (!is_fixed && (node.op == Op::mul || node.op == Op::div)) {
       const bool by_fixed = node.op == Op::div && variation(ExprId(node.b)) == Variation::fixed;
       quotient = quotient || (node.op == Op::div && !by_fixed);
       if (by_fixed)
