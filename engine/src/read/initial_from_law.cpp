@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bgsim/text.hpp"
 #include "expression/rounded.hpp"
 #include "expression/solutions.hpp"
 #include "model/constitutive.hpp"
