@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "base/codes.hpp"
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
 

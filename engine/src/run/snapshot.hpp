@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "bgsim/simulate.hpp"
 #include "run/integrate/spectrum.hpp"
 
 namespace bgsim {

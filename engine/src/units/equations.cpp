@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "base/text.hpp"
 #include "expression/graph.hpp"
 #include "model/element_kinds.hpp"
 
