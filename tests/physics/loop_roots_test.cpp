@@ -187,7 +187,8 @@ TEST_CASE("a power that is a parameter has derivatives by it, in loops, too") {
 }
 
 TEST_CASE("a power that is a parameter may be 0, which is dry friction") {
-  // The mass slides to a stand: v = 2 - t up to t = 2, then nothing moves it. In series with a dashpot in a loop.
+  // The mass slides to a stand: v = 2 - t up to t = 2, then nothing moves it. (No loop: the law stays as it is
+  // written.)
   const Study study = Study::from_text(R"x({"bgsim": 1, "name": "brake", "parameters": {"n": 0.5}, "elements": {
       "m": {"kind": "I", "inertance": 1, "initial": {"f": 2}}, "j": {"kind": "1"},
       "r": {"kind": "R", "law": "e = sign(f)*abs(f)^n"}},
