@@ -220,7 +220,6 @@ TEST_CASE("a fault that all modes share is found in what is left out, too") {
   CHECK_THROWS_AS(Study::from_text(text(R"(Se", "effort": 1)")).scene("s"), ModelError);
 }
 
-}  // namespace
 TEST_CASE("a run that ends in a mode without states does so beside what is left out") {
   // Locked from t = 1 on, nothing is stored: the clock of that mode was taken for a signal of the model, which the part
   // that runs does not have.
@@ -236,3 +235,5 @@ TEST_CASE("a run that ends in a mode without states does so beside what is left 
   CHECK(run.trace["w"].back() == 0.0);
   for (const RunInputs::Initial& value : run.stored.values) CHECK(value.element.valid());
 }
+
+}  // namespace

@@ -168,6 +168,27 @@ TEST_CASE("the sign of a quotient is right behind a time at which its denominato
   }
 }
 
+TEST_CASE("a small jump between levels that were equal lets an orifice flow") {
+  // d' = -sqrt(d) for the difference d: (1 - t/2)^2 until t = 2, and (sqrt(J) - (t - 5)/2)^2 behind the jump J at 5.
+  for (const double jump : {1e-5, 1e-4, 5e-4, 2e-3, 0.3})
+    for (const Method method : {Method::automatic, Method::bdf, Method::erk5, Method::dirk5, Method::rodas5p}) {
+      CAPTURE(jump, method_name(method));
+      const RunResult run = run_text(R"x({"bgsim": 1, "name": "level", "parameters": {"J": )x" + std::to_string(jump) +
+                                         R"x(}, "elements": {"s": {"kind": "MSe", "effort": "if(t < 5, 1, 1 + J)"},
+          "j": {"kind": "1"}, "r": {"kind": "R", "law": "f = sign(e)*sqrt(abs(e))"}, "c": {"kind": "C", "capacitance": 1}},
+        "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "r"}, {"from": "j", "to": "c"}],
+        "outputs": {"q": "c.q"}, "scenes": {"s": {"stop": 8, "samples": 801}}})x",
+                                     with_method(method));
+      REQUIRE(run.stop == StopReason::completed);
+      for (std::size_t n = 0; n < run.trace.times.size(); ++n) {
+        const double t = run.trace.times[n];
+        const double root = t < 5.0 ? 1.0 - t / 2.0 : std::sqrt(jump) - (t - 5.0) / 2.0;
+        const double level = (t < 5.0 ? 1.0 : 1.0 + jump) - std::pow(std::max(0.0, root), 2);
+        CHECK(std::abs(run.trace["q"][n] - level) < 5e-5);  // half of what a run has to note
+      }
+    }
+}
+
 TEST_CASE("a condition that rates follow by more than a straight line is not held") {
   const RunResult run = run_text(tank("sqrt(4*if(e >= h, 1, 0.01))", "0.5"));
   REQUIRE(run.stop == StopReason::failed);

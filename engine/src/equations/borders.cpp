@@ -188,10 +188,6 @@ class Borders {
   std::mt19937_64 random_{20261122};
 };
 
-}  // namespace
-
-namespace {
-
 /// Whether something that @p root is computed from is given by a loop alone, or not yet. A search in depth finds that
 /// soon where there is one; what is computed from all of a long chain is looked through once a law.
 bool needs_a_loop(const EquationSystem& system, ExprId root) {

@@ -1,5 +1,6 @@
 // The loop of a run: steps to the next known time, each made again, cut at an event, or accepted.
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "run/failures.hpp"
@@ -166,10 +167,12 @@ void Run::go_to(double t) {
 /// What is held at its border and has drifted away is brought back to it, and the run goes on from there.
 bool Run::bring_back() {
   constexpr double kOneStep = 1.0, kMultistep = 10.0;  // tolerances; these begin again at the first order
-  if (due_ || !events_.holding()) return true;         // what jumps here may let go of what is held
+  if (!events_.holding()) return true;
   const bool multistep = !one_step_ && facts_of(inputs_.method).family == MethodFamily::multistep;
   std::vector<double> x = x_;
-  if (!events_.bring_back(t_, x, branch_, multistep ? kMultistep : kOneStep)) return true;
+  // What jumps at a known time may let go of what is held: there it is looked at only.
+  const double least = due_ ? std::numeric_limits<double>::infinity() : multistep ? kMultistep : kOneStep;
+  if (!events_.bring_back(t_, x, branch_, least)) return true;
   errors_.before_set(t_, x_, branch_, [this](double t, std::vector<double>& states, Branch branch) {
     events_.bring_back(t, states, branch, 0.0);
     return true;

@@ -313,13 +313,11 @@ void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, bool
     if (std::find(indefinite_.begin(), indefinite_.end(), output) == indefinite_.end()) indefinite_.push_back(output);
 }
 
-/// What was held at a border that a jump has taken away from it is on the side where it is now. Accepted steps leave
-/// states within ten tolerances of borders (Run::bring_back); what is within twice that is brought back behind the
-/// jump.
+/// What was held at a border that a jump has taken away from it is on the side where it is now.
 void EventWatch::release_what_jumped(double t, const double* x, Branch& branch) {
-  constexpr double kTolerances = 20.0;
+  constexpr double kTolerances = 4.0;  // what a jump of less makes is less than what runs are wrong by
   if (!stiction_.any()) return;
-  for (const Stiction::Left& left : stiction_.away(t, x, branch, kTolerances)) {
+  for (const Stiction::Left& left : stiction_.moved_by_jump(t, x, branch, kTolerances)) {
     stiction_.release(left.guard);
     side_[left.guard] = left.side;
     hold_[left.guard] = 0.0;

@@ -43,7 +43,8 @@ Stiction::Stiction(const Program& program, std::span<const double> parameters, E
       rates_(evaluator.states()),
       moved_(evaluator.states()),
       guards_(evaluator.guard_count()),
-      moved_guards_(evaluator.guard_count()) {
+      moved_guards_(evaluator.guard_count()),
+      seen_(evaluator.guard_count()) {
   std::size_t root = 0;
   for (std::size_t guard = 0; guard < guards_.size(); ++guard) root_.push_back(possible(guard) ? root++ : 0);
 }
@@ -193,6 +194,7 @@ std::optional<std::vector<Stiction::Left>> Stiction::decide(std::vector<std::siz
     }
   }
   branch = std::move(tried);
+  if (evaluator_.guards(t, x, branch, guards_.data())) seen_ = guards_;
   return left;
 }
 
@@ -412,8 +414,7 @@ bool Stiction::same_force(const std::vector<std::size_t>& guards, double t, cons
   return true;
 }
 
-std::vector<Stiction::Left> Stiction::away(double t, const double* x, const Branch& branch, double least) {
-  constexpr double kDrift = 1e3;  // of a root: its flow grows with what it is off by
+std::vector<Stiction::Left> Stiction::moved_by_jump(double t, const double* x, const Branch& branch, double least) {
   std::vector<std::size_t> guards = held_;
   guards.insert(guards.end(), surplus_.begin(), surplus_.end());
   std::vector<Left> result;
@@ -421,12 +422,12 @@ std::vector<Stiction::Left> Stiction::away(double t, const double* x, const Bran
   Branch there = branch;
   if (!balance(t, x, there) || !evaluator_.guards(t, x, there, guards_.data())) return result;
   const std::vector<double> values = guards_;
+  std::vector<double> jumps = values;
+  for (std::size_t k = 0; k < jumps.size(); ++k) jumps[k] -= seen_[k];
   for (const std::size_t guard : guards) {
     there = branch;
-    if (!measure({guard}, t, x, there) || !border({guard}, values, x, at)) continue;
-    const double tolerances = tolerances_between(x, at);
-    if (tolerances > kDrift || (tolerances > least && same_force({guard}, t, at, branch)))
-      result.push_back({guard, values[guard] > 0.0 ? 1 : -1});
+    if (jumps[guard] == 0.0 || !measure({guard}, t, x, there) || !border({guard}, jumps, x, at)) continue;
+    if (tolerances_between(x, at) > least) result.push_back({guard, values[guard] > 0.0 ? 1 : -1});
   }
   return result;
 }
@@ -434,7 +435,7 @@ std::vector<Stiction::Left> Stiction::away(double t, const double* x, const Bran
 bool Stiction::bring_back(double t, std::vector<double>& x, Branch& branch, double least) {
   if (held_.empty() || !balance(t, x.data(), branch) || !evaluator_.guards(t, x.data(), branch, guards_.data()))
     return false;
-  const std::vector<double> values = guards_;
+  const std::vector<double> values = seen_ = guards_;
   std::vector<double> at;
   if (!border(held_, values, x.data(), at) || !(tolerances_between(x.data(), at) > least)) return false;
   if (!same_force(held_, t, at, branch)) return false;
@@ -443,6 +444,7 @@ bool Stiction::bring_back(double t, std::vector<double>& x, Branch& branch, doub
   for (std::size_t i = 0; i < at.size(); ++i) beyond[i] += at[i] - x[i];
   if (!evaluator_.rates(t, beyond.data(), branch, rates_.data())) return false;
   x = std::move(at);
+  if (evaluator_.guards(t, x.data(), branch, guards_.data())) seen_ = guards_;
   return true;
 }
 

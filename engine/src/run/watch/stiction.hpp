@@ -51,13 +51,15 @@ class Stiction {
   /// Of rates with these values, those that are no more than what rounding leaves of a balance are 0: what is held at
   /// rest does not move, whatever its tolerance.
   void still(double* rates) const;
-  /// Of those that are held, the guards that are away from their border, by more than what holds them would bring back
-  /// with a move of the states of @p least tolerances: a jump has taken them there (a belt whose speed jumps).
-  std::vector<Left> away(double t, const double* x, const Branch& branch, double least);
+  /// Of those that are held, the guards that a jump has moved since they were last looked at, by more than what holds
+  /// them would bring back with a move of the states of @p least tolerances: a belt whose speed jumps, a source between
+  /// levels that were equal. What has drifted since the hold began is no jump.
+  std::vector<Left> moved_by_jump(double t, const double* x, const Branch& branch, double least);
   /// Brings states back that have left the borders at which they are held: by an impulse of what holds them, which
   /// keeps what that keeps (the momentum of two masses that rub on each other). Rates that keep a guard where it is do
   /// not keep the states there to more than the integrator's errors, and these grow as fast as the guard's slope falls
   /// (Hairer and Wanner, Solving ODEs II, VII.2, on the drift of invariants).
+  /// Here the guards are looked at.
   /// @param least  states are brought back when one is off by more than so many of its tolerances
   /// @return whether they were
   bool bring_back(double t, std::vector<double>& x, Branch& branch, double least);
@@ -76,6 +78,8 @@ class Stiction {
   void carry(Archive& archive) {
     archive("held", held_);
     archive("surplus", surplus_);
+    archive("seen", seen_);
+    archive.check(seen_.size() == guards_.size());
     for (const std::size_t guard : held_) archive.check(guard < guards_.size());
     for (const std::size_t guard : surplus_) archive.check(guard < guards_.size());
   }
@@ -118,6 +122,7 @@ class Stiction {
   std::vector<std::size_t> held_;     ///< guards whose modes balance() finds
   std::vector<std::size_t> surplus_;  ///< guards that stay where they are if those do; their modes rest
   std::vector<double> rates_, moved_, guards_, moved_guards_;
+  std::vector<double> seen_;                   ///< by guard: of those that are held, where it was when last looked at
   std::vector<double> base_rates_, rounding_;  ///< with modes of 0; how far the balanced rates can be off
   Eigen::MatrixXd rate_slopes_;                ///< by state, then mode
   Eigen::MatrixXd slopes_;                     ///< of the guards' rates, by guard, then mode
