@@ -144,8 +144,8 @@ TEST_CASE("a power that is a parameter is the law of its value, in one study for
   const std::vector<const char*> laws = {
       "f = k*sign(e)*abs(e)^m",          "e = sign(f)*abs(f/k)^(1/m)",         "f = k*e*abs(e)^(m - 1)",
       "f = if(e > 0, k*e^m, -k*(-e)^m)", "f = k*(max(e, 0)^m - max(-e, 0)^m)", "e = f*abs(f)^(1/m - 1)/k^(1/m)"};
-  const auto with_power = [](const std::vector<std::string>& laws) {
-    std::string text = filled_through(laws);
+  const auto with_power = [](const std::vector<std::string>& series) {
+    std::string text = filled_through(series);
     return text.insert(text.find("\"k\": 2"), R"("m": 0.7, )");
   };
   for (const char* other : {"f = 0.7*e", "e = 0.4*f*abs(f)", "f = 1.3*sign(e)*sqrt(abs(e)) + 0.4*e"})

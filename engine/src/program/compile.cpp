@@ -161,6 +161,7 @@ class Compiler {
     for (const Block& block : order_.blocks) roots.insert(roots.end(), block.residuals.begin(), block.residuals.end());
     for (const DenominatorFactor& factor : denominator_factors(*program_.model, order_, roots, varies))
       freeze_.watch(factor);
+    roots.insert(roots.end(), order_.delayed.begin(), order_.delayed.end());  // their records are made of the steps
     find_sources(roots);
   }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/codes.hpp"
 #include "base/text.hpp"
@@ -213,7 +214,7 @@ void DelayLines::forget(std::size_t index, double t) {
 }
 
 /// The cubic through values at both ends and at the thirds between them.
-void DelayLines::append(std::size_t line, double from, double to, const double (&values)[4]) {
+void DelayLines::append(std::size_t line, double from, double to, const std::array<double, 4>& values) {
   Table& table = *tables_[line];
   const double h = to - from, third = h / 3.0;
   table.x.push_back(from - memory_.start);
@@ -244,53 +245,94 @@ bool DelayLines::add(double to, const Branch& branch, const Solution& solution) 
   return true;
 }
 
-/// Cubics over [from, to] that agree with u between their knots. @param which  0: of all lines; else the result that is
-/// sampled, of one line. What is steep in one place is split there as often as doubles allow; what is rough everywhere,
-/// as what loops leave of their tolerance, until splits_ are used up.
-bool DelayLines::sample(double from, double to, std::size_t which, const Solution& solution) {
+/// A piece of a step, and how far the cubics through its thirds are off between them.
+struct DelayLines::Piece {
+  double from = 0.0, to = 0.0;
+  std::vector<std::array<double, 4>> thirds;  ///< by line
+  double off = 0.0;                           ///< of the worst line, in parts of what its record may be off by
+  std::size_t worst = 0;
+};
+
+bool DelayLines::measure(Piece& piece, std::size_t which, const Solution& solution) {
   constexpr std::array<double, 7> kPoints{0.0, 1.0 / 6, 1.0 / 3, 0.5, 2.0 / 3, 5.0 / 6, 1.0};
-  constexpr double kOfTolerance = 0.01, kLeast = 1e-13;
-  std::vector<std::vector<double>> at(kPoints.size(), std::vector<double>(values_.size()));
+  std::array<std::vector<double>, kPoints.size()> at;
   for (std::size_t k = 0; k < kPoints.size(); ++k) {
-    const double t = k + 1 == kPoints.size() ? to : from + kPoints[k] * (to - from);
+    const double t = k + 1 == kPoints.size() ? piece.to : piece.from + kPoints[k] * (piece.to - piece.from);
     solution(t, y_.data(), branch_);
+    at[k].resize(values_.size());
     if (which == 0 ? !evaluate(t, y_.data(), branch_, at[k]) : !evaluate_before(t, y_.data(), at[k])) return false;
   }
-  bool fine = true;
-  std::optional<std::size_t> coarse;
+  piece.thirds.resize(memory_.lines.size());
   for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
-    const std::size_t result = which == 0 ? kPerDelay * i : which;
     if (which != 0 && i != which / kPerDelay) continue;
-    Line& line = memory_.lines[i];
-    for (const auto& values : at) line.scale = std::max(line.scale, std::abs(values[result]));
-    const double tolerance = std::max(kOfTolerance * relative_, kLeast) * line.scale;
-    const auto cubic = [&](double s) {
-      const double a = at[0][result], b = at[2][result], c = at[4][result], d = at[6][result];
-      const double r = 3.0 * s;
-      return a * (r - 1) * (r - 2) * (r - 3) / -6.0 + b * r * (r - 2) * (r - 3) / 2.0 -
-             c * r * (r - 1) * (r - 3) / 2.0 + d * r * (r - 1) * (r - 2) / 6.0;
-    };
+    const std::size_t result = which == 0 ? kPerDelay * i : which;
+    // What comes later in the step is no measure: a bell's tail is fed to states that have seen nothing larger.
+    double scale = std::max(memory_.lines[i].scale, kLeastScale), steepest = 0.0;
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      scale = std::max(scale, std::abs(at[k][result]));
+      if (k > 0) steepest = std::max(steepest, std::abs(at[k][result] - at[k - 1][result]));
+    }
+    // The time is rounded, too: what u changes by in as much is noise.
+    const double rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(piece.from), std::abs(piece.to));
+    const double noise = rounding * steepest * (kPoints.size() - 1.0) / (piece.to - piece.from);
+    const double tolerance = std::max(kOfTolerance * relative_, kLeastTolerance) * scale + noise;
+    const double a = at[0][result], b = at[2][result], c = at[4][result], d = at[6][result];
+    piece.thirds[i] = {a, b, c, d};
     for (const std::size_t k : {1U, 3U, 5U}) {
-      const double off = std::abs(cubic(kPoints[k]) - at[k][result]);
-      fine = fine && off <= tolerance;
-      if (off > tolerance / kOfTolerance) coarse = i;
+      const double r = 3.0 * kPoints[k];
+      const double cubic = a * (r - 1) * (r - 2) * (r - 3) / -6.0 + b * r * (r - 2) * (r - 3) / 2.0 -
+                           c * r * (r - 1) * (r - 3) / 2.0 + d * r * (r - 1) * (r - 2) / 6.0;
+      const double off = std::abs(cubic - at[k][result]);
+      if (!(off <= piece.off * tolerance)) {
+        piece.off = std::isfinite(off) ? off / tolerance : std::numeric_limits<double>::infinity();
+        piece.worst = i;
+      }
     }
   }
-  if (!fine && splits_ > 0 && to - from > resolved(to)) {
+  return true;
+}
+
+/// Cubics over [from, to] that agree with u between their knots. @param which  0: of all lines; else the result that is
+/// sampled, of one line. The piece that is worst is split first, as often as doubles allow: what is rough everywhere,
+/// as what loops leave of their tolerance, takes no splits from what is steep.
+bool DelayLines::sample(double from, double to, std::size_t which, const Solution& solution) {
+  const auto better = [](const Piece& one, const Piece& other) { return one.off < other.off; };
+  std::vector<Piece> open(1), done;
+  open.front().from = from;
+  open.front().to = to;
+  if (!measure(open.front(), which, solution)) return false;
+  while (!open.empty()) {
+    std::pop_heap(open.begin(), open.end(), better);
+    Piece piece = std::move(open.back());
+    open.pop_back();
+    const bool shortest = !(piece.to - piece.from > resolved(piece.to));
+    if (piece.off <= 1.0 || shortest || splits_ == 0) {
+      if (!shortest && piece.off > 1.0 / kOfTolerance && !memory_.coarse_at) {
+        memory_.coarse_at = piece.from;
+        memory_.coarse = piece.worst;
+      }
+      done.push_back(std::move(piece));
+      continue;
+    }
     --splits_;
     ++memory_.splits;
-    const double middle = from + (to - from) / 2;
-    return sample(from, middle, which, solution) && sample(middle, to, which, solution);
+    const double middle = piece.from + (piece.to - piece.from) / 2;
+    for (const auto& [begin, end] : {std::pair(piece.from, middle), std::pair(middle, piece.to)}) {
+      Piece& half = open.emplace_back();
+      half.from = begin;
+      half.to = end;
+      if (!measure(half, which, solution)) return false;
+      std::push_heap(open.begin(), open.end(), better);
+    }
   }
-  if (coarse && !memory_.coarse_at) {
-    memory_.coarse_at = from;
-    memory_.coarse = *coarse;
-  }
-  for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
-    const std::size_t result = which == 0 ? kPerDelay * i : which;
-    if (which != 0 && i != which / kPerDelay) continue;
-    append(i, from, to, {at[0][result], at[2][result], at[4][result], at[6][result]});
-  }
+  std::sort(done.begin(), done.end(), [](const Piece& one, const Piece& other) { return one.from < other.from; });
+  for (const Piece& piece : done)
+    for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
+      if (which != 0 && i != which / kPerDelay) continue;
+      append(i, piece.from, piece.to, piece.thirds[i]);
+      for (const double value : piece.thirds[i])
+        memory_.lines[i].scale = std::max(memory_.lines[i].scale, std::abs(value));
+    }
   return true;
 }
 

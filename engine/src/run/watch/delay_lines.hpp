@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -161,6 +163,8 @@ class DelayLines {
 
   static constexpr std::size_t kPerDelay = 3;  ///< results: u, T, what was before the start
   static constexpr std::uint64_t kMostSplits = 1U << 20U, kOfOneStep = 1U << 16U, kAfterAll = 256;
+  static constexpr double kOfTolerance = 0.01, kLeastTolerance = 1e-13;  ///< what a record may be off by, of its scale
+  static constexpr double kLeastScale = std::numeric_limits<double>::min() / kLeastTolerance;  ///< below are few digits
   static constexpr int kSmooth = 5;  ///< levels from here on are left to the control of errors
 
   [[nodiscard]] std::uint64_t splits_of_a_step() const { return memory_.splits < kMostSplits ? kOfOneStep : kAfterAll; }
@@ -168,7 +172,9 @@ class DelayLines {
   bool sample_before(std::size_t line, double t, const double* x, const Branch& branch);
   bool evaluate_before(double t, const double* x, std::vector<double>& values);
   bool sample(double from, double to, std::size_t which, const Solution& solution);
-  void append(std::size_t line, double from, double to, const double (&values)[4]);
+  struct Piece;
+  bool measure(Piece& piece, std::size_t which, const Solution& solution);
+  void append(std::size_t line, double from, double to, const std::array<double, 4>& values);
   void frame(std::size_t index);
   void forget(std::size_t index, double t);
   [[nodiscard]] std::size_t cells(std::size_t line) const {
