@@ -129,6 +129,47 @@ TEST_CASE("instants of events have an error of their own, and large ones are not
   CHECK_THAT(text, Contains("from a second run at a tenth of the tolerance"));
 }
 
+TEST_CASE("a second run tells where errors of first order come to more than what an output varies by") {
+  // Empty tanks behind an inflow that sets in: at rest the flow of an orifice has no bounded slope, and to first order
+  // errors of 1e-7 came to 4e7 of an output that varies by 2.
+  const Study study = Study::from_text(R"x({"bgsim": 1, "name": "tanks", "elements": {
+      "s": {"kind": "Sf", "flow": "100*step(t - 1)"}, "n": {"kind": "0", "repeat": 20},
+      "c": {"kind": "C", "repeat": 20, "capacitance": 0.05},
+      "j": {"kind": "1", "repeat": 20}, "r": {"kind": "R", "repeat": 20, "law": "e = f*abs(f)"}},
+    "bonds": [{"from": "s", "to": "j[1]"}, {"from": "j[i]", "to": "r[i]"}, {"from": "j[i]", "to": "n[i]"},
+              {"from": "n[i]", "to": "c[i]"}, {"from": "n[i]", "to": "j[i+1]"}],
+    "outputs": {"first": "c[1].e", "last": "c[20].e"}, "scenes": {"s": {"stop": 3, "samples": 21}}})x");
+  const auto run = [&](Method method, double relative, bool second) {
+    RunInputs inputs = study.scene("s").inputs();
+    inputs.method = method;
+    inputs.relative = relative;
+    SimulateOptions how = untimed();
+    how.second_run = second;
+    return study.scene("s").simulate(inputs, how);
+  };
+  const RunResult fine = run(Method::rodas5p, 1e-10, false);
+  REQUIRE(fine.stop == StopReason::completed);
+  for (const Method method : {Method::rodas5p, Method::erk5}) {
+    CAPTURE(method_name(method));
+    const OutputErrors alone = run(method, 1e-6, false).report.errors;
+    const RunResult result = run(method, 1e-6, true);
+    const OutputErrors& errors = result.report.errors;
+    CHECK(alone.estimate[1] > 10.0 * alone.range[1]);
+    CHECK(errors.second_run == "at a tenth of the tolerance");
+    CHECK(errors.beyond_first_order.back() == 1);
+    CHECK_THAT(report_text(result), Contains("grow to more than what these vary by; a second run"));
+    for (std::size_t c = 0; c < 2; ++c) {
+      double off = 0.0;
+      for (std::size_t k = 0; k < fine.trace.times.size(); ++k)
+        off = std::max(off, std::abs(result.trace.columns[c][k] - fine.trace.columns[c][k]));
+      // As above: the second run is wrong, too. 1e-8 of the range is what the fine run may be wrong by.
+      CAPTURE(c, off, errors.estimate[c]);
+      CHECK(errors.estimate[c] >= 0.5 * off - 1e-8 * errors.range[c]);
+      CHECK(errors.estimate[c] <= 2.0 * off + 1e-8 * errors.range[c]);
+    }
+  }
+}
+
 TEST_CASE("a run that has an estimate of its own, or no end, or is asked for none, has no second run") {
   const auto errors_of = [](const char* model, auto change) {
     const Study study = study_of(model);

@@ -62,10 +62,13 @@ struct OutputErrors {
   std::vector<double> estimate, range, magnitude;  ///< error; largest less least value; largest magnitude
   std::vector<double>
       beyond_rounding;  ///< of the errors above kLarge, the largest to a factor of 2 that is no rounding
-  /// Where no estimate can follow a run (switches, diodes, contacts, events, delays) the estimate is what a second run
-  /// differs by, and this says how that was made: "at a tenth of the tolerance". At the times between the two runs'
-  /// instants of one event the outputs are not compared.
+  /// Where no estimate can follow a run (switches, diodes, contacts, events, delays, errors that to first order come to
+  /// more than an output varies by) the estimate is what a second run differs by, and this says how that was made: "at
+  /// a tenth of the tolerance". At the times between the two runs' instants of one event the outputs are not compared.
   std::string second_run;
+  /// Outputs whose errors, to first order, come to more than they vary by: `estimate` is what the second run differs
+  /// by.
+  std::vector<std::size_t> beyond_first_order;
   std::optional<double> instants;  ///< by how much the instants of events differ; none if there are no events
   std::string instants_of;         ///< the event that differs most
 };
@@ -177,8 +180,9 @@ class Trajectory;
 struct SimulateOptions {
   bool energy_audit = true;
   bool error_estimate = true;
-  /// Whether a Simulation makes a second run for it, where there are switches, events or delays. Without, errors are
-  /// carried along to first order, but not over contacts and delays.
+  /// Whether a Simulation makes a second run for it, where there are switches, events or delays, or where errors come
+  /// to more than an output varies by. Without, errors are carried along to first order, but not over contacts and
+  /// delays.
   bool second_run = true;
   bool measures = false;          ///< of the outputs over time; not of a run that is continued
   std::size_t energy_course = 0;  ///< also the audit's terms at about that many of the output times; 0: at none

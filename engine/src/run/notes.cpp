@@ -120,6 +120,22 @@ std::optional<std::string> output_errors_note(const OutputErrors& errors, const 
   return text + "; a smaller relative tolerance, or --accuracy, gives more digits";
 }
 
+std::optional<std::string> beyond_first_order_note(const OutputErrors& errors, const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 5;
+  std::vector<std::string> grown;
+  double largest = 0.0;
+  for (const std::size_t k : errors.beyond_first_order) {
+    const double part = errors.estimate[k] / errors.range[k];
+    if (part > OutputErrors::kLarge) continue;  // output_errors_note has it
+    grown.push_back(names[k]);
+    largest = std::max(largest, part);
+  }
+  if (grown.empty()) return std::nullopt;
+  return "to first order, errors of " + list_of(grown, " and ", kMost) +
+         " grow to more than what these vary by; a second run " + errors.second_run + " differs by " +
+         number_text(largest, 2) + " of the range";
+}
+
 std::optional<std::string> negative_start_note(const Program& program, const std::vector<double>& x) {
   for (const Relation& relation : program.relations) {
     if (relation.kind != Relation::Kind::denominator) continue;

@@ -30,6 +30,9 @@ std::string lost_errors_note(const std::string& why);
 std::optional<std::string> output_errors_note(const OutputErrors& errors, const std::vector<std::string>& names,
                                               double relative);
 
+/// Outputs whose errors to first order come to more than they vary by, where a second run does not show such errors.
+std::optional<std::string> beyond_first_order_note(const OutputErrors& errors, const std::vector<std::string>& names);
+
 /// A relation of time alone whose changes could not all be found.
 /// @param since  from when on.
 std::string undecided_note(const Relation& relation, double since);

@@ -246,6 +246,8 @@ std::string report_json(const RunResult& result) {
   for (std::size_t i = 0; i < r.errors.estimate.size(); ++i)
     json["errors"][result.trace.names[i]] = {{"estimate", r.errors.estimate[i]}, {"range", r.errors.range[i]}};
   if (!r.errors.second_run.empty()) json["errors_from"]["second_run"] = r.errors.second_run;
+  for (const std::size_t i : r.errors.beyond_first_order)
+    json["errors_from"]["beyond_first_order"].push_back(result.trace.names[i]);
   if (r.errors.instants)
     json["errors_from"]["instants"] = {{"estimate", *r.errors.instants}, {"of", r.errors.instants_of}};
   json["units"] = Json::object();

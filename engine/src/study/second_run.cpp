@@ -39,7 +39,11 @@ RunInputs second_inputs(const RunInputs& inputs, std::string& words) {
 
 }  // namespace
 
-SecondRun::SecondRun(const RunInputs& inputs, const SimulateOptions& options)
+bool exceeds_range(const OutputErrors& errors, std::size_t output) {
+  return errors.done && errors.range[output] > 0.0 && errors.estimate[output] > errors.range[output];
+}
+
+SecondRun::SecondRun(const RunInputs& inputs, const SimulateOptions& options, bool events)
     : inputs_(inputs), options_(options), kept_options_(options) {
   every_ = 1 + (inputs.output_times.size() - std::min<std::size_t>(inputs.output_times.size(), 1)) / kMostComparedRows;
   if (options.rows)
@@ -47,6 +51,7 @@ SecondRun::SecondRun(const RunInputs& inputs, const SimulateOptions& options)
       keep(t, row);
       options_.rows(t, row);
     };
+  if (!events) return;
   kept_options_.events = [this](const RunEvent& event) {
     events_.take(event);
     if (options_.events) options_.events(event);
@@ -107,11 +112,10 @@ void SecondRun::estimate(RunResult& result, double seconds, const Runner& run) {
   if (second.stop == StopReason::interrupted) return give_up("the second run, " + words + ", was interrupted");
   if (second.stop != StopReason::completed)
     return give_up("the second run, " + words + ", did not complete: " + second.failure.value().situation);
-  compare(result, second.trace, events);
-  errors.second_run = words;
+  compare(result, second.trace, events, words);
 }
 
-void SecondRun::compare(RunResult& result, const Trace& second, const EventTimes& events) {
+void SecondRun::compare(RunResult& result, const Trace& second, const EventTimes& events, const std::string& words) {
   const double span = inputs_.stop - inputs_.start;
   const EventDistance instants = event_distance(events_, events, span);
   OutputErrors& errors = result.report.errors;
@@ -121,6 +125,7 @@ void SecondRun::compare(RunResult& result, const Trace& second, const EventTimes
   std::erase(result.report.notes, lost_errors_note(errors.why_not));
   const OutputErrors carried = std::exchange(errors, {});
   errors.done = true;
+  errors.second_run = words;
   const std::size_t outputs = kept_.columns.size();
   errors.estimate.assign(outputs, 0.0);
   for (std::size_t c = 0; c < outputs; ++c) {
@@ -135,8 +140,10 @@ void SecondRun::compare(RunResult& result, const Trace& second, const EventTimes
     for (double& estimate : errors.estimate) estimate /= 1.0 - kSecondTolerance;
   errors.beyond_rounding = errors.estimate;
   // The second run is wrong, too, often to the same side: where the estimate that was carried along is larger, it
-  // stands.
-  for (std::size_t c = 0; carried.done && c < outputs; ++c) {
+  // stands; but not one of first order that has come to more than an output varies by, which is no size of an error.
+  for (std::size_t c = 0; carried.done && c < outputs; ++c)
+    if (exceeds_range(carried, c)) errors.beyond_first_order.push_back(c);
+  for (std::size_t c = 0; carried.done && errors.beyond_first_order.empty() && c < outputs; ++c) {
     errors.estimate[c] = std::max(errors.estimate[c], carried.estimate[c]);
     errors.beyond_rounding[c] = std::max(errors.beyond_rounding[c], carried.beyond_rounding[c]);
   }
@@ -148,6 +155,7 @@ void SecondRun::compare(RunResult& result, const Trace& second, const EventTimes
     if (text) result.report.notes.push_back(*text);
   };
   note(output_errors_note(errors, result.trace.names, inputs_.relative));
+  note(beyond_first_order_note(errors, result.trace.names));
   if (errors.instants.value_or(0.0) > OutputErrors::kLarge * span)
     note("the instants of events are estimated to be wrong by up to " + number_text(*errors.instants, 2) + ": " +
          errors.instants_of);

@@ -9,12 +9,17 @@
 
 namespace bgsim {
 
+/// Whether what was carried along is more than the output varies by: to first order errors may grow without bound where
+/// the equations do not let them (tanks at rest, whose orifices have no slope there).
+bool exceeds_range(const OutputErrors& errors, std::size_t output);
+
 /// Keeps what a run is compared by while it goes on, then makes the second one: at a tenth of the tolerance, or with
 /// half the step. What both differ by is the error of the first, to within that of the second.
 class SecondRun {
  public:
   /// @param options  of the first run; they must outlive this.
-  SecondRun(const RunInputs& inputs, const SimulateOptions& options);
+  /// @param events   whether something can happen at instants that the runs find by themselves (EventTimes)
+  SecondRun(const RunInputs& inputs, const SimulateOptions& options, bool events);
 
   /// How many numbers are kept of the first run.
   static double values_kept(const RunInputs& inputs);
@@ -30,7 +35,7 @@ class SecondRun {
 
  private:
   void keep(double t, std::span<const double> row);
-  void compare(RunResult& result, const Trace& second, const EventTimes& events);
+  void compare(RunResult& result, const Trace& second, const EventTimes& events, const std::string& words);
 
   const RunInputs& inputs_;
   const SimulateOptions& options_;

@@ -215,11 +215,15 @@ RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& option
   const std::size_t states = program().state_names.size();
   const bool followed = !compiled_->modes && program().events.empty() && program().delays.empty();
   const bool carried = followed && states <= kDenseStates && program().plan.explicit_form;
-  if (carried || !options.error_estimate || !options.second_run) return run_once(inputs, options);
+  if (!options.error_estimate || !options.second_run) return run_once(inputs, options);
   if (followed && SecondRun::values_kept(inputs) > kShort) return run_once(inputs, options);
-  SecondRun second(inputs, options);
+  SecondRun second(inputs, options, !followed);
   const double begin = wall_seconds();
   RunResult result = run_once(inputs, second.options());
+  const std::vector<double>& estimates = result.report.errors.estimate;
+  bool exceeds = !carried;
+  for (std::size_t c = 0; c < estimates.size(); ++c) exceeds = exceeds || exceeds_range(result.report.errors, c);
+  if (!exceeds) return result;
   if (followed && static_cast<double>(result.report.steps) * static_cast<double>(states) > kShort) return result;
   double took = 0.0;
   {
