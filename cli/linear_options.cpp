@@ -74,10 +74,34 @@ Study linear_study(const LinearArguments& arguments) {
 
 namespace {
 
-/// @param study  comes to be in the mode that the run ends in.
+/// What a run holds at @p t. @param study  comes to be in the mode that the run has there.
+RunInputs run_to(Study& study, const RunInputs& inputs, double t, bool quiet) {
+  RunInputs run = inputs;
+  run.stop = t;
+  if (t > inputs.start)
+    run.output_times = {inputs.start, t};
+  else
+    run.output_times = {t};
+  const Simulation scene = study.scene(run, {false, true});
+  SimulateOptions how;
+  how.energy_audit = how.error_estimate = false;
+  RunWatch watch(run.start, run.stop, quiet);
+  how.progress = watch.progress();
+  const RunResult result = scene.simulate(run, how);
+  if (result.stop == StopReason::failed) throw ModelError({*result.failure}, study.model().sources);
+  if (result.stop == StopReason::interrupted || result.stored.values.empty())
+    throw UsageError("the run to t = " + number_text(t) + " was ended before");
+  RunInputs point = inputs;
+  point.start = t;
+  point.initial = result.stored.values;
+  if (t > inputs.start)
+    for (RunInputs::Initial& value : point.initial) value.rounding = run.relative * std::abs(value.value);
+  if (!result.mode.empty()) study = study.in_mode(result.mode);
+  return point;
+}
+
 RunInputs point_at(Study& study, const LinearArguments& arguments, double t, std::string& where) {
-  const Model& model = study.model();
-  RunInputs inputs = prepare(model, arguments.scene, arguments.overrides);
+  const RunInputs inputs = scene_begun(study, arguments);
   if (!(t >= inputs.start))
     throw UsageError("--at " + arguments.at + " is before the scene's start, " + number_text(inputs.start));
   where = "at t = " + number_text(t) + " of the scene " + short_name(inputs.scene);
@@ -86,35 +110,17 @@ RunInputs point_at(Study& study, const LinearArguments& arguments, double t, std
     throw UsageError("--mode and --at " + arguments.at +
                      " contradict each other: the run has a mode of its own there\nleave out --mode, or give the "
                      "values that the stores have there with --set");
-  RunInputs run = inputs;
-  run.stop = t;
-  run.output_times = {inputs.start, t};
-  const Simulation scene = study.scene(run, {false, true});
-  SimulateOptions how;
-  how.energy_audit = how.error_estimate = false;
-  RunWatch watch(run.start, run.stop, arguments.quiet);
-  how.progress = watch.progress();
-  const RunResult result = scene.simulate(run, how);
-  if (result.stop == StopReason::failed) throw ModelError({*result.failure}, model.sources);
-  if (result.stop == StopReason::interrupted || result.stored.values.empty())
-    throw UsageError("the run to t = " + number_text(t) + " was ended before");
-  RunInputs point = inputs;
-  point.start = t;
-  point.initial = result.stored.values;
-  for (RunInputs::Initial& value : point.initial) value.rounding = run.relative * std::abs(value.value);
-  if (!result.mode.empty()) study = study.in_mode(result.mode);
-  return point;
+  return run_to(study, prepare(study.model(), arguments.scene, arguments.overrides), t, arguments.quiet);
 }
 
 RunInputs point_asked_for(Study& study, const LinearArguments& arguments, std::string& where) {
-  const Model& model = study.model();
   if (arguments.at == "start") {
-    RunInputs inputs = prepare(model, arguments.scene, arguments.overrides);
+    RunInputs inputs = scene_begun(study, arguments);
     where = "at the start of the scene " + short_name(inputs.scene) + ", t = " + number_text(inputs.start);
     return inputs;
   }
   if (arguments.at == "steady") {
-    RunInputs inputs = prepare(model, arguments.scene, arguments.overrides);
+    RunInputs inputs = scene_begun(study, arguments);
     const Equilibrium found = (arguments.mode.empty() ? steady_states(study, inputs, {false}).found
                                                       : equilibria(study.shared_model(), inputs, {false}))
                                   .front();
@@ -149,6 +155,11 @@ RunInputs point_of(Study& study, const LinearArguments& arguments, std::string& 
 }
 
 }  // namespace
+
+RunInputs scene_begun(Study& study, const LinearArguments& arguments) {
+  RunInputs inputs = prepare(study.model(), arguments.scene, arguments.overrides);
+  return study.model().events.empty() ? inputs : run_to(study, inputs, inputs.start, arguments.quiet);
+}
 
 LinearStudy linearized(const LinearArguments& arguments, const std::vector<std::string>& inputs, bool outputs) {
   Study study = linear_study(arguments);

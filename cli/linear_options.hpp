@@ -39,6 +39,9 @@ void take_outputs(LinearArguments& arguments);
 
 /// The model, read, with its warnings printed.
 Study linear_study(const LinearArguments& arguments);
+/// The scene at its start, with what samples, latches and events of the model set there, as a run begins.
+/// @param study  comes to be in the mode that the run begins in.
+RunInputs scene_begun(Study& study, const LinearArguments& arguments);
 /// That, linearized where --at says. In a model with switches a time of its run is in the mode that they are in then.
 /// Notes go to standard error.
 /// @param outputs  whether any are wanted.

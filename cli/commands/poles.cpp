@@ -145,7 +145,13 @@ Exit zeros_command(const Arguments& arguments) {
   std::cout << table.text();
   if (found.zeros.empty()) std::cout << "no finite zeros\n";
   std::cout << "gain " << number_text(found.gain, 6) << " of (s - z1).../((s - p1)...), static gain "
-            << (std::isfinite(found.static_gain) ? number_text(found.static_gain, 6) : "without bound") << '\n';
+            << (std::isnan(found.static_gain)   ? "not known"
+                : std::isinf(found.static_gain) ? "without bound"
+                                                : number_text(found.static_gain, 6))
+            << '\n';
+  if (found.cancelled > 0)
+    std::cout << "cancelled, and not listed: a pole and a zero at 0"
+              << (found.cancelled > 1 ? ", " + std::to_string(found.cancelled) + " times" : "") << '\n';
   if (const double off = mismatch(linear.system, found); !(off <= 1e-6))
     std::cout << "zeros, poles and gain multiplied out differ from the response by a part of " << number_text(off, 2)
               << ": they are known to few digits (multiple, or of very different sizes)\n";

@@ -60,8 +60,8 @@ Exit steady_command(const Arguments& arguments) {
       ->type_name("T");
   app.add_flag("--first", one, "the one nearest to the scene's start alone; others are not looked for");
   parse_arguments(app, arguments);
-  const Study study = linear_study(options);
-  RunInputs scene = prepare(study.model(), options.scene, options.overrides);
+  Study study = linear_study(options);
+  RunInputs scene = scene_begun(study, options);
   print_warnings(scene.warnings, study.model());
   if (time) scene.start = *time;
   const SteadyStates states = options.mode.empty()

@@ -193,6 +193,39 @@ TEST_CASE("a steady state says that events and samples have no part in it") {
   CHECK_THAT(here.bgsim("poles event.json").err, Contains("empty, an event of the model, sets values at an instant"));
 }
 
+TEST_CASE("a linear system has what is sampled, latched and switched at the start of the run") {
+  // A coil with a resistance that is sampled at 2 + 3 t, or 1 once a latch is set, or behind a switch that a latch
+  // closes: all of them act from the start on. What a signal was before ("initial") is no value of the run.
+  const auto model = [](const std::string& signal, const std::string& law) {
+    return R"x({ "bgsim": 1, "elements": { "u": { "kind": "Se", "effort": 10 }, "j": { "kind": "1" },
+      "r": { "kind": "MR", "resistance": ")x" +
+           law + R"x(" }, "l": { "kind": "I", "inertance": 1 } }, "bonds": [ { "from": "u", "to": "j" },
+      { "from": "j", "to": "r" }, { "from": "j", "to": "l" } ], "signals": { "g": )x" +
+           signal + R"x( }, "outputs": { "i": "l.f" }, "scenes": { "run": { "stop": 3 } } })x";
+  };
+  const Workplace here;
+  here.write("sampled.json", model(R"x({ "value": "2 + 3*t", "every": 1 })x", "g"));
+  here.write("latch.json", model(R"x({ "set": "l.f < 3", "reset": "l.f > 60" })x", "if(g, 2, 5)"));
+  here.write("switch.json", R"x({ "bgsim": 1, "elements": { "u": { "kind": "Se", "effort": 10 }, "j": { "kind": "1" },
+      "s": { "kind": "Sw", "closed": "on" }, "r": { "kind": "R", "resistance": 2 },
+      "c": { "kind": "C", "capacitance": 0.25 } }, "bonds": [ { "from": "u", "to": "j" }, { "from": "j", "to": "s" },
+      { "from": "j", "to": "r" }, { "from": "j", "to": "c" } ],
+      "signals": { "on": { "set": "t >= 0", "reset": "t > 5" } }, "outputs": { "i": "r.f" },
+      "scenes": { "run": { "stop": 3 } } })x");
+  for (const char* name : {"sampled.json", "latch.json", "switch.json"})
+    for (const char* at : {"", " --at 0", " --at 1e-9"}) {
+      CAPTURE(name, at);
+      const Outcome outcome = here.bgsim("poles " + std::string(name) + at);
+      CHECK_THAT(outcome.out, Contains("\n-2 "));
+      CHECK_THAT(outcome.err, !Contains("its condition says otherwise"));
+    }
+  CHECK_THAT(here.bgsim("zeros sampled.json --in u --out i").out, Contains("static gain 0.5\n"));
+  for (const char* name : {"sampled.json", "latch.json"}) {
+    CAPTURE(name);
+    CHECK_THAT(here.bgsim("steady " + std::string(name)).out, Contains("l.p    5"));
+  }
+}
+
 TEST_CASE("a steady state is printed with its residual and stability, and taken as a point") {
   const WithMass here;
   const Outcome outcome = here.bgsim("steady mass.json --set F=4 --scene pulled");

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 
 #include "support/algebra.hpp"
 #include "support/random_graph.hpp"
@@ -168,6 +169,32 @@ TEST_CASE("a free body has poles at exactly zero, with the names of what is free
   CHECK(path.zeros.empty());
   CHECK(path.gain == Approx(1.0 / 3).epsilon(1e-15));
   CHECK(std::isinf(path.static_gain));
+}
+
+TEST_CASE("a free body that only differences show has a static gain") {
+  // A torque on one of two disks on a shaft: its twist rests at J2/((J1 + J2) k), the torque of the shaft at a share.
+  const LinearSystem system = linear_text_at_start(R"x("parameters": { "T": 0 }, "elements": {
+    "drive": { "kind": "Se", "effort": "T" }, "a": { "kind": "1" }, "j1": { "kind": "I", "inertance": 0.02 },
+    "n": { "kind": "0" }, "b": { "kind": "1" }, "k": { "kind": "C", "capacitance": "1/120" },
+    "r": { "kind": "R", "resistance": 0.1 }, "c": { "kind": "1" }, "j2": { "kind": "I", "inertance": 0.05 } },
+    "bonds": [ { "from": "drive", "to": "a" }, { "from": "a", "to": "j1" }, { "from": "a", "to": "n" },
+      { "from": "n", "to": "b" }, { "from": "b", "to": "k" }, { "from": "b", "to": "r" }, { "from": "n", "to": "c" },
+      { "from": "c", "to": "j2" } ],
+    "outputs": { "twist": "k.q", "torque": "k.e + r.e", "slip": "r.f", "speed": "j1.f", "rate": "der(j1.f)" }, )x",
+                                                   {"T"});
+  const double expected[] = {0.05 / 0.07 / 120, 0.05 / 0.07, 0.0, std::numeric_limits<double>::infinity(), 1 / 0.07};
+  const std::size_t zeros[] = {0, 1, 1, 1, 1};  // a pair counts once
+  for (std::size_t output = 0; output < 5; ++output) {
+    CAPTURE(system.outputs[output].name);
+    const TransferZeros path = transfer_zeros(system, 0, output);
+    if (std::isinf(expected[output]))
+      CHECK(std::isinf(path.static_gain));
+    else
+      CHECK(path.static_gain == Approx(expected[output]).epsilon(1e-7).margin(0.0));  // the limit leaves 1e-8
+    CHECK(path.cancelled == (output == 3 ? 0 : 1));
+    CHECK(path.zeros.size() == zeros[output]);
+    CHECK(path.poles.size() == (output == 3 ? 2 : 1));
+  }
 }
 
 TEST_CASE("poles of very different sizes are each right") {

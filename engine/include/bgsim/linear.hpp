@@ -121,7 +121,8 @@ struct TransferZeros {
   std::vector<Pole> zeros;          ///< without shares
   std::vector<Pole> poles;          ///< of the part between input and output; without shares
   double gain = 0.0;                ///< of the leading coefficients
-  double static_gain = 0.0;         ///< G(0); infinite with a pole at 0 that no zero cancels
+  double static_gain = 0.0;         ///< G(0); infinite with a pole at 0 that no zero cancels; NaN: not known
+  std::size_t cancelled = 0;        ///< poles and zeros at 0 that cancel, each once: they are in neither list
   std::vector<std::string> hidden;  ///< states outside of the path from input to output
 };
 /// @throws ModelError BG410 the output does not depend on the input; BG409.
