@@ -92,10 +92,10 @@ RunInputs run_to(Study& study, const RunInputs& inputs, double t, bool quiet) {
   if (result.stop == StopReason::interrupted || result.stored.values.empty())
     throw UsageError("the run to t = " + number_text(t) + " was ended before");
   RunInputs point = inputs;
-  point.start = t;
-  point.initial = result.stored.values;
   if (t > inputs.start)
-    for (RunInputs::Initial& value : point.initial) value.rounding = run.relative * std::abs(value.value);
+    point = point_after(study.model(), inputs, result);
+  else
+    point.initial = result.stored.values;
   if (!result.mode.empty()) study = study.in_mode(result.mode);
   return point;
 }

@@ -226,6 +226,22 @@ TEST_CASE("a linear system has what is sampled, latched and switched at the star
   }
 }
 
+TEST_CASE("a body that friction holds has no poles of a side that rounding takes") {
+  // It slides, and stops: what is left of its speed is 1e-17, on one side of the kink or the other.
+  const Workplace here;
+  here.write("held.json", R"x({ "bgsim": 1, "elements": { "F": { "kind": "Se", "effort": 1 }, "j": { "kind": "1" },
+      "m": { "kind": "I", "inertance": 1, "initial": { "p": 1 } }, "r": { "kind": "R", "law": "e = 2*sign(f) + 0.5*f" },
+      "k": { "kind": "C", "capacitance": 0.1, "initial": { "q": 0.3 } } }, "bonds": [ { "from": "F", "to": "j" },
+      { "from": "j", "to": "m" }, { "from": "j", "to": "r" }, { "from": "j", "to": "k" } ], "outputs": { "v": "m.f" },
+      "scenes": { "run": { "stop": 10 } } })x");
+  CHECK_THAT(here.bgsim("poles held.json --at 0.1").out, Contains("-0.25 +- 3.15238j"));  // while it slides
+  for (const char* command : {"poles", "linearize"}) {
+    const Outcome held = here.bgsim(std::string(command) + " held.json --at 10");
+    CHECK(held.code == 1);
+    CHECK_THAT(held.err, Contains("BG408") && Contains("sign(m.p) (r) is at its border"));
+  }
+}
+
 TEST_CASE("a steady state is printed with its residual and stability, and taken as a point") {
   const WithMass here;
   const Outcome outcome = here.bgsim("steady mass.json --set F=4 --scene pulled");

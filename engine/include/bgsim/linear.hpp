@@ -11,6 +11,7 @@
 
 #include "bgsim/evaluator.hpp"
 #include "bgsim/modes.hpp"
+#include "bgsim/simulate.hpp"
 
 namespace bgsim {
 
@@ -78,6 +79,10 @@ constexpr std::size_t kLargestDense = 500;
 /// @note Time linear in the expressions and their partials; loops are eliminated sparsely.
 LinearSystem linear_system(const std::shared_ptr<const Model>& model, const RunInputs& point,
                            const std::vector<std::string>& inputs);
+
+/// Where a run of @p inputs ended, as a point to linearize at: what is stored there, known to the run's tolerance. So a
+/// body that friction holds, whose speed is the rounding of 0, is at the kink.
+RunInputs point_after(const Model& model, const RunInputs& inputs, const RunResult& result);
 
 /// A share of a pole.
 struct PoleShare {

@@ -17,6 +17,7 @@
 #include "linear/partials.hpp"
 #include "linear/perturbed.hpp"
 #include "linear/steady_sides.hpp"
+#include "scene/given_values.hpp"
 
 namespace bgsim {
 namespace {
@@ -255,6 +256,23 @@ std::vector<std::string> events_left_out(const Model& model) {
             " and the other events of the model set values at an instant and have no part in this"};
   return {short_name(first.name) + (first.sampled.valid() ? ", a sampled signal," : ", an event of the model,") +
           " sets values at an instant and has no part in this"};
+}
+
+RunInputs point_after(const Model& model, const RunInputs& inputs, const RunResult& result) {
+  RunInputs point = inputs;
+  point.start = result.stored.t;
+  point.initial = result.stored.values;
+  const std::map<std::string, double> absolute(result.report.absolute.begin(), result.report.absolute.end());
+  for (RunInputs::Initial& value : point.initial) {
+    const std::string name = value.signal.valid()
+                                 ? model.signals[value.signal.index()].name
+                                 : initial_name(model.elements[value.element.index()], value.port, false);
+    const auto found = absolute.find(name);
+    value.rounding = inputs.relative * std::abs(value.value);
+    // Of what is 0 to within the tolerance, not even the sign is known.
+    if (found != absolute.end() && std::abs(value.value) <= found->second) value.rounding = found->second;
+  }
+  return point;
 }
 
 LinearSystem linear_system(const std::shared_ptr<const Model>& model, const RunInputs& point,
