@@ -2,6 +2,7 @@
 #include "bgsim/transfer.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 
 #include "bgsim/text.hpp"
@@ -18,6 +19,8 @@ std::string power_text(int power) { return power == 0 ? "" : power == 1 ? " s" :
 
 void print(const char* what, const SymbolicPolynomial& polynomial) {
   TextTable table({what, "value", "coefficient"});
+  const bool nothing = std::all_of(polynomial.begin(), polynomial.end(), [](const auto& c) { return c.text == "0"; });
+  if (nothing) table.add({"1", "0", "0"});
   for (std::size_t i = polynomial.size(); i-- > 0;)
     if (polynomial[i].text != "0")
       table.add({i == 0   ? "1"

@@ -79,6 +79,31 @@ TEST_CASE("a transfer function is printed in symbols, with its paths and loops")
   CHECK(here.bgsim("transfer mass.json --in m --out x").code == 1);
 }
 
+TEST_CASE("a transfer function that is zero at the point is printed without a false note") {
+  // Two branches of an RC each, side by side: the voltages of their capacitors differ by nothing where R1 C1 = R2 C2.
+  const Workplace here;
+  const auto model = [](const char* r2, const char* c2) {
+    return R"x({ "bgsim": 1, "parameters": { "R1": 2, "C1": 0.5 }, "elements": {
+      "u": { "kind": "Se", "effort": 1 }, "n": { "kind": "0" },
+      "j1": { "kind": "1" }, "r1": { "kind": "R", "resistance": "R1" }, "c1": { "kind": "C", "capacitance": "C1" },
+      "j2": { "kind": "1" }, "r2": { "kind": "R", "resistance": ")x" +
+           std::string(r2) + R"x(" }, "c2": { "kind": "C", "capacitance": ")x" + c2 + R"x(" } },
+      "bonds": [ { "from": "u", "to": "n" }, { "from": "n", "to": "j1" }, { "from": "n", "to": "j2" },
+        { "from": "j1", "to": "r1" }, { "from": "j1", "to": "c1" }, { "from": "j2", "to": "r2" },
+        { "from": "j2", "to": "c2" } ], "outputs": { "d": "c1.e - c2.e" }, "scenes": { "run": { "stop": 1 } } })x";
+  };
+  here.write("alike.json", model("2", "0.5"));
+  here.write("same.json", model("R1", "C1"));
+  for (const char* name : {"alike.json", "same.json"}) {
+    CAPTURE(name);
+    const Outcome outcome = here.bgsim("transfer " + std::string(name) + " --in u --out d");
+    CHECK(outcome.code == 0);
+    CHECK_THAT(outcome.err, !Contains("differs from that of the matrices"));
+  }
+  CHECK_THAT(here.bgsim("transfer same.json --in u --out d").out,
+             Contains("numerator  value  coefficient\n1          0      0"));
+}
+
 TEST_CASE("zeros and gain of a transfer function are printed") {
   const WithMass here;
   const Outcome outcome = here.bgsim("zeros mass.json --in F --out push.f");

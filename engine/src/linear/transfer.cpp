@@ -188,6 +188,7 @@ double mismatch_of(const TransferFunction& transfer, const LinearSystem& numbers
     if (!std::isfinite(std::abs(exact))) continue;
     const auto [up, gross_up] = value_at(transfer.numerator, s);
     const auto [down, gross_down] = value_at(transfer.denominator, s);
+    if (up == 0.0 && exact == 0.0) continue;  // what cancels wholly: two equal branches of a bridge
     const double apart = std::abs(up - exact * down) / (gross_up + std::abs(exact) * gross_down);
     largest = std::isnan(apart) ? std::numeric_limits<double>::infinity() : std::max(largest, apart);
   }
