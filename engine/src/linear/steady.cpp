@@ -504,7 +504,7 @@ class Search {
             "in a steady state all stores and integrals rest, sources held at their values at t = " +
                 number_text(scene_.start),
             "begin nearer (--set), or look what drives these: a free body or an integral that is driven has no "
-            "steady state",
+            "steady state, and one that dry friction holds is not found (a run shows where it rests)",
             std::move(notes))},
         model_->sources);
   }
