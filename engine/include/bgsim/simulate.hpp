@@ -71,6 +71,12 @@ struct OutputErrors {
   std::vector<std::size_t> beyond_first_order;
   std::optional<double> instants;  ///< by how much the instants of events differ; none if there are no events
   std::string instants_of;         ///< the event that differs most
+
+  /// Whether an output varies by no more than ten tolerances: it has no range that an error could be a part of.
+  [[nodiscard]] bool is_still(std::size_t output, double relative) const {
+    constexpr double kStill = 10.0;
+    return !(range[output] > kStill * relative * magnitude[output]);
+  }
 };
 
 /// What an output is over the whole run, measured on the dense output of every step and not at the output times. All in

@@ -76,14 +76,14 @@ std::optional<std::string> output_errors_note(const OutputErrors& errors, const 
   for (std::size_t k = 0; k < names.size(); ++k) {
     const double error = errors.estimate[k], range = errors.range[k];
     // What stands still but for the tolerance has no range to compare with, nor has what is zero but for rounding.
-    constexpr double kStill = 10.0;  // tolerances
+    const bool still = errors.is_still(k, relative);
     const double tolerance = relative * errors.magnitude[k];
-    const double least = std::max(OutputErrors::kLarge * range, range > kStill * tolerance ? 0.0 : tolerance);
+    const double least = std::max(OutputErrors::kLarge * range, still ? tolerance : 0.0);
     const auto above = [&](double limit) { return error > limit && 2.0 * errors.beyond_rounding[k] > limit; };
     // Where the tolerance alone is more of the range than that, the estimate must be clear of it by what it is known
     // to.
     constexpr double kKnownTo = 5.0;
-    const bool coarse = tolerance > OutputErrors::kLarge * range && range > kStill * tolerance;
+    const bool coarse = tolerance > OutputErrors::kLarge * range && !still;
     if (above(least))
       wrong.emplace_back(error / range, k);
     else if (coarse && above(least / kKnownTo))

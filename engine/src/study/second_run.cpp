@@ -39,8 +39,8 @@ RunInputs second_inputs(const RunInputs& inputs, std::string& words) {
 
 }  // namespace
 
-bool exceeds_range(const OutputErrors& errors, std::size_t output) {
-  return errors.done && errors.range[output] > 0.0 && errors.estimate[output] > errors.range[output];
+bool exceeds_range(const OutputErrors& errors, std::size_t output, double relative) {
+  return errors.done && !errors.is_still(output, relative) && errors.estimate[output] > errors.range[output];
 }
 
 SecondRun::SecondRun(const RunInputs& inputs, const SimulateOptions& options, bool events)
@@ -142,7 +142,7 @@ void SecondRun::compare(RunResult& result, const Trace& second, const EventTimes
   // The second run is wrong, too, often to the same side: where the estimate that was carried along is larger, it
   // stands; but not one of first order that has come to more than an output varies by, which is no size of an error.
   for (std::size_t c = 0; carried.done && c < outputs; ++c)
-    if (exceeds_range(carried, c)) errors.beyond_first_order.push_back(c);
+    if (exceeds_range(carried, c, inputs_.relative)) errors.beyond_first_order.push_back(c);
   for (std::size_t c = 0; carried.done && errors.beyond_first_order.empty() && c < outputs; ++c) {
     errors.estimate[c] = std::max(errors.estimate[c], carried.estimate[c]);
     errors.beyond_rounding[c] = std::max(errors.beyond_rounding[c], carried.beyond_rounding[c]);

@@ -11,7 +11,8 @@ namespace bgsim {
 
 /// Whether what was carried along is more than the output varies by: to first order errors may grow without bound where
 /// the equations do not let them (tanks at rest, whose orifices have no slope there).
-bool exceeds_range(const OutputErrors& errors, std::size_t output);
+/// @param relative  tolerance of the run
+bool exceeds_range(const OutputErrors& errors, std::size_t output, double relative);
 
 /// Keeps what a run is compared by while it goes on, then makes the second one: at a tenth of the tolerance, or with
 /// half the step. What both differ by is the error of the first, to within that of the second.

@@ -222,7 +222,8 @@ RunResult Simulation::run(const RunInputs& inputs, const SimulateOptions& option
   RunResult result = run_once(inputs, second.options());
   const std::vector<double>& estimates = result.report.errors.estimate;
   bool exceeds = !carried;
-  for (std::size_t c = 0; c < estimates.size(); ++c) exceeds = exceeds || exceeds_range(result.report.errors, c);
+  for (std::size_t c = 0; c < estimates.size(); ++c)
+    exceeds = exceeds || exceeds_range(result.report.errors, c, inputs.relative);
   if (!exceeds) return result;
   if (followed && static_cast<double>(result.report.steps) * static_cast<double>(states) > kShort) return result;
   double took = 0.0;
