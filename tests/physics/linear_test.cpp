@@ -180,7 +180,7 @@ TEST_CASE("a free body that only differences show has a static gain") {
     "bonds": [ { "from": "drive", "to": "a" }, { "from": "a", "to": "j1" }, { "from": "a", "to": "n" },
       { "from": "n", "to": "b" }, { "from": "b", "to": "k" }, { "from": "b", "to": "r" }, { "from": "n", "to": "c" },
       { "from": "c", "to": "j2" } ],
-    "outputs": { "twist": "k.q", "torque": "k.e + r.e", "slip": "r.f", "speed": "j1.f", "rate": "der(j1.f)" }, )x",
+    "outputs": { "twist": "k.q", "torque": "k.e + r.e", "difference": "r.f", "speed": "j1.f", "rate": "der(j1.f)" }, )x",
                                                    {"T"});
   const double expected[] = {0.05 / 0.07 / 120, 0.05 / 0.07, 0.0, std::numeric_limits<double>::infinity(), 1 / 0.07};
   const std::size_t zeros[] = {0, 1, 1, 1, 1};  // a pair counts once
