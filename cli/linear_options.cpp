@@ -78,10 +78,7 @@ namespace {
 RunInputs run_to(Study& study, const RunInputs& inputs, double t, bool quiet) {
   RunInputs run = inputs;
   run.stop = t;
-  if (t > inputs.start)
-    run.output_times = {inputs.start, t};
-  else
-    run.output_times = {t};
+  run.output_times = {t};
   const Simulation scene = study.scene(run, {false, true});
   SimulateOptions how;
   how.energy_audit = how.error_estimate = false;
@@ -101,16 +98,16 @@ RunInputs run_to(Study& study, const RunInputs& inputs, double t, bool quiet) {
 }
 
 RunInputs point_at(Study& study, const LinearArguments& arguments, double t, std::string& where) {
-  const RunInputs inputs = scene_begun(study, arguments);
+  const RunInputs inputs = prepare(study.model(), arguments.scene, arguments.overrides);
   if (!(t >= inputs.start))
     throw UsageError("--at " + arguments.at + " is before the scene's start, " + number_text(inputs.start));
   where = "at t = " + number_text(t) + " of the scene " + short_name(inputs.scene);
-  if (t == inputs.start) return inputs;
+  if (t == inputs.start) return scene_begun(study, arguments);
   if (!arguments.mode.empty())
     throw UsageError("--mode and --at " + arguments.at +
                      " contradict each other: the run has a mode of its own there\nleave out --mode, or give the "
                      "values that the stores have there with --set");
-  return run_to(study, prepare(study.model(), arguments.scene, arguments.overrides), t, arguments.quiet);
+  return run_to(study, inputs, t, arguments.quiet);
 }
 
 RunInputs point_asked_for(Study& study, const LinearArguments& arguments, std::string& where) {

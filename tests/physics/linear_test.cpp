@@ -197,6 +197,19 @@ TEST_CASE("a free body that only differences show has a static gain") {
   }
 }
 
+TEST_CASE("a zero far below all else does not hide that an integrator is left") {
+  // A resistor and a capacitor in series, seen by a flow source: R + 1/(C s), with its zero at 1e-12 rad/s.
+  const LinearSystem system = linear_text_at_start(R"x("parameters": { "F": 0 }, "elements": {
+    "s": { "kind": "Sf", "flow": "F" }, "j": { "kind": "1" }, "r": { "kind": "R", "resistance": 1e6 },
+    "c": { "kind": "C", "capacitance": 1e6 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r" }, { "from": "j", "to": "c" } ],
+    "outputs": { "e": "r.e + c.e" }, )x",
+                                                   {"F"});
+  const TransferZeros path = transfer_zeros(system, 0, 0);
+  CHECK(std::isinf(path.static_gain));
+  CHECK(path.cancelled == 0);
+}
+
 TEST_CASE("poles of very different sizes are each right") {
   // Two oscillators, at 1e9 and 1e-6 rad/s.
   const LinearSystem system = linear_text_at_start(R"x("elements": {

@@ -150,17 +150,24 @@ bool differentiate(Held& held) {
 bool at_zero(const Pole& one) { return one.s == 0.0; }
 
 /// G(0) of a system that has poles at 0, which zeros may cancel: A is singular, so from G(j w) far below what else
-/// moves. Re G(j w) is even in w: a ten thousandth of the slowest pole leaves 1e-8 of it. NaN where that does not
-/// settle.
-double limit_at_rest(const LinearSystem& system, std::size_t input, std::size_t output,
-                     const std::vector<Pole>& poles) {
+/// there is. Re G(j w) is even in w: a ten thousandth of the slowest pole or zero leaves 1e-8 of it. NaN where that
+/// does not settle, or rounding has made zeros that are 0 other ones.
+double limit_at_rest(const LinearSystem& system, std::size_t input, std::size_t output, const TransferZeros& found) {
   constexpr double kBelow = 1e-4, kFurther = 0.1, kEqual = 1e-6, kRises = 3.0;
-  double slowest = std::numeric_limits<double>::infinity();
-  for (const Pole& one : poles)
-    if (!at_zero(one)) slowest = std::min(slowest, one.frequency());
+  if (std::count_if(found.zeros.begin(), found.zeros.end(), at_zero) >
+      std::count_if(found.poles.begin(), found.poles.end(), at_zero))
+    return 0.0;
+  double slowest = std::numeric_limits<double>::infinity(), fastest = 0.0;
+  for (const std::vector<Pole>* list : {&found.zeros, &found.poles})
+    for (const Pole& one : *list) {
+      if (!at_zero(one)) slowest = std::min(slowest, one.frequency());
+      fastest = std::max(fastest, one.frequency());
+    }
+  if (slowest < kRounding * fastest) return std::numeric_limits<double>::quiet_NaN();
   const double near = kBelow * (std::isfinite(slowest) ? slowest : 1.0);
   const std::vector<double> omega{kFurther * near, near};
   const FrequencyResponse response = frequency_response(system, input, output, omega);
+  if (!(response.error <= kEqual)) return std::numeric_limits<double>::quiet_NaN();
   const double lower = std::abs(response.value[0]), upper = std::abs(response.value[1]);
   if (lower > kRises * upper) return std::numeric_limits<double>::infinity();
   if (kRises * lower < upper) return 0.0;
@@ -207,10 +214,11 @@ TransferZeros transfer_zeros(const LinearSystem& system, std::size_t input, std:
   }
   result.zeros = poles_of(sparse(zero_dynamics), nullptr);
   const bool integrates = std::any_of(result.poles.begin(), result.poles.end(), at_zero);
+  const bool blocks = std::any_of(result.zeros.begin(), result.zeros.end(), at_zero);
   const double none[] = {0.0};
-  result.static_gain = integrates ? limit_at_rest(system, input, output, result.poles)
+  result.static_gain = integrates ? limit_at_rest(system, input, output, result)
+                       : blocks   ? 0.0
                                   : frequency_response(system, input, output, none).value[0].real();
-  if (!integrates && std::any_of(result.zeros.begin(), result.zeros.end(), at_zero)) result.static_gain = 0.0;
   // What input and output do not move and see together: a free body's common speed, where both are differences.
   while (true) {
     const auto zero = std::find_if(result.zeros.begin(), result.zeros.end(), at_zero);

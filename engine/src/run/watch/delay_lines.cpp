@@ -254,8 +254,8 @@ struct DelayLines::Piece {
 };
 
 bool DelayLines::measure(Piece& piece, std::size_t which, const Solution& solution) {
-  constexpr std::array<double, 7> kPoints{0.0, 1.0 / 6, 1.0 / 3, 0.5, 2.0 / 3, 5.0 / 6, 1.0};
-  std::array<std::vector<double>, kPoints.size()> at;
+  constexpr std::array<double, kPlaces> kPoints{0.0, 1.0 / 6, 1.0 / 3, 0.5, 2.0 / 3, 5.0 / 6, 1.0};
+  std::array<std::vector<double>, kPlaces>& at = at_;
   for (std::size_t k = 0; k < kPoints.size(); ++k) {
     const double t = k + 1 == kPoints.size() ? piece.to : piece.from + kPoints[k] * (piece.to - piece.from);
     solution(t, y_.data(), branch_);

@@ -161,6 +161,7 @@ class DelayLines {
  private:
   using Line = DelayMemory::Line;
 
+  static constexpr std::size_t kPlaces = 7;    ///< where a piece is looked at
   static constexpr std::size_t kPerDelay = 3;  ///< results: u, T, what was before the start
   static constexpr std::uint64_t kMostSplits = 1U << 20U, kOfOneStep = 1U << 16U, kAfterAll = 256;
   static constexpr double kOfTolerance = 0.01, kLeastTolerance = 1e-13;  ///< what a record may be off by, of its scale
@@ -189,6 +190,7 @@ class DelayLines {
   DelayMemory memory_;
   bool goes_on_ = false;
   std::vector<double> values_, y_, now_;
+  std::array<std::vector<double>, kPlaces> at_;  ///< results at the places of a piece
   Branch branch_;
   std::uint64_t splits_ = 0;  ///< left in this step
   std::optional<Diagnostic> failure_;
