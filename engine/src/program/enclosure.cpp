@@ -218,6 +218,7 @@ Enclosure::Enclosure(const Program& program, std::span<const double> parameters,
     std::size_t n = 0;
     for_each_argument(node, [&](ExprId a) { *places[n++] = position[*at.find(a)]; });
     if (is_table(node.op)) step.table = &pool.table(TableId(node.b));
+    reads_records_ = reads_records_ || (step.table != nullptr && step.table->delayed);
     step.cell = cell[i] == kNowhere ? kNowhere : cell_position[cell[i]];
     if (level[i] == fixed) {
       run(step, 0.0);
@@ -440,6 +441,11 @@ void Enclosure::run(const Node& node, double half) {
   const double low = out.value.lower(), high = out.value.upper();
   if (n > 1) often::narrow(a, b, half, out);
   if (node.kept != kNowhere) kept_[node.kept] = {d, low == out.value.lower() && high == out.value.upper()};
+}
+
+bool Enclosure::is_record(std::size_t root) const {
+  const Node* node = node_of(root);
+  return node != nullptr && node->table != nullptr && node->table->delayed;
 }
 
 const Enclosure::Node* Enclosure::node_of(std::size_t root) const {

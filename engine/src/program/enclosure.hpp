@@ -50,6 +50,10 @@ class Enclosure {
   /// Whether a root depends on time other than through states and tears.
   [[nodiscard]] bool follows_time() const { return at_time_ != std::numeric_limits<std::uint32_t>::max(); }
 
+  /// Whether a root depends on a delayed signal, whose record is another one in the next step: what a box proves does
+  /// not outlast the step.
+  [[nodiscard]] bool reads_records() const { return reads_records_; }
+
   /// A mode that moves, as one does that is held between its sides.
   struct MovingMode {
     std::size_t relation = 0;
@@ -66,6 +70,8 @@ class Enclosure {
   /// Values at a point only; ranges and slopes are left as they were.
   void evaluate_point(double t, std::span<const double> states, std::span<const double> tears);
   [[nodiscard]] std::size_t size() const { return position_of_root_.size(); }
+  /// Whether a root's operator looks up a record of a delayed signal.
+  [[nodiscard]] bool is_record(std::size_t root) const;
   /// After evaluate_point: an argument of a root's operator, the first or the second; 0 if it has none.
   [[nodiscard]] double argument(std::size_t root, int which) const;
   /// Whether a root's operator bends, as below, where its arguments move on these ranges.
@@ -109,6 +115,7 @@ class Enclosure {
   std::vector<std::uint32_t> states_, tears_, at_state_, at_tear_;
   std::uint32_t at_time_ = std::numeric_limits<std::uint32_t>::max();
   std::uint32_t first_varying_ = 0;
+  bool reads_records_ = false;
   std::vector<std::uint32_t> position_of_root_, node_of_root_;
   std::vector<Kept> kept_;
 };

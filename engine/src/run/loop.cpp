@@ -193,7 +193,7 @@ bool Run::audit_to(double t) {
   measures_.add(t, integrator_->order(), integrator_->branch(), solution);
   if (options_.trajectory != nullptr)
     options_.trajectory->add(t_, t, integrator_->order(), integrator_->branch(), solution);
-  return delays_.add(t, integrator_->branch(), solution) || fail(*delays_.failure());
+  return delays_.add(t, integrator_->order(), integrator_->branch(), solution) || fail(*delays_.failure());
 }
 
 }  // namespace bgsim

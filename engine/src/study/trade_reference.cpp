@@ -27,14 +27,14 @@ struct Candidate {
   std::string why;
 };
 
-struct Range {
+struct OutputRange {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   [[nodiscard]] double width() const { return high - low; }
   [[nodiscard]] double magnitude() const { return std::max(std::abs(low), std::abs(high)); }
 };
 
-std::vector<Range> ranges_of(const Trace& trace) {
-  std::vector<Range> ranges(trace.columns.size());
+std::vector<OutputRange> ranges_of(const Trace& trace) {
+  std::vector<OutputRange> ranges(trace.columns.size());
   for (std::size_t c = 0; c < ranges.size(); ++c)
     for (const double value : trace.columns[c]) {
       ranges[c].low = std::min(ranges[c].low, value);
@@ -46,7 +46,7 @@ std::vector<Range> ranges_of(const Trace& trace) {
 }  // namespace
 
 void mark_zeros(const Trace& trace, Zeros& zeros) {
-  const std::vector<Range> ranges = ranges_of(trace);
+  const std::vector<OutputRange> ranges = ranges_of(trace);
   zeros.resize(ranges.size(), false);
   for (std::size_t c = 0; c < ranges.size(); ++c) zeros[c] = zeros[c] || ranges[c].magnitude() == 0.0;
 }
@@ -75,7 +75,7 @@ double compare(const TradeCourse& first, const TradeCourse& other, const Zeros& 
   const Trace& trace = first.trace;
   const Trace& second = other.trace;
   const std::size_t columns = trace.names.size();
-  const std::vector<Range> ranges = ranges_of(trace);
+  const std::vector<OutputRange> ranges = ranges_of(trace);
   const double span = trace.times.empty() ? 0.0 : trace.times.back() - trace.times.front();
   const EventDistance instants = event_distance(first.events, other.events, span);
   std::vector<double> difference(columns, 0.0);

@@ -9,7 +9,9 @@
 #include "base/codes.hpp"
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
+#include "expression/graph.hpp"
 #include "run/failures.hpp"
+#include "run/watch/sharp_laws.hpp"
 
 namespace bgsim {
 
@@ -37,6 +39,25 @@ DelayLines::DelayLines(const Program& program, Evaluator& evaluator, const RunIn
   memory_.lines.resize(tables.size());
   memory_.start = memory_.recorded = inputs.start;
   memory_.passed_at = -std::numeric_limits<double>::infinity();
+  know_bounds(inputs);
+}
+
+void DelayLines::know_bounds(const RunInputs& inputs) {
+  const auto bounds = [&](const Routine& routine, std::size_t results) {
+    std::vector<ExprId> roots;
+    for (std::size_t i = 0; i < tables_.size(); ++i)
+      roots.push_back(program_.slot_expression[routine.results[results * i]]);
+    const std::vector<ExprId> nodes = reachable(program_.pool, roots);
+    const bool sharp = std::any_of(nodes.begin(), nodes.end(),
+                                   [&](ExprId e) { return may_be_sharp(program_.pool, program_.pool[e]); });
+    std::optional<Enclosure> enclosure;
+    if (sharp) enclosure.emplace(program_, inputs.parameters, roots);
+    if (enclosure && !enclosure->tears().empty()) enclosure.reset();
+    return enclosure;
+  };
+  bounds_ = bounds(program_.delayed, 2);
+  bounds_before_ = bounds(program_.delayed_before, 1);
+  if (bounds_before_ && !bounds_before_->states().empty()) bounds_before_.reset();
 }
 
 void DelayLines::clear() {
@@ -128,6 +149,7 @@ bool DelayLines::sample_before(std::size_t line, double t, const double* x, cons
   for (double from = t - memory_.lines[line].by; from < t;) {
     evaluator_.set_time_modes(from, branch_);
     const double to = evaluator_.next_time_event(from, t).value_or(t);
+    if (bounds_before_) bounds_before_->set_modes(branch_.modes);
     if (!sample(from, to, kPerDelay * line + 2, before)) return false;
     if (to < t) memory_.lines[line].knots.push_back({to, cells(line), 0});
     from = to;
@@ -225,11 +247,16 @@ void DelayLines::append(std::size_t line, double from, double to, const std::arr
   table.slope2.push_back((-values[0] + 4.0 * values[1] - 5.0 * values[2] + 2.0 * values[3]) / (third * third));
 }
 
-bool DelayLines::add(double to, const Branch& branch, const Solution& solution) {
+bool DelayLines::add(double to, int degree, const Branch& branch, const Solution& solution) {
   // Two events a rounding apart: over that nothing has a slope. It becomes part of what comes next.
   if (!any() || !(to > memory_.recorded + resolved(to))) return true;
   branch_ = branch;
   splits_ = splits_of_a_step();
+  if (bounds_) {
+    bounds_->set_modes(branch_.modes);
+    polynomial_.take(memory_.recorded, to, degree, bounds_->states(), y_.size(),
+                     [&](double t, double* y) { solution(t, y, branch_); });
+  }
   if (!sample(memory_.recorded, to, 0, solution)) return false;
   memory_.recorded = to;
   for (std::size_t i = 0; i < tables_.size(); ++i) {
@@ -289,7 +316,32 @@ bool DelayLines::measure(Piece& piece, std::size_t which, const Solution& soluti
       }
     }
   }
+  std::optional<Enclosure>& bounds = which == 0 ? bounds_ : bounds_before_;
+  if (bounds && piece.off <= 1.0) look_between(*bounds, piece, which);
   return true;
+}
+
+/// How far u may be outside of its values at the places of a piece, in parts of what it may be.
+void DelayLines::look_between(Enclosure& bounds, Piece& piece, std::size_t which) {
+  jets_.resize(bounds.states().size());
+  if (!jets_.empty()) polynomial_.over(piece.from, piece.to, jets_);
+  bounds.evaluate(piece.from, piece.to, jets_, {});
+  for (std::size_t i = 0; i < memory_.lines.size(); ++i) {
+    if (which != 0 && i != which / kPerDelay) continue;
+    const std::size_t result = which == 0 ? kPerDelay * i : which;
+    double least = at_.front()[result], most = least;
+    for (const auto& values : at_) {
+      least = std::min(least, values[result]);
+      most = std::max(most, values[result]);
+    }
+    const double scale = std::max({memory_.lines[i].scale, kLeastScale, most, -least});
+    const Range& all = bounds[i].value;
+    const double outside = std::max(all.upper() - most, least - all.lower());
+    const double part = outside / (kOutside * (most - least) + kOutsideOfScale * scale);
+    if (!std::isfinite(outside) || !(part > std::max(1.0, piece.off))) continue;
+    piece.off = part;
+    piece.worst = i;
+  }
 }
 
 /// Cubics over [from, to] that agree with u between their knots. @param which  0: of all lines; else the result that is

@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
+#include "program/enclosure.hpp"
+#include "run/integrate/step_polynomial.hpp"
 
 namespace bgsim {
 
@@ -117,8 +119,9 @@ void carry_delays(Archive& archive, DelayMemory& memory, const DelayTables& tabl
 }
 
 /// y(t) = u(t - T): u is kept as piecewise cubics over as long as T asks for, in each step as fine as its tolerance
-/// asks for. No step is longer than T, so it never asks for what it computes. Where u jumps, or has a kink, y has it T
-/// later: such a time is known beforehand, and the step ends there.
+/// asks for, and as fine as it takes to prove that nothing is between the values it was sampled at (enclosures). No
+/// step is longer than T, so it never asks for what it computes. Where u jumps, or has a kink, y has it T later: such a
+/// time is known beforehand, and the step ends there.
 ///
 /// What a jump does elsewhere is smoother by one derivative each time it has gone through a delay and an integral, and
 /// after some of these no step need end there.
@@ -146,8 +149,9 @@ class DelayLines {
   [[nodiscard]] std::optional<double> next(double t) const;
   /// Goes on to what comes after such a time, if @p t is one.
   void pass(double t);
-  /// What the run has come to from where it was before, up to @p to. False: failure().
-  bool add(double to, const Branch& branch, const Solution& solution);
+  /// What the run has come to from where it was before, up to @p to, by a polynomial of a known degree in each state.
+  /// False: failure().
+  bool add(double to, int degree, const Branch& branch, const Solution& solution);
   /// Something has changed at once at @p t. False: failure(). @param mode  of the switches: rates may jump
   bool changed(double t, const double* x, Branch& branch, bool mode = false);
   [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
@@ -166,6 +170,9 @@ class DelayLines {
   static constexpr std::uint64_t kMostSplits = 1U << 20U, kOfOneStep = 1U << 16U, kAfterAll = 256;
   static constexpr double kOfTolerance = 0.01, kLeastTolerance = 1e-13;  ///< what a record may be off by, of its scale
   static constexpr double kLeastScale = std::numeric_limits<double>::min() / kLeastTolerance;  ///< below are few digits
+  /// Between the places u may be outside of its values there by these parts: of the distance between them, of its
+  /// scale.
+  static constexpr double kOutside = 0.1, kOutsideOfScale = 1e-3;
   static constexpr int kSmooth = 5;  ///< levels from here on are left to the control of errors
 
   [[nodiscard]] std::uint64_t splits_of_a_step() const { return memory_.splits < kMostSplits ? kOfOneStep : kAfterAll; }
@@ -175,6 +182,8 @@ class DelayLines {
   bool sample(double from, double to, std::size_t which, const Solution& solution);
   struct Piece;
   bool measure(Piece& piece, std::size_t which, const Solution& solution);
+  void look_between(Enclosure& bounds, Piece& piece, std::size_t which);
+  void know_bounds(const RunInputs& inputs);
   void append(std::size_t line, double from, double to, const std::array<double, 4>& values);
   void frame(std::size_t index);
   void forget(std::size_t index, double t);
@@ -191,6 +200,11 @@ class DelayLines {
   bool goes_on_ = false;
   std::vector<double> values_, y_, now_;
   std::array<std::vector<double>, kPlaces> at_;  ///< results at the places of a piece
+  /// Of what is delayed, and of what it was before the start, over stretches of time; none where no operator of it may
+  /// hide anything between the places, or loops give it.
+  std::optional<Enclosure> bounds_, bounds_before_;
+  StepPolynomial polynomial_;  ///< of the states that bounds_ needs
+  std::vector<Jet> jets_;
   Branch branch_;
   std::uint64_t splits_ = 0;  ///< left in this step
   std::optional<Diagnostic> failure_;

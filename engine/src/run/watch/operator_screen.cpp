@@ -57,6 +57,7 @@ void OperatorScreen::take_ends(const StepEnds& step) {
 bool OperatorScreen::bends(std::size_t root) {
   constexpr double kWidest = 64.0, kLeast = 1.0;
   Watched& watched = watched_[root];
+  if (operators_->is_record(root)) return operators_->bends(root, watched.a.within(kLeast), watched.b.within(kLeast));
   if (watched.boxed && watched.a.covered() && watched.b.covered()) return false;
   watched.boxed = false;
   for (watched.factor = std::min(2.0 * watched.factor, kWidest); watched.factor >= kLeast; watched.factor /= 4.0) {

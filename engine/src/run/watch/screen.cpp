@@ -17,7 +17,7 @@ void for_each_unknown(const Enclosure& enclosure, const StepEnds& step, F&& f) {
 }  // namespace
 
 bool Screen::covers(const Enclosure& enclosure, const StepEnds& step) {
-  bool inside = valid_ && step.begin >= time_.lower() && step.end <= time_.upper();
+  bool inside = valid_ && !enclosure.reads_records() && step.begin >= time_.lower() && step.end <= time_.upper();
   for_each_unknown(enclosure, step, [&](std::size_t k, double a, double b) {
     const double moved = std::fabs(b - a), room = moved + before_[k];
     before_[k] = moved;

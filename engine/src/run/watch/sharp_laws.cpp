@@ -24,6 +24,10 @@ constexpr double kPrefix = 1.0 / 16.0;
 /// Of a step of one length: part of the change of the rates from end to end that its error may be.
 constexpr double kVisible = 1.0;
 
+double width(const Range& range) { return range.upper() - range.lower(); }
+
+}  // namespace
+
 bool may_be_sharp(const ExprPool& pool, const ExprNode& node) {
   switch (node.op) {
     case Op::constant:
@@ -42,10 +46,6 @@ bool may_be_sharp(const ExprPool& pool, const ExprNode& node) {
       return !is_logical(node.op);
   }
 }
-
-double width(const Range& range) { return range.upper() - range.lower(); }
-
-}  // namespace
 
 SharpLaws::SharpLaws(const Program& program, std::span<const double> parameters)
     : program_(program), largest_(program.state_names.size(), 0.0) {

@@ -14,6 +14,9 @@
 
 namespace bgsim {
 
+/// Whether an operator is neither a sum, nor a product, nor a low power, nor a choice.
+[[nodiscard]] bool may_be_sharp(const ExprPool& pool, const ExprNode& node);
+
 /// An accepted step, as far as this watch needs it.
 struct SharpStep {
   double begin = 0.0, end = 0.0;
