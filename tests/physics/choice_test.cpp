@@ -62,7 +62,7 @@ TEST_CASE("friction smoothed over less than its tolerance is run by Radau as dry
     double relative, margin;
   };
   // Of a velocity of 1. What a smooth layer of 1e-6 differs by is of that size. A layer of a hundredth of the tolerance
-  // leaves the moment open at which the mass begins to slip, and the run says how wrong it may be; BDF comes to a
+  // leaves the moment open at which the mass begins to slide, and the run says how wrong it may be; BDF comes to a
   // velocity of 100 there.
   const Smoothed given = GENERATE(values<Smoothed>(
       {{"5*tanh(f/1e-6)", 1e-7, 1e-4}, {"5*f/sqrt(f^2 + 1e-12)", 1e-7, 1e-4}, {"5*tanh(f/1e-8)", 1e-6, 0.5}}));

@@ -24,6 +24,22 @@ std::string tank(const std::string& law, const std::string& inflow) {
     "scenes": {"s": {"stop": 4, "samples": 81}}, "outputs": {"e": "c.e", "f": "valve.f"}})x";
 }
 
+/// A capacitor of 1 behind a resistor with @p law, which follows the effort of a source.
+RunResult follower(const std::string& effort, const std::string& law, double q, const std::string& scene,
+                   Method method) {
+  const RunResult run =
+      run_text(R"x({"bgsim": 1, "name": "follower", "elements": {
+      "s": {"kind": "MSe", "effort": ")x" +
+                   effort + R"x("}, "j": {"kind": "1"}, "r": {"kind": "R", "law": ")x" + law +
+                   R"x("}, "c": {"kind": "C", "capacitance": 1, "initial": {"q": )x" + std::to_string(q) + R"x(}}},
+    "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "r"}, {"from": "j", "to": "c"}],
+    "outputs": {"q": "c.q"}, "scenes": {"s": )x" +
+                   scene + "}}",
+               with_method(method));
+  REQUIRE(run.stop == StopReason::completed);
+  return run;
+}
+
 const std::vector<Method> kMethods{Method::bdf,   Method::adams, Method::ida,   Method::erk5,    Method::dirk3,
                                    Method::dirk4, Method::dirk5, Method::radau, Method::rodas5p, Method::automatic};
 
@@ -107,17 +123,17 @@ TEST_CASE("a valve is held at its border beside a nonlinear loop, which IDA find
 }
 
 TEST_CASE("two rotors that a dry torque brings to one speed go on together, by every method") {
-  // 5 and -1 at first; (0.2 - 2)/1 and 2/2 while they slip: equal at t = 6/2.8, then 0.2/3.
+  // 5 and -1 at first; (0.2 - 2)/1 and 2/2 while their speeds differ: equal at t = 6/2.8, then 0.2/3.
   const double together = 6.0 / 2.8;
   for (const Method method : kMethods) {
     CAPTURE(method_name(method));
     const RunResult run =
         run_text(R"x({"bgsim": 1, "name": "clutch", "elements": {"a": {"kind": "1"}, "b": {"kind": "1"},
-        "slip": {"kind": "1"}, "z": {"kind": "0"}, "u": {"kind": "Se", "effort": 0.2},
+        "between": {"kind": "1"}, "z": {"kind": "0"}, "u": {"kind": "Se", "effort": 0.2},
         "i1": {"kind": "I", "inertance": 1, "initial": {"f": 5}}, "i2": {"kind": "I", "inertance": 2, "initial": {"f": -1}},
         "plates": {"kind": "R", "law": "e = 2*sign(f)"}},
-      "bonds": [{"from": "u", "to": "a"}, {"from": "a", "to": "i1"}, {"from": "a", "to": "z"}, {"from": "z", "to": "slip"},
-                {"from": "slip", "to": "plates"}, {"from": "z", "to": "b"}, {"from": "b", "to": "i2"}],
+      "bonds": [{"from": "u", "to": "a"}, {"from": "a", "to": "i1"}, {"from": "a", "to": "z"}, {"from": "z", "to": "between"},
+                {"from": "between", "to": "plates"}, {"from": "z", "to": "b"}, {"from": "b", "to": "i2"}],
       "outputs": {"w1": "i1.f", "w2": "i2.f"}, "scenes": {"s": {"stop": 5, "samples": 51}}})x",
                  with_method(method));
     REQUIRE(run.stop == StopReason::completed);
@@ -134,13 +150,7 @@ TEST_CASE("friction that holds does so while what its force is divided by grows 
                                  "if(0 < e/" + k + ", 2, -2)", "4*step(e/" + k + ") - 2"})
     for (const Method method : kMethods) {
       CAPTURE(law, method_name(method));
-      const RunResult run = run_text(R"x({"bgsim": 1, "name": "follower", "elements": {
-          "s": {"kind": "MSe", "effort": "sin(0.7*t) + t"}, "j": {"kind": "1"}, "d": {"kind": "R", "law": "f = )x" +
-                                         law + R"x("}, "c": {"kind": "C", "capacitance": 1, "initial": {"q": 0.5}}},
-        "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "d"}, {"from": "j", "to": "c"}],
-        "outputs": {"q": "c.q"}, "scenes": {"s": {"stop": 12, "samples": 121}}})x",
-                                     with_method(method));
-      REQUIRE(run.stop == StopReason::completed);
+      const RunResult run = follower("sin(0.7*t) + t", "f = " + law, 0.5, R"({"stop": 12, "samples": 121})", method);
       for (std::size_t n = 5; n < run.trace.times.size(); ++n) {
         const double t = run.trace.times[n];
         // 1e-4 of the range, from which on a run has to note its errors
@@ -155,14 +165,8 @@ TEST_CASE("the sign of a quotient is right behind a time at which its denominato
       {40, 1.0746652}, {60, -1.46665252}, {100, 0.15657497}, {120, 1.79785846}};
   for (const Method method : {Method::automatic, Method::bdf, Method::erk5, Method::ida, Method::radau9}) {
     CAPTURE(method_name(method));
-    const RunResult run = run_text(R"x({"bgsim": 1, "name": "follower", "elements": {
-        "s": {"kind": "MSe", "effort": "2*sin(0.7*t)"}, "j": {"kind": "1"},
-        "d": {"kind": "R", "law": "f = sign(e/(1.0000001 + sin(t)))*sqrt(abs(e/(1.0000001 + sin(t))))"},
-        "c": {"kind": "C", "capacitance": 1, "initial": {"q": 0.5}}},
-      "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "d"}, {"from": "j", "to": "c"}],
-      "outputs": {"q": "c.q"}, "scenes": {"s": {"stop": 12, "samples": 121}}})x",
-                                   with_method(method));
-    REQUIRE(run.stop == StopReason::completed);
+    const RunResult run = follower("2*sin(0.7*t)", "f = sign(e/(1.0000001 + sin(t)))*sqrt(abs(e/(1.0000001 + sin(t))))",
+                                   0.5, R"({"stop": 12, "samples": 121})", method);
     // 1e-4 of the range, from which on a run has to note its errors
     for (const auto& [n, q] : known) CHECK(std::abs(run.trace["q"][n] - q) < 4e-4);
   }
@@ -173,13 +177,8 @@ TEST_CASE("a small jump between levels that were equal lets an orifice flow") {
   for (const double jump : {1e-5, 1e-4, 5e-4, 2e-3, 0.3})
     for (const Method method : {Method::automatic, Method::bdf, Method::erk5, Method::dirk5, Method::rodas5p}) {
       CAPTURE(jump, method_name(method));
-      const RunResult run = run_text(R"x({"bgsim": 1, "name": "level", "parameters": {"J": )x" + std::to_string(jump) +
-                                         R"x(}, "elements": {"s": {"kind": "MSe", "effort": "if(t < 5, 1, 1 + J)"},
-          "j": {"kind": "1"}, "r": {"kind": "R", "law": "f = sign(e)*sqrt(abs(e))"}, "c": {"kind": "C", "capacitance": 1}},
-        "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "r"}, {"from": "j", "to": "c"}],
-        "outputs": {"q": "c.q"}, "scenes": {"s": {"stop": 8, "samples": 801}}})x",
-                                     with_method(method));
-      REQUIRE(run.stop == StopReason::completed);
+      const RunResult run = follower("if(t < 5, 1, 1 + " + std::to_string(jump) + ")", "f = sign(e)*sqrt(abs(e))", 0.0,
+                                     R"({"stop": 8, "samples": 801})", method);
       for (std::size_t n = 0; n < run.trace.times.size(); ++n) {
         const double t = run.trace.times[n];
         const double root = t < 5.0 ? 1.0 - t / 2.0 : std::sqrt(jump) - (t - 5.0) / 2.0;
