@@ -130,8 +130,9 @@ struct Evaluator::Impl {
   void run_smoothed(const Routine& routine);
   double smoothing = 0.0;  ///< sqrt(x^2 + smoothing^2) stands for |x|
   LoopOutcome accept_by_rounding(std::size_t block);
-  LoopOutcome factorize(std::size_t block);
-  LoopOutcome factorize_partials(std::size_t block, double singular);
+  LoopOutcome factorize(std::size_t block, LoopMatrix::Pivots pivots = LoopMatrix::Pivots::new_ones);
+  LoopOutcome factorize_partials(std::size_t block, double singular,
+                                 LoopMatrix::Pivots pivots = LoopMatrix::Pivots::new_ones);
   LoopOutcome factorize_where_blocked(std::size_t block);
   LoopOutcome factorize_with_slopes(std::size_t block, double least, double singular);
   double residual_over_rounding(std::size_t block);

@@ -14,6 +14,9 @@ enum class LoopOutcome : std::uint8_t { solved, not_finite, singular, no_converg
 
 class LoopMatrix {
  public:
+  /// Which pivots a sparse factorization takes. Kept ones cost a sixth, and are given up where the factors grow.
+  enum class Pivots : std::uint8_t { new_ones, kept };
+
   /// @param entries  (row, column) of each partial, no two alike.
   LoopMatrix(std::size_t size, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& entries);
   LoopMatrix(LoopMatrix&&) noexcept;
@@ -22,7 +25,8 @@ class LoopMatrix {
   /// @param values  by entry; they are scaled in place.
   /// @param explicit_row  by row: a row whose terms are of magnitude 1, even where they cancel.
   /// @param singular  a pivot this much smaller than the largest is rounding.
-  LoopOutcome factorize(std::span<double> values, const std::vector<bool>& explicit_row, double singular);
+  LoopOutcome factorize(std::span<double> values, const std::vector<bool>& explicit_row, double singular,
+                        Pivots pivots = Pivots::new_ones);
 
   /// Solves with the equilibrated matrix: @p right is divided by the rows' scales, the result yet to be by the
   /// columns'.
@@ -40,7 +44,8 @@ class LoopMatrix {
   struct Sparse;
 
   LoopOutcome factorize_densely(std::span<const double> values, double singular);
-  LoopOutcome factorize_sparsely(std::span<const double> values, double singular);
+  LoopOutcome factorize_sparsely(std::span<const double> values, double singular, Pivots pivots);
+  [[nodiscard]] bool refactorize(double singular);
 
   std::vector<std::pair<std::uint32_t, std::uint32_t>> entries_;
   Eigen::MatrixXd dense_;

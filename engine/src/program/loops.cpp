@@ -59,10 +59,10 @@ bool Evaluator::Impl::load_residual(std::size_t block) {
 }
 
 /// Equilibrates and factorizes the partials of a loop's residuals by its tears.
-LoopOutcome Evaluator::Impl::factorize(std::size_t block) {
+LoopOutcome Evaluator::Impl::factorize(std::size_t block, LoopMatrix::Pivots pivots) {
   if (!goes_on()) return LoopOutcome::no_convergence;
   run_loop(program.blocks[block].jacobian);
-  const LoopOutcome outcome = factorize_partials(block, kSingularLoop);
+  const LoopOutcome outcome = factorize_partials(block, kSingularLoop, pivots);
   if (outcome == LoopOutcome::solved || program.blocks[block].linear || smoothing > 0.0) return outcome;
   if (outcome == LoopOutcome::singular && factorize_where_blocked(block) == LoopOutcome::solved)
     return LoopOutcome::solved;
@@ -70,11 +70,11 @@ LoopOutcome Evaluator::Impl::factorize(std::size_t block) {
 }
 
 /// The same with the partials as the slots hold them.
-LoopOutcome Evaluator::Impl::factorize_partials(std::size_t block, double singular) {
+LoopOutcome Evaluator::Impl::factorize_partials(std::size_t block, double singular, LoopMatrix::Pivots pivots) {
   const ProgramBlock& b = program.blocks[block];
   LoopScratch& scratch = loops[block];
   for (std::size_t i = 0; i < b.entries.size(); ++i) scratch.partials[i] = slots[b.jacobian.results[i]];
-  return scratch.matrix.factorize(scratch.partials, b.explicit_row, singular);
+  return scratch.matrix.factorize(scratch.partials, b.explicit_row, singular, pivots);
 }
 
 LoopOutcome Evaluator::Impl::solve(std::size_t block, From from) {
@@ -163,7 +163,9 @@ LoopOutcome Evaluator::Impl::solve_newton(std::size_t block, Steps steps, int mo
   }
   for (int iteration = 0; iteration < most; ++iteration) {
     ++counts.loop_iterations;
-    if (const LoopOutcome outcome = factorize(block); outcome != LoopOutcome::solved) return outcome;
+    // Those of this solution's first matrix: of an earlier one, the result would depend on what was solved before.
+    const auto pivots = iteration == 0 ? LoopMatrix::Pivots::new_ones : LoopMatrix::Pivots::kept;
+    if (const LoopOutcome outcome = factorize(block, pivots); outcome != LoopOutcome::solved) return outcome;
     newton_step(scratch.step);
     for (std::size_t i = 0; i < z.size(); ++i) {
       const Eigen::Index k = to_index(i);
