@@ -106,3 +106,40 @@ TEST_CASE("a law splits at its one equals sign") {
   CHECK_THROWS_AS(bgsim::split_law("R*f"), ExpressionError);
   CHECK_THROWS_AS(bgsim::split_law("e = R*f = 3"), ExpressionError);
 }
+
+namespace {
+
+/// The text that is said to leave something out, and what: "TEXT: LOST", one after the other.
+std::string left_out(const std::string& text) {
+  World w;
+  std::string found;
+  bgsim::ExpressionScope scope = w.scope();
+  scope.leaves_out = [&](std::size_t begin, std::size_t end, bgsim::ExprId, bgsim::ExprId lost) {
+    found += (found.empty() ? "" : "; ") + text.substr(begin, end - begin) + ": " + w.text(lost);
+  };
+  parse_expression(text, w.pool, scope);
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("what is left out although it has no value everywhere is found, and nothing else is") {
+  CHECK(left_out("0*log(x)") == "0*log(x): log(x)");
+  CHECK(left_out("1 + 2*(sqrt(x) - sqrt(x))") == "sqrt(x) - sqrt(x): sqrt(x)");
+  CHECK(left_out("exp(log(x))") == "exp(log(x)): log(x)");
+  CHECK(left_out("exp(y - log(x))") == "exp(y - log(x)): log(x)");
+  CHECK(left_out("asin(x)^0") == "asin(x)^0: asin(x)");
+  CHECK(left_out("1^(x/y)") == "1^(x/y): x/y");
+  CHECK(left_out("0/x") == "0/x: x");
+  CHECK(left_out("0/log(x)") == "0/log(x): log(x)");
+  CHECK(left_out("0/(2*x)*y") == "0/(2*x): 2*x");
+  CHECK(left_out("0*log(x) + sqrt(y)*0") == "0*log(x): log(x); sqrt(y)*0: sqrt(y)");
+  CHECK(left_out("x - x + 0*sin(y) + 0/2 + abs(y)^0*x^2").empty());
+  // Written otherwise, with all that may fail.
+  for (const char* const text :
+       {"-(x/y)*3", "-2*(x/(-y))/4", "3*(2*sqrt(x))*y", "x/(2*y) + x/(2*y)", "-log(x) + y", "if(x > 0, log(x), 0)",
+        "2 - sqrt(x)", "max(sqrt(x), sqrt(x))", "abs(-sqrt(x))", "floor(round(1/x))", "x^0.5*2*3", "y^-1*0.5*4"}) {
+    INFO(text);
+    CHECK(left_out(text).empty());
+  }
+}

@@ -34,6 +34,7 @@ constexpr std::array kCodes{
     Code{"BG125", kError, "Parentheses nested too deep"},
     Code{"BG126", kError, "A law is one equation"},
     Code{"BG127", kError, "Measured data that cannot be used"},
+    Code{"BG128", kWarning, "A part of an expression that is left out"},
     Code{"BG130", kError, "A bond to something that is not an element"},
     Code{"BG131", kError, "A bond to a port that does not exist"},
     Code{"BG132", kError, "Circular definition"},

@@ -4,12 +4,15 @@
 #include <array>
 #include <charconv>
 #include <numbers>
+#include <span>
+#include <vector>
 
 #include "base/text.hpp"
 #include "bgsim/diagnostic.hpp"
 #include "expression/graph.hpp"
 #include "expression/language.hpp"
 #include "expression/other_words.hpp"
+#include "expression/partial.hpp"
 #include "expression/value_unit.hpp"
 #include "expression/write/layout.hpp"
 
@@ -39,6 +42,7 @@ struct Operand {
   ExprId id;
   std::string_view text;
   std::size_t begin = 0, end = 0;
+  bool partial = false;  ///< something in it has no value everywhere
 };
 
 /// An operator whose right operand is being read.
@@ -372,6 +376,11 @@ class Parser {
                                          operands_.end());
     operands_.resize(group.operands);
     push_quantity(call(*group.function, arguments, group.begin), group.begin, at_);
+    // What if(...) leaves out by a constant condition was not asked for.
+    if (group.function->op == Op::select)
+      operands_.back().partial = true;
+    else
+      look(group.function->op, operands_.back(), arguments);
     return false;
   }
 
@@ -470,6 +479,7 @@ class Parser {
       want(right, kind, "the operand" + place);
       result.id = pool_.make(pending.op, right.id);
       result.begin = pending.begin;
+      look(pending.op, result, std::array{right});
     } else {
       const Operand left = operands_.back();
       operands_.pop_back();
@@ -477,8 +487,24 @@ class Parser {
       want(right, kind, "the right operand" + place);
       result.id = pool_.make(pending.op, left.id, right.id);
       result.begin = left.begin;
+      if (!logical) look(pending.op, result, std::array{left, right});
     }
     operands_.push_back(result);
+  }
+
+  /// Whether what was made of these operands by @p op has all of it that may have no value.
+  void look(Op op, Operand& made, std::span<const Operand> of) {
+    const bool divides = op == Op::div || op == Op::mod;
+    made.partial =
+        is_partial(pool_, made.id) || std::any_of(of.begin(), of.end(), [](const Operand& x) { return x.partial; });
+    if (!made.partial && !divides) return;
+    std::vector<ExprId> ids, kept;
+    for (const Operand& x : of)
+      if (x.kind != Operand::Kind::text) ids.push_back(x.id);
+    for_each_argument(pool_[made.id], [&](ExprId argument) { kept.push_back(argument); });
+    if (pool_[made.id].op == op && std::is_permutation(ids.begin(), ids.end(), kept.begin(), kept.end())) return;
+    const ExprId lost = lost_partial(pool_, ids, divides ? ids[1] : ExprId(), made.id);
+    if (lost.valid() && scope_.leaves_out) scope_.leaves_out(made.begin, made.end, made.id, lost);
   }
 
   void want(const Operand& operand, Operand::Kind kind, const std::string& what) const {

@@ -37,6 +37,9 @@ struct ExpressionScope {
   std::function<std::optional<ExprId>(std::string_view name)> mode;
   std::function<std::vector<std::string>()> known_modes;  ///< names to suggest from
   bool after_event = false;  ///< what an event sets: pre(x), the value before it, has a meaning
+  /// Is called where bytes [begin, end) are read as @p kept, and @p lost, which has no value everywhere, has no part in
+  /// it: 0*log(x).
+  std::function<void(std::size_t begin, std::size_t end, ExprId kept, ExprId lost)> leaves_out;
 };
 
 /// Parses one expression into @p pool.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "expression/partial.hpp"
 #include "read/reader.hpp"
 
 namespace bgsim {
@@ -41,6 +42,9 @@ ExprId Reader::parse(const Context& context, NodeId value, std::string_view text
   scope.table = [&](std::string_view path, std::string_view column, Interpolation interpolation) {
     return load_table(scopes_[context.scope], text, path, column, interpolation);
   };
+  scope.leaves_out = [&](std::size_t begin, std::size_t end, ExprId kept, ExprId lost) {
+    warn_of_left_out(document(scopes_[context.scope]).place_in_string(value, offset + begin, offset + end), kept, lost);
+  };
   refusal_.reset();
   try {
     const ExprId result = parse_text(text, model_.pool, scope);
@@ -49,6 +53,17 @@ ExprId Reader::parse(const Context& context, NodeId value, std::string_view text
     expression_fault(context, value, text, offset, error);
     return {};
   }
+}
+
+/// A part without a say in the result, as in 0*log(x), is not evaluated: nothing is said where it has no value.
+void Reader::warn_of_left_out(const Place& place, ExprId kept, ExprId lost) {
+  const auto name = [this](SymbolId symbol) { return symbol_name(model_, symbol); };
+  const std::string part = to_text(model_.pool, lost, name);
+  model_.warnings.push_back(diagnostic_of("BG128",
+                                          "this is taken as " + to_text(model_.pool, kept, name) + ", also where " +
+                                              part + (is_partial(model_.pool, lost) ? " has no value" : " is 0"),
+                                          place, "what cancels, or is multiplied by 0, is not evaluated",
+                                          "write what is meant without " + part));
 }
 
 /// Whether a name's owner is at fault itself, which has been reported.

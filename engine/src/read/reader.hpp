@@ -189,6 +189,7 @@ class Reader {
   [[nodiscard]] bool perhaps_declared(std::size_t scope, std::string_view name) const;
 
   // what to write instead (reader_advice.cpp)
+  void warn_of_left_out(const Place& place, ExprId kept, ExprId lost);
   void expression_fault(const Context& context, NodeId value, std::string_view text, std::size_t offset,
                         const ExpressionError& error);
   std::string unit_advice(const Context& context, NodeId value, std::string_view number, std::string_view unit);
