@@ -12,7 +12,7 @@ namespace bgsim::cli {
 
 namespace {
 
-std::optional<RunInputs> with_accuracy(const Simulation& scene, double accuracy, bool quiet) {
+std::optional<RunInputs> with_accuracy(const Simulation& scene, double accuracy, const RunLimits& limits, bool quiet) {
   if (scene.program().state_names.empty()) {
     if (!quiet)
       std::cerr << "accuracy " << number_text(accuracy)
@@ -25,6 +25,8 @@ std::optional<RunInputs> with_accuracy(const Simulation& scene, double accuracy,
     TradeOptions how;
     how.tell = [&](const std::string& what) { watch.show(what); };
     how.goes_on = [] { return !was_interrupted(); };
+    how.max_steps = limits.max_steps;
+    how.time_limit = limits.seconds;
     try {
       pick = find_setting(scene, accuracy, how);
     } catch (const TradeFailure& failure) {

@@ -308,7 +308,7 @@ Exit run_scene(const Study& study, const RunOptions& options, const std::string&
   const Simulation compiled = study.scene(inputs, {.energy_audit = !options.no_audit, .keep_all = keep_all});
   seconds.insert(seconds.end(), compiled.seconds().begin(), compiled.seconds().end());
   if (search != nullptr) {
-    std::optional<RunInputs> found = search(compiled, *options.accuracy, options.quiet);
+    std::optional<RunInputs> found = search(compiled, *options.accuracy, options.limits, options.quiet);
     if (!found) return Exit::numerics_failed;
     inputs = std::move(*found);
   }

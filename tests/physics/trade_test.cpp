@@ -238,6 +238,97 @@ TEST_CASE("tolerances that leave more than a hundredth of error are passed over,
   CHECK(rows[1]->setting.relative <= 1e-2 * 1e-2 / rows[0]->max_error);
 }
 
+namespace {
+
+/// A mass that coasts past a magnet of a width: dv/dx = -b(x), so half of the speed is lost there.
+std::string past_a_magnet(const std::string& width) {
+  return R"json({ "bgsim": 1, "name": "magnet", "parameters": { "w": )json" + width + R"json( },
+    "signals": { "x": { "integral": "b.f" } },
+    "elements": { "b": { "kind": "1" }, "m": { "kind": "I", "inertance": 1, "initial": { "p": 1 } },
+      "magnet": { "kind": "MR", "resistance": "0.5/(sqrt(pi)*w)*exp(-((x - 1.2345)/w)^2)" } },
+    "bonds": [ { "from": "b", "to": "m" }, { "from": "b", "to": "magnet" } ],
+    "outputs": { "v": "b.f" }, "scenes": { "main": { "stop": 3, "samples": 61 } } })json";
+}
+
+/// A body at @p level with a ripple of @p size: T' = level + size*cos(50 t) - T.
+std::string ripple(const std::string& level, const std::string& size) {
+  return R"json({ "bgsim": 1, "name": "ripple", "elements": { "a": { "kind": "Se", "effort": )json" + level +
+         R"json( }, "h": { "kind": "MSf", "flow": ")json" + size + R"json(*cos(50*t)" }, "j": { "kind": "1" },
+      "r": { "kind": "R", "resistance": 1 }, "n": { "kind": "0" },
+      "c": { "kind": "C", "capacitance": 1, "initial": { "q": )json" +
+         level + R"json( } } },
+    "bonds": [ { "from": "a", "to": "j" }, { "from": "j", "to": "r" }, { "from": "j", "to": "n" },
+      { "from": "h", "to": "n" }, { "from": "n", "to": "c" } ],
+    "outputs": { "T": "c.e" }, "scenes": { "main": { "stop": 5, "samples": 201 } } })json";
+}
+
+RunResult run_with(const CompiledModel& model, const TradePick& pick) {
+  CompiledModel found = model;
+  found.inputs = with_setting(model.inputs, pick.setting);
+  return found.run();
+}
+
+}  // namespace
+
+TEST_CASE("a setting found for an accuracy has seen a law that is narrower than loose runs know their states") {
+  // Two runs that both pass over it agree, and so does a second method: v = 1 with "error 0".
+  for (const std::string width : {"3e-3", "3e-5", "1e-7"})
+    for (const double accuracy : {1e-2, 1e-3, 1e-5}) {
+      INFO(width << ", " << accuracy);
+      const CompiledModel model = compile_text(past_a_magnet(width));
+      const TradePick pick = find_setting(model.program, model.inputs, accuracy, {});
+      CHECK(std::abs(column(run_with(model, pick), "v").back() - 0.5) <= 0.5 * accuracy);  // the range is 0.5
+    }
+}
+
+TEST_CASE("a run that passes over a law narrower than its states are known says so, whatever its tolerance") {
+  for (const Method method : {Method::automatic, Method::radau, Method::bdf, Method::erk5, Method::dirk5})
+    for (const double relative : {1e-2, 1e-3, 1e-4, 1e-5}) {
+      INFO(method_name(method) << ", " << relative);
+      CompiledModel model = compile_text(past_a_magnet("3e-5"));
+      model.inputs.method = method;
+      model.inputs.relative = relative;
+      const RunResult run = model.run();
+      CHECK((std::abs(column(run, "v").back() - 0.5) < 0.05 || !run.report.undecided.empty()));
+      for (const std::string& note : run.report.undecided)
+        CHECK(std::count(run.report.notes.begin(), run.report.notes.end(), note) == 1);
+    }
+}
+
+TEST_CASE("a setting found for an accuracy has it where the steps are those of a source, whatever the tolerance") {
+  // Radau makes the same steps from 1e-3 to 1e-7: two such runs agree to rounding, and are wrong by 1.5e-5 of the
+  // range.
+  for (const auto& [level, size] : {std::pair("300", "1"), std::pair("300", "0.01"), std::pair("20000", "3")})
+    for (const double accuracy : {1e-3, 1e-5, 1e-6}) {
+      INFO(level << ", " << size << ", " << accuracy);
+      const CompiledModel model = compile_text(ripple(level, size));
+      const RunResult run = run_with(model, find_setting(model.program, model.inputs, accuracy, {}));
+      const std::vector<double> found = column(run, "T");
+      double error = 0.0;
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        const double t = run.trace.times[i];
+        const double exact = (std::cos(50.0 * t) + 50.0 * std::sin(50.0 * t) - std::exp(-t)) / 2501.0;
+        error = std::max(error, std::abs(found[i] - std::stod(level) - std::stod(size) * exact));
+      }
+      CHECK(error <= accuracy * std::stod(size) * 0.04);  // the range is 2*50/2501
+    }
+}
+
+TEST_CASE("an output that only loose runs take for zero is one that moves") {
+  // y' is a pulse where a decay passes 0.3; loose runs pass over it, and y is 0 at all times.
+  const CompiledModel model = compile_text(R"json({ "bgsim": 1, "name": "pulse",
+    "signals": { "x": { "integral": "-x", "initial": 1 }, "y": { "integral": "exp(-((x - 0.3)/1e-4)^2)" } },
+    "elements": { "s": { "kind": "Se", "effort": 1 }, "r": { "kind": "R", "resistance": 1 }, "j": { "kind": "1" } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r" } ],
+    "outputs": { "y": "y" }, "scenes": { "main": { "stop": 5, "samples": 61 } } })json");
+  for (const double accuracy : {1e-2, 1e-3, 1e-5}) {
+    // The integral of exp(-((x - 0.3)/w)^2)/x by x: sqrt(pi) w/0.3 (1 + (w/0.3)^2/2).
+    const double exact = std::sqrt(std::acos(-1.0)) * 1e-4 / 0.3 * (1.0 + 0.5e-8 / 0.09);
+    const RunResult run = run_with(model, find_setting(model.program, model.inputs, accuracy, {}));
+    CHECK(std::abs(column(run, "y").back() / exact - 1.0) <= accuracy);
+  }
+}
+
 TEST_CASE("what cannot be measured is refused with the reason") {
   const auto words = [](const std::string& text, double accuracy) {
     const CompiledModel model = compile_text(text);
@@ -260,4 +351,32 @@ TEST_CASE("what cannot be measured is refused with the reason") {
   nothing_moves.replace(nothing_moves.find("\"q\": 1 }"), 8, "\"q\": 0 }");
   CHECK_THAT(words(nothing_moves, 1e-3), Contains("BG611 no output of the scene moves"));
   CHECK_THAT(words(oscillator("0.2"), 1e-15), Contains("BG612 the accuracy 1e-15 cannot be verified"));
+  // A quotient of two states that die out is known to no digit at the end.
+  const std::string drowned = R"json({ "bgsim": 1, "name": "quotient",
+    "signals": { "x": { "integral": "-30*x", "initial": 1 }, "y": { "integral": "-30*y + 0.1*x", "initial": 1 } },
+    "elements": { "s": { "kind": "Se", "effort": 1 }, "r": { "kind": "R", "resistance": 1 }, "j": { "kind": "1" } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r" } ],
+    "outputs": { "q": "y/x" }, "scenes": { "main": { "stop": 2, "samples": 21 } } })json";
+  CHECK_THAT(words(drowned, 1e-3),
+             Contains("BG612 the accuracy 0.001 cannot be verified") && Contains("by as much as \"q\" varies"));
+}
+
+TEST_CASE("a search for an accuracy ends with its limits of time and steps") {
+  const CompiledModel model = compile_text(oscillator("0.2"));
+  const auto words = [&](const TradeOptions& options) {
+    try {
+      find_setting(model.program, model.inputs, 1e-6, options);
+    } catch (const TradeFailure& failure) {
+      return failure.diagnostic.code + " " + failure.diagnostic.situation +
+             (failure.diagnostic.notes.empty() ? "" : "; " + failure.diagnostic.notes.front().text);
+    }
+    return std::string();
+  };
+  TradeOptions late, few;
+  late.time_limit = 1e-9;
+  few.max_steps = 3;
+  CHECK(words(late) ==
+        "BG618 the limit of wall time was reached before a setting for the accuracy 1e-06 was found, "
+        "after 1 runs");
+  CHECK_THAT(words(few), Contains("BG611 no method comes to the end") && Contains("the limit of 3 steps was reached"));
 }

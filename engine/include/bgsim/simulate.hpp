@@ -121,6 +121,8 @@ struct RunReport {
   std::string energy_unit;              ///< what efforts times flows times t are in, if that is one unit and known
   LeftOut left_out;                     ///< what slice() took away before the run
   std::vector<std::string> notes;       ///< loops' starts and solutions, states never above their tolerance, ...
+  /// Of the notes, those of what may have changed within steps without being seen: a smaller tolerance decides it.
+  std::vector<std::string> undecided;
 };
 
 /// What the stores of a run hold at one time, by element and port, and the values of integrals. It means the same in

@@ -28,8 +28,9 @@ std::string curve_name(const TradeSetting& setting);
 /// An output and whether its errors can be measured.
 struct TradeOutput {
   std::string name, unit;
-  double range = 0.0;   ///< largest less smallest value of the reference; of a constant output its magnitude
-  std::string why_not;  ///< not judged, and why: its range is not above what rounding and solvers make of zero
+  double range = 0.0;    ///< largest less smallest value of the reference; of a constant output its magnitude
+  std::string why_not;   ///< not judged, and why: its range is not above what rounding and solvers make of zero
+  bool drowned = false;  ///< not judged since two tight runs differ by as much as it varies
   /// Not judged since the reference is too loose to tell it from zero: it may vary, and be wrong, by any amount.
   bool unresolved = false;
   double reference = 0.0;  ///< estimated error of the reference, relative to the range
@@ -85,6 +86,8 @@ struct TradeOptions {
   std::vector<TradeSetting> also;  ///< measure_trade: settings to be measured before the methods' own, at any cost
   std::function<void(const std::string& what)> tell;  ///< what comes next
   std::function<bool()> goes_on;                      ///< asked now and then; false ends the whole
+  std::uint64_t max_steps = 0;                        ///< of each run; 0: no limit
+  double time_limit = 0.0;                            ///< seconds of wall time for the whole; 0: no limit
 };
 
 /// Why there is no trade, or no pick: BG611.
@@ -128,7 +131,7 @@ struct TradePick {
 /// Finds a setting with an error of at most @p accuracy in the outputs: with one method (that of `auto`, then others if
 /// its runs fail) from the tolerance that equals the accuracy to tighter ones, each run judged by one of a tenth of its
 /// tolerance. A second method must then come to the same: TradeReference::second and ::error say which and how near;
-/// that is more than the accuracy, up to 30 times, where it needs more than the allowed twelve runs to come nearer.
+/// that is more than the accuracy, up to 30 times, where it needs more than the allowed sixteen runs to come nearer.
 /// Cost: some 3 to 20 runs of what is found (docs/performance.md).
 /// @throws TradeFailure BG611 there is nothing to measure, or no method comes to the end; BG612 the accuracy is not
 ///         reached, or no second method comes near.

@@ -174,6 +174,7 @@ class Run {
   [[nodiscard]] Stored stored();
   [[nodiscard]] Stored stored_at(double t, const std::vector<double>& x);
   void note(const std::optional<std::string>& text);
+  void note_undecided(std::string text);
 
   const Program& program_;
   const RunInputs& inputs_;

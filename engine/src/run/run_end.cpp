@@ -54,6 +54,12 @@ void Run::note(const std::optional<std::string>& text) {
   if (text) result_.report.notes.push_back(*text);
 }
 
+/// Of what may have happened within steps without being seen.
+void Run::note_undecided(std::string text) {
+  result_.report.undecided.push_back(text);
+  result_.report.notes.push_back(std::move(text));
+}
+
 void Run::report() {
   RunReport& report = result_.report;
   report.model = program_.model->name;
@@ -84,10 +90,10 @@ void Run::report() {
       report.absolute.emplace_back(program_.state_names[i], tolerances_.absolute(i));
     note(quiet_states_note(tolerances_, program_.state_names));
     for (std::size_t i = 0; i < events_.undecided().size(); ++i)
-      note(unproven_note(program_.relations[events_.undecided()[i]], events_.undecided_at()[i]));
+      note_undecided(unproven_note(program_.relations[events_.undecided()[i]], events_.undecided_at()[i]));
     note(indefinite_shares_note(events_.indefinite(), program_.output_names));
     if (const auto unseen = defects_.unseen())
-      note(unseen_law_note(program_.state_names[unseen->first], unseen->second));
+      note_undecided(unseen_law_note(program_.state_names[unseen->first], unseen->second));
     if (result_.stop == StopReason::completed && !left_mode_)
       note(fast_sources_note(schedule_.sources().frequency, inputs_.stop - inputs_.start, steps_));
   }
@@ -116,7 +122,7 @@ void Run::report() {
     report.set_events.push_back({program_.events[i].name, jumps_.memory().counts[i], jumps_.memory().energies[i]});
   report.errors = errors_.finish(result_.stop == StopReason::completed);
   if (const DelayMemory& memory = delays_.memory(); memory.coarse_at && !left_mode_)
-    note(coarse_delay_note(program_.delays[memory.coarse].name, *memory.coarse_at));
+    note_undecided(coarse_delay_note(program_.delays[memory.coarse].name, *memory.coarse_at));
   if (!program_.delays.empty()) {
     report.errors.possible = false;
     report.errors.why_not = "the model has delayed signals";

@@ -72,8 +72,11 @@ void SwitchedRun::add(const RunResult& part) {
   constexpr std::size_t kMostNotes = 20;
   for (const std::string& note : own.notes)
     if (report.notes.size() < kMostNotes && !solved_before(note) && !of_lift_off(note) &&
-        std::find(report.notes.begin(), report.notes.end(), note) == report.notes.end())
+        std::find(report.notes.begin(), report.notes.end(), note) == report.notes.end()) {
       report.notes.push_back(note);
+      if (std::find(own.undecided.begin(), own.undecided.end(), note) != own.undecided.end())
+        report.undecided.push_back(note);
+    }
   if (estimates_) report.errors = own.errors;
   add_energy(own.energy);
   append(report.measures, own.measures);

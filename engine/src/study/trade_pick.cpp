@@ -24,8 +24,13 @@ constexpr double kTighter = 10.0;
 /// Errors fall as a power of the tolerance, mostly as it or a little less.
 constexpr double kPower = 0.8;
 constexpr double kLongestLeap = 1e3, kLoosest = 1e-2, kTightest = 1e-14;
+/// Runs whose numbers of steps differ by less than this factor may have the same steps. A method of order 5 makes 1.6
+/// times as many with a tenth of the tolerance.
+constexpr double kSameSteps = 1.2;
+/// How often a method begins again from a tighter tolerance, because another one does not come to what it gives.
+constexpr int kTimesAgain = 2;
 /// Cost of a second method, in runs of what was found, and what any scene may cost.
-constexpr double kSecondRuns = 12.0, kSecondSeconds = 0.02;
+constexpr double kSecondRuns = 16.0, kSecondSeconds = 0.02;
 
 std::vector<Method> first_methods(const Program& program, const RunInputs& inputs) {
   RunInputs free = inputs;
@@ -52,10 +57,17 @@ class Search {
 
   TradePick find() {
     for (const Method method : first_methods(runs_.program(), runs_.inputs())) {
-      const Found course = follow(method);
+      Found course = follow(method, accuracy_);
+      // Where another method comes to something else, and stays there, this one's runs agreed too early.
+      for (int again = 0; course == Found::yes; ++again) {
+        const Confirmed confirmed = confirm();
+        if (confirmed == Confirmed::yes) break;
+        if (runs_.ended()) fail_without_runs();
+        if (confirmed == Confirmed::no || again == kTimesAgain) fail_for_second();
+        course = follow(method, found_.setting.relative / kLongestLeap);
+      }
       if (course == Found::failed) continue;
       if (course == Found::missed) fail_for_reference();
-      confirm();
       TradePick pick;
       pick.setting = found_.setting;
       pick.accuracy = accuracy_;
@@ -91,15 +103,19 @@ class Search {
         notes_.push_back({std::nullopt, setting_flags(point.setting) + ": " + point.run.result.failure->situation});
       return false;
     }
-    mark_zeros(point.run.result.trace, zeros_);
     return true;
   }
 
   /// What @p point differs from the reference by, relative to the outputs' ranges; infinite where that is as much as an
-  /// output varies by, and the reference is too loose to take it for zero.
+  /// output varies by, and the reference is too loose to take it for zero. Both are of one method: what is zero in both
+  /// is zero by symmetry.
   double distance(const Point& point) {
+    Zeros zeros, of_point;
+    mark_zeros(reference_.trace, zeros);
+    mark_zeros(point.run.result.trace, of_point);
+    for (std::size_t c = 0; c < zeros.size(); ++c) zeros[c] = zeros[c] && of_point[c];
     const double largest = compare({reference_.trace, reference_.events}, {point.run.result.trace, point.run.events},
-                                   zeros_, reference_.outputs);
+                                   zeros, reference_.outputs);
     reference_.facts.unresolved.clear();
     for (TradeOutput& output : reference_.outputs) {
       output.unresolved = output.unresolved && reference_.facts.setting.relative > kTellsZero;
@@ -116,18 +132,46 @@ class Search {
     reference_.events = std::move(point.run.events);
   }
 
+  /// Whether two runs may have the same steps, those that a source allows: the same errors then, whatever their
+  /// tolerances.
+  [[nodiscard]] static bool same_steps(const Point& a, const Point& b) {
+    const auto [fewer, more] = std::minmax({a.run.result.report.steps, b.run.result.report.steps});
+    return static_cast<double>(more) < kSameSteps * static_cast<double>(fewer);
+  }
+  /// A run that a point can be judged by: of a tighter tolerance, and of other steps.
+  bool run_reference(const Point& point, Point& tight) {
+    double relative = point.setting.relative / kTighter;
+    for (;; relative /= kLongestLeap) {
+      relative = std::max(relative, kTightest);
+      if (!run_into(point.setting.method, relative, tight, budget_, true)) return false;
+      if (relative <= kTightest || !same_steps(point, tight)) return true;
+    }
+  }
+  /// Whether a run says that something may have happened within its steps that it has not seen.
+  [[nodiscard]] static bool undecided(const Point& point) { return !point.run.result.report.undecided.empty(); }
+
   /// The loosest tolerance of the method that is known to have the accuracy: found_, judged by reference_.
   enum class Found { yes, missed, failed };
-  Found follow(Method method) {
-    double relative = std::clamp(accuracy_, kTighter * kTightest, kLoosest), missed = kLoosest * kTighter;
+  Found follow(Method method, double begin) {
+    double relative = std::clamp(begin, kTighter * kTightest, kLoosest), missed = kLoosest * kTighter;
     Point point;
     if (!run_scene(method, relative, point)) return Found::failed;
     while (true) {
       Point tight;
-      if (!run_into(method, std::max(relative / kTighter, kTightest), tight, budget_, true)) return Found::failed;
+      if (!run_reference(point, tight)) return Found::failed;
+      const bool blind = undecided(point) || undecided(tight);
+      // With a tenth of the tolerance it made the same steps.
+      const bool stands = tight.setting.relative < 0.5 * relative / kTighter;
       Point next = absolute_ ? Point{} : tight;
       take_reference(std::move(tight));
       const double error = distance(point);
+      if (blind) {
+        if (relative <= kTighter * kTightest) fail_for_undecided(point);
+        missed = relative;
+        relative = std::max(relative / kLongestLeap, kTighter * kTightest);
+        if (!run_scene(method, relative, point)) return Found::failed;
+        continue;
+      }
       if (std::none_of(reference_.outputs.begin(), reference_.outputs.end(),
                        [](const TradeOutput& output) { return output.judged() || output.unresolved; }))
         fail_for_rest();
@@ -146,7 +190,9 @@ class Search {
         return Found::yes;
       }
       missed_error_ = error;
-      const double leap = std::clamp(std::pow(error / (kAim * accuracy_), 1.0 / kPower), kTighter, kLongestLeap);
+      const double leap = stands
+                              ? kLongestLeap
+                              : std::clamp(std::pow(error / (kAim * accuracy_), 1.0 / kPower), kTighter, kLongestLeap);
       const double tightened = std::max(relative / leap, kTighter * kTightest);
       const bool is_reference = !absolute_ && tightened > 0.3 * reference_.facts.setting.relative;
       relative = is_reference ? reference_.facts.setting.relative : tightened;
@@ -166,7 +212,7 @@ class Search {
     Point point;
     if (!(looser > 1.5 * relative) || !run_scene(method, looser, point)) return;
     const ReferenceTrace before = reference_;
-    if (distance(point) <= kShare * accuracy_ && point.run.cpu_seconds < found_.run.cpu_seconds)
+    if (!undecided(point) && distance(point) <= kShare * accuracy_ && point.run.cpu_seconds < found_.run.cpu_seconds)
       found_ = std::move(point);
     else
       reference_ = before;
@@ -174,39 +220,54 @@ class Search {
 
   /// A second method comes to the same: within the accuracy, or, where the allowed runs do not get that far, nearer and
   /// nearer with its tolerance, up to some accuracies. TradeReference::error says how near.
-  void confirm() {
-    constexpr double kFalls = 0.5, kNear = 30.0;
+  enum class Confirmed { yes, no, apart };  ///< apart: one stays at a distance of its own
+  Confirmed confirm() {
+    constexpr double kFalls = 0.5, kNear = 30.0, kTighterThan = 1e-2;
+    // At first the time is not one method's alone.
+    constexpr double kFirst = 0.125;
     const Program& program = runs_.program();
     const double limit = kSecondRuns * found_.run.cpu_seconds + kSecondSeconds, begin = thread_seconds();
     const std::vector<TradeOutput> outputs = reference_.outputs;
     double nearest = std::numeric_limits<double>::infinity();
     TradeSetting by;
-    for (const Method method : {Method::bdf, Method::dirk5, Method::radau, Method::adams, Method::ida}) {
-      if (method == found_.setting.method) continue;
-      if (!program.plan.explicit_form && !solves_for_loops(facts_of(method))) continue;
-      double relative = found_.setting.relative, first = 0.0, last = 0.0;
+    std::vector<Method> methods;
+    for (const Method method : {Method::bdf, Method::dirk5, Method::radau, Method::adams, Method::ida, Method::radau9})
+      if (method != found_.setting.method && (program.plan.explicit_form || solves_for_loops(facts_of(method))))
+        methods.push_back(method);
+    const std::size_t count = methods.size();
+    for (std::size_t i = 0; i < count; ++i) methods.push_back(methods[i]);
+    for (std::size_t i = 0; i < methods.size(); ++i) {
+      const Method method = methods[i];
+      double relative = std::max(std::min(found_.setting.relative, kTighterThan * accuracy_), kTightest), before = 0.0;
+      bool stays = false;
       Point point;
-      while (run_into(method, relative, point, limit - (thread_seconds() - begin), true)) {
-        last = bgsim::judge({point.run.result.trace, point.run.events}, with(outputs)).largest();
+      const auto allowed = [&] {
+        const double left = limit - (thread_seconds() - begin);
+        return i < count && before == 0.0 ? std::min(left, kFirst * limit) : left;
+      };
+      while (run_into(method, relative, point, allowed(), true)) {
+        const double last = bgsim::judge({point.run.result.trace, point.run.events}, with(outputs)).largest();
         by_second_ = std::min(by_second_, last);
-        if (first == 0.0) first = last;
-        if (last <= accuracy_) {
+        if (last <= accuracy_ && !undecided(point)) {
           accept(outputs, point.setting, last);
-          return;
+          return Confirmed::yes;
         }
-        if (last < nearest && last < kFalls * first) {
+        stays = before > 0.0 && last > kFalls * before;
+        if (before > 0.0 && !stays && last < nearest) {
           nearest = last;
           by = point.setting;
         }
+        before = last;
         const double leap = std::clamp(std::pow(last / (kAim * accuracy_), 1.0 / kPower), kTighter, kLongestLeap);
         if (relative / leap < kTightest) break;  // another method may get there
         relative /= leap;
       }
+      if (stays) return Confirmed::apart;
       if (thread_seconds() - begin > limit) break;
     }
-    if (runs_.ended()) return;
-    if (nearest <= kNear * accuracy_) return accept(outputs, by, nearest);
-    fail_for_second();
+    if (nearest > kNear * accuracy_ || runs_.ended()) return Confirmed::no;
+    accept(outputs, by, nearest);
+    return Confirmed::yes;
   }
   const ReferenceTrace& with(const std::vector<TradeOutput>& outputs) {
     reference_.outputs = outputs;
@@ -227,14 +288,17 @@ class Search {
         setting_flags(facts.setting) + ", differs from " + setting_flags(facts.second) + " by " +
         (unresolved ? "as much as \"" + facts.unresolved + "\" varies" : number_text(facts.error, 2));
     // A tolerance ten times tighter makes the error of a method of order 5 nearly that much smaller.
-    if (!unresolved && missed_error_ > 0.0 && facts.error > 0.2 * missed_error_)
+    if (absolute_)
+      diagnostic.situation += "; the scene's absolute tolerances bound what a tighter relative one can do";
+    else if (!unresolved && missed_error_ > 0.0 && facts.error > 0.2 * missed_error_)
       diagnostic.situation += "; tighter tolerances bring them no nearer, so this is rounding";
     else if (!unresolved)
       diagnostic.situation += "; a tighter tolerance is below what rounding leaves of a state";
     diagnostic.notes = std::move(notes_);
     diagnostic.rule = "what is measured must be larger than what it is measured with";
-    diagnostic.help = (unresolved ? "remove absolute tolerances from the scene, which bound what a relative one can do"
-                                  : "ask for an accuracy above " + number_text(3.0 * facts.error, 1)) +
+    diagnostic.help = (absolute_    ? "remove absolute tolerances from the scene"
+                       : unresolved ? "record what \"" + facts.unresolved + "\" is made of, whose parts are larger"
+                                    : "ask for an accuracy above " + number_text(3.0 * facts.error, 1)) +
                       std::string("; where a solution is unstable in itself no method follows it for long");
     throw TradeFailure(std::move(diagnostic));
   }
@@ -252,7 +316,24 @@ class Search {
     throw TradeFailure(std::move(diagnostic));
   }
 
+  [[noreturn]] void fail_for_undecided(const Point& point) {
+    Diagnostic diagnostic = diagnostic_of("BG612");
+    const RunReport& report = point.run.result.report;
+    diagnostic.situation = "the accuracy " + number_text(accuracy_, 3) + " cannot be verified: with " +
+                           setting_flags(point.setting) + " it is still open what happens within steps";
+    for (const std::string& note : report.undecided) diagnostic.notes.push_back({std::nullopt, note});
+    diagnostic.rule = "what is measured must be larger than what it is measured with";
+    diagnostic.help = "run it with --relative, and see the notes of that run";
+    throw TradeFailure(std::move(diagnostic));
+  }
+
+  /// No output can be judged: all are zero, or drown in what two runs differ by.
   [[noreturn]] void fail_for_rest() {
+    for (const TradeOutput& output : reference_.outputs)
+      if (output.drowned) {
+        reference_.facts.unresolved = output.name;
+        fail_for_reference();
+      }
     Diagnostic diagnostic = diagnostic_of("BG611");
     diagnostic.situation = "no output of the scene moves: there is nothing to judge errors by";
     diagnostic.rule = "errors are measured against a reference, and a second method must vouch for it";
@@ -261,6 +342,13 @@ class Search {
   }
 
   [[noreturn]] void fail_without_runs() {
+    if (runs_.out_of_time()) {
+      Diagnostic late = diagnostic_of("BG618");
+      late.situation = "the limit of wall time was reached before a setting for the accuracy " +
+                       number_text(accuracy_, 3) + " was found, after " + std::to_string(runs_.count()) + " runs";
+      late.help = "allow more time, or ask for less accuracy";
+      throw TradeFailure(std::move(late));
+    }
     Diagnostic diagnostic = diagnostic_of("BG611");
     diagnostic.situation = runs_.ended() ? "the search was ended before it had found a setting"
                                          : "no method comes to the end of the scene with a tight tolerance";
@@ -274,7 +362,6 @@ class Search {
   bool absolute_;  ///< tolerances are given by the scene
   TradeRuns runs_;
   ReferenceTrace reference_;
-  Zeros zeros_;
   Point found_;
   double by_second_ = std::numeric_limits<double>::infinity();  ///< how near any second method came
   double missed_error_ = 0.0;  ///< of the tolerance before the tightest, where that misses the accuracy, too

@@ -96,7 +96,7 @@ double compare(const TradeCourse& first, const TradeCourse& other, const Zeros& 
       output.why_not = "zero throughout";
     } else if (output.range <= kNoise * difference[c]) {
       output.why_not = "not distinguishable from zero: two tight runs differ by as much as it varies";
-      output.unresolved = true;
+      output.drowned = output.unresolved = true;
     } else {
       output.reference = difference[c] / output.range;
       largest = std::max(largest, output.reference);
@@ -246,7 +246,13 @@ ReferenceTrace find_reference(TradeRuns& runs, double relative, double wanted, d
     output.unresolved = output.unresolved && !zero && first.setting.relative > kTellsZero;
     if (output.unresolved && reference.facts.unresolved.empty()) reference.facts.unresolved = output.name;
   }
-  if (std::none_of(reference.outputs.begin(), reference.outputs.end(), [](const auto& o) { return o.judged(); }))
+  const auto any = [&](const auto& is) { return std::any_of(reference.outputs.begin(), reference.outputs.end(), is); };
+  if (!any([](const TradeOutput& output) { return output.judged(); }) &&
+      any([](const TradeOutput& output) { return output.drowned; }))
+    give_up("no output can be judged: " + setting_flags(reference.facts.setting) + " and " +
+                setting_flags(reference.facts.second) + " differ by as much as each of them varies",
+            {}, "record what the outputs are made of, whose parts are larger");
+  if (!any([](const TradeOutput& output) { return output.judged(); }))
     give_up("no output of the scene moves: there is nothing to judge errors by", {}, "record outputs that vary");
   return reference;
 }

@@ -72,9 +72,10 @@ TimedRun TradeRuns::simulate_within(const RunInputs& inputs, bool audit, bool lo
   SimulateOptions how;
   how.energy_audit = audit;
   how.error_estimate = false;
+  how.max_steps = options_.max_steps;
   how.progress = [&](double) {
     run.cut = thread_seconds() - begin > limit_seconds;
-    ended_ = ended_ || (options_.goes_on && !options_.goes_on());
+    ended_ = ended_ || (options_.goes_on && !options_.goes_on()) || out_of_time();
     return !run.cut && !ended_;
   };
   if (look && events_) how.events = [&run](const RunEvent& event) { run.events.take(event); };

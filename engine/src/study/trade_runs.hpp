@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <vector>
 
 #include "bgsim/trade.hpp"
@@ -52,8 +53,12 @@ class TradeRuns {
   [[nodiscard]] const Program& program() const { return scene_.program; }
   /// Whether the model has what happens at instants that a run finds.
   [[nodiscard]] bool events() const { return events_; }
-  /// True if the user has ended the whole.
+  /// True if the user has ended the whole, or its time is over.
   [[nodiscard]] bool ended() const { return ended_; }
+  [[nodiscard]] bool out_of_time() const {
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin_;
+    return options_.time_limit > 0.0 && passed.count() >= options_.time_limit;
+  }
   /// Tells the user what comes next.
   void tell(const std::string& what);
 
@@ -68,6 +73,7 @@ class TradeRuns {
   const TradeOptions& options_;
   std::size_t count_ = 0;
   bool ended_ = false;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
 /// The reference's trace at output times (even rows) and midway between them (odd rows), and what is known of it.

@@ -19,6 +19,9 @@ constexpr double kShaken = 3.0;
 /// A defect of so many times what is allowed that is allowed for this reason alone, and is no small part of it, is
 /// named in the report: a pulse narrower than its state is known. A small part is what cancels between large rates.
 constexpr double kMuch = 100.0, kPart = 0.1;
+/// So is one of this part of the state's own size: with a loose tolerance a hundred times what is allowed is more than
+/// the state itself (a mass that passes a magnet, at 1e-3).
+constexpr double kOfState = 0.1;
 /// Where the work allowed runs out: the least part of a step, decided so far, that the step is cut to.
 constexpr double kPrefix = 1.0 / 16.0;
 /// Of a step of one length: part of the change of the rates from end to end that its error may be.
@@ -338,7 +341,8 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
     parts.push_back({a.t, b.t, sum});
   }
   bool large = false;
-  for (std::size_t i = 0; i < affected_.size(); ++i) large = large || most[i] > limit[i];
+  const auto visible = [&](std::size_t i) { return kOfState * step.tolerance(affected_[i]) / step.relative; };
+  for (std::size_t i = 0; i < affected_.size(); ++i) large = large || most[i] > std::min(limit[i], visible(i));
   std::vector<double> of_states(step.states, 0.0);
   if (large)
     for (const Part& part : parts) add_error_of_states(step, part.from, part.to, of_states);
@@ -346,15 +350,15 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
   std::size_t which = 0;
   for (std::size_t i = 0; i < affected_.size(); ++i) {
     const std::uint32_t state = affected_[i];
-    if (!(most[i] > limit[i])) continue;
     const double without = limit[i];
+    if (!(most[i] > std::min(without, visible(i)))) continue;
     limit[i] += kShaken * of_states[state];
     if (most[i] > worst * limit[i]) {
       worst = most[i] / limit[i];
       which = i;
       verdict.state = state;
     } else if (!(worst > 1.0) && most[i] > kPart * of_states[state] &&
-               most[i] > kMuch * without * (1.0 + forgetting(step, until, state))) {
+               most[i] > std::min(kMuch * without, visible(i)) * (1.0 + forgetting(step, until, state))) {
       verdict.undecided = true;
       verdict.state = state;
     }
