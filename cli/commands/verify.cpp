@@ -60,6 +60,8 @@ void print_check(const std::string& model, const std::string& scene, const Refer
   }
   for (const std::string& name : check.unused)
     std::cout << "    column " << short_name(name) << " of the reference: no output\n";
+  for (const std::string& name : check.unheld)
+    std::cout << "    output " << short_name(name) << ": no column of the reference, not compared\n";
 }
 
 /// Runs one scene at its reference's times and compares.
@@ -87,6 +89,9 @@ Exit verify_scene(const Study& study, const std::string& file, const ReadOptions
   }
   const ReferenceCheck check = hold_against(model, result.trace, table, reference);
   print_check(label, inputs.scene, check);
+  if (adapted.stop < inputs.stop)
+    std::cout << "    the reference ends at t = " << number_text(adapted.stop, 6) << ", the scene at "
+              << number_text(inputs.stop, 6) << '\n';
   return check.ok() ? Exit::done : Exit::model_at_fault;
 }
 

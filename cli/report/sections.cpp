@@ -4,6 +4,7 @@
 #include <map>
 #include <sstream>
 
+#include "bgsim/modes.hpp"
 #include "bgsim/xml.hpp"
 #include "html.hpp"
 #include "report/content.hpp"
@@ -139,6 +140,9 @@ std::string equations_section(const ReportContent& content) {
     return xml_element("math", {{"displaystyle", "true"}}, inside);
   };
   std::string text;
+  if (const Mode mode = mode_of(study.model()); !mode.empty())
+    text += paragraph("In the mode " + xml_text(mode_text(study.model(), mode)) + ". " +
+                      code("bgsim equations " + content.file + " --mode NAME=SIDE") + " prints those of others.");
   for (const EquationGroup& group : equations_mathml(study.model(), study.equations(), study.order())) {
     if (group.title != "state equations") text += xml_text_element("h3", capital(group.title));
     std::string lines;

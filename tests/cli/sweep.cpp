@@ -48,6 +48,20 @@ TEST_CASE("a sweep writes a row for each run and says least, mean and largest of
   CHECK_FALSE(here.has("rc.charge.sweep/trace.5.csv"));
 }
 
+TEST_CASE("a result that is no finite number in a run is left empty, with a note") {
+  Workplace here;
+  const Outcome sweep = with_model(here).bgsim(
+      "sweep rc.json --vary R=1,2 --result 'a=1/(R-1)' --result 'b=log(final(u)-5)' --result 'd=final(u)/(R-1)' "
+      "--result 'u=final(u)' -o it");
+  CAPTURE(sweep.err);
+  CHECK(sweep.code == 0);
+  CHECK_THAT(sweep.err, Contains("2 with notes") && Contains("no value in any run"));
+  CHECK_THAT(sweep.err, Contains("the result \"a\" is not a finite number, and left empty"));
+  const std::string table = here.read("it/results.csv");
+  CHECK_THAT(table, Contains("\n0,1,,,,2.99") && Contains(",completed,3,") && Contains("\n1,2,1,,2.94") &&
+                        Contains(",completed,1,"));
+}
+
 TEST_CASE("settings of the scene are varied like parameters") {
   Workplace here;
   with_model(here);
@@ -168,6 +182,8 @@ TEST_CASE("what a sweep cannot vary or keep is wrong usage, with the fix") {
   refused("rc.json --vary R=1,2 --result 'max(u)'", "write NAME=EXPR");
   refused("rc.json --vary R=1,2 --result 'x=max(v)'", "unknown name \"v\"");
   refused("rc.json --vary R=1,2 --result 'x=u'", "a result is made of");
+  refused("rc.json --vary R=1,2 --result 'x=first(u)'", "first(u) takes a condition, and this is a number");
+  refused("rc.json --vary R=1,2 --result 'x=duration(2*u)'", "as in duration(2*u > 0)");
   refused("rc.json --vary R=1,2 --result 'R=max(u)'", "has a column of this name");
   refused("rc.json --vary R=1,2 --result 'status=max(u)'", "has a column of this name");
   refused("rc.json --vary R=1,2 --shard 3/2", "write I/N");

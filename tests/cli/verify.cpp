@@ -19,6 +19,19 @@ TEST_CASE("verify passes what agrees, shows where and by how much the rest does 
   CHECK_THAT(run.out, Contains("the reference has 0.6065306597126334"));
 }
 
+TEST_CASE("verify names what it does not compare: outputs without a column, and times after the reference's last") {
+  const Workplace here;
+  here.write("part.json", R"({ "bgsim": 1, "name": "part", "elements": { "n": { "kind": "0" },
+    "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } }, "r": { "kind": "R", "resistance": 1 } },
+    "bonds": [ { "from": "n", "to": "c" }, { "from": "n", "to": "r" } ], "outputs": { "q": "c.q", "more": "2*c.q" },
+    "scenes": { "run": { "stop": 2, "samples": 3, "reference": { "file": "part.csv" } } } })");
+  here.write("part.csv", "t,q\n0,1\n1,0.36787944117144233\n");
+  const Outcome run = here.bgsim("verify part.json");
+  CAPTURE(run.out, run.err);
+  CHECK_THAT(run.out, Contains("output more: no column of the reference, not compared"));
+  CHECK_THAT(run.out, Contains("the reference ends at t = 1, the scene at 2"));
+}
+
 TEST_CASE("verify without files takes models/*.json of the working folder and lists models without references") {
   const Workplace here;
   CHECK(here.bgsim("verify").code == 2);

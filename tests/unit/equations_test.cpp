@@ -378,3 +378,33 @@ TEST_CASE("the linearization agrees with the evaluator's own Jacobian") {
   // The force accelerates both masses, the second at three times the velocity: m takes 2/(2 + 9*5) of it.
   CHECK(lin.b[0] == Approx(2.0 / 47.0).epsilon(1e-12));
 }
+
+TEST_CASE("names that would look alike where equations are typeset are written as they are") {
+  const Study study = Study::from_text(R"({ "bgsim": 1, "name": "alike", "parameters": { "R1": 1, "R_1": 2, "R_2": 5,
+    "q_c": 3 }, "elements": { "s": { "kind": "Se", "effort": "q_c" }, "j": { "kind": "1" },
+    "r": { "kind": "R", "resistance": "R1 + R_1*R_2" }, "c": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r" }, { "from": "j", "to": "c" } ],
+    "outputs": { "q": "c.q" }, "scenes": { "run": { "stop": 1 } } })");
+  const std::string latex = equations_latex(study.model(), study.equations(), study.order());
+  CAPTURE(latex);
+  // R_2 has no other that looks like it, and keeps its index.
+  CHECK(latex.find("\\dot{\\mathrm{c.q}} &= \\frac{\\mathrm{q\\_c} - \\mathrm{c.q}}{\\mathrm{R1} + \\mathrm{R\\_1} \\, "
+                   "R_{2}}") != std::string::npos);
+  const std::vector<EquationGroup> groups = equations_mathml(study.model(), study.equations(), study.order());
+  CHECK(groups.front().lines.front().left.find("<mi>c.q</mi>") != std::string::npos);
+  // In text nothing looks alike.
+  const std::string text = equations_text(study.model(), study.equations(), study.order());
+  CHECK(text.find("c.q' = (q_c - c.q)/(R1 + R_1*R_2)") != std::string::npos);
+}
+
+TEST_CASE("printed equations of a model with switches name the mode that they hold in") {
+  const Study study = Study::from_text(R"({ "bgsim": 1, "name": "charge", "elements": {
+    "s": { "kind": "Se", "effort": 1 }, "j": { "kind": "1" }, "w": { "kind": "Sw", "closed": "t > 1" },
+    "r": { "kind": "R", "resistance": 1 }, "c": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "w" }, { "from": "j", "to": "r" },
+      { "from": "j", "to": "c" } ], "outputs": { "q": "c.q" }, "scenes": { "run": { "stop": 2 } } })");
+  const auto printed = [](const Study& of) { return equations_text(of.model(), of.equations(), of.order()); };
+  CHECK(printed(study).find("in the mode w open\n\nstate equations\n  c.q' = 0\n") != std::string::npos);
+  CHECK(equations_latex(study.model(), study.equations(), study.order()).find("% in the mode w open\n") !=
+        std::string::npos);
+}

@@ -126,9 +126,11 @@ class SweepResults {
   [[nodiscard]] const std::vector<std::pair<std::string, std::string>>& further_outputs() const;
   /// All outputs that they must record.
   [[nodiscard]] const std::vector<std::string>& outputs() const;
-  /// The results of a run with SimulateOptions::measures; NaN where one has no value.
+  /// The results of a run with SimulateOptions::measures; NaN where one has no value. One that is no finite number,
+  /// though all that it is made of has a value, is named in @p notes.
   /// @pre the run is completed
-  [[nodiscard]] std::vector<double> of(const RunResult& run, const RunInputs& inputs) const;
+  [[nodiscard]] std::vector<double> of(const RunResult& run, const RunInputs& inputs,
+                                       std::vector<std::string>& notes) const;
 
  private:
   struct Inside;

@@ -26,6 +26,7 @@ struct ColumnCheck {
 struct ReferenceCheck {
   std::vector<ColumnCheck> columns;  ///< in the trace's order
   std::vector<std::string> unused;   ///< columns of the reference that no output is held against
+  std::vector<std::string> unheld;   ///< outputs that the reference has no column for
   [[nodiscard]] bool ok() const;
 };
 

@@ -1,12 +1,14 @@
 #include <algorithm>
 #include <cstdio>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <unordered_map>
 
 #include "base/latex_text.hpp"
 #include "bgsim/describe.hpp"
+#include "bgsim/modes.hpp"
 #include "bgsim/text.hpp"
 #include "bgsim/xml.hpp"
 #include "expression/write/layout.hpp"
@@ -36,6 +38,7 @@ class ReadableEquations {
       event_conditions_.push_back(pool_[close(when)].op == Op::select ? ExprId(pool_[close(when)].a) : close(when));
     name_signals();
     name_shared_parts();
+    tell_names_apart();
     prepare_display();
   }
 
@@ -89,7 +92,8 @@ class ReadableEquations {
         group.title =
             "sample of " + name + ", each " + to_text(model.pool, model.signals[event.sampled.index()].every, symbol);
       } else {
-        group.title = "event " + name + ", where " + to_text(pool_, rename(event_conditions_[i]), this->name());
+        group.title = "event " + name + ", where " +
+                      to_text(pool_, rename(event_conditions_[i]), [this](SymbolId s) { return names_[s.index()]; });
       }
       for (const EventEquation::Set& set : system_.events[i].sets)
         group.lines.push_back(line(upright(set.name), rename(event_values_[value++])));
@@ -250,7 +254,33 @@ class ReadableEquations {
   }
 
   [[nodiscard]] SymbolName name() const {
-    return [this](SymbolId symbol) { return names_[symbol.index()]; };
+    return [this](SymbolId symbol) { return shown_[symbol.index()]; };
+  }
+  /// Names that would look alike where they are typeset (R1 and R_1, c.q and q_c) are written as they are.
+  void tell_names_apart() {
+    shown_ = names_;
+    if (notation_ == Notation::text) return;
+    std::vector<ExprId> roots = rates_;
+    for (const auto& [symbol, expression] : named_) roots.push_back(expression);
+    for (const std::vector<ExprId>* const some : {&dependent_, &outputs_, &event_values_, &event_conditions_})
+      for (const ExprId e : *some) roots.push_back(rename(e));
+    for (const Block& block : order_.blocks)
+      if (!closed(block))
+        for (const ExprId residual : block.residuals) roots.push_back(rename(close(residual)));
+    std::vector<SymbolId> symbols = symbols_in(pool_, roots);
+    for (const auto& [symbol, expression] : named_) symbols.push_back(symbol);
+    for (const State& state : system_.states) symbols.push_back(state.symbol);
+    for (const DependentStore& store : system_.dependent) symbols.push_back(store.symbol);
+    std::sort(symbols.begin(), symbols.end());
+    symbols.erase(std::unique(symbols.begin(), symbols.end()), symbols.end());
+    std::map<std::pair<std::string, std::vector<std::string>>, std::vector<SymbolId>> alike;
+    for (const SymbolId symbol : symbols) {
+      const NameParts parts = name_parts(names_[symbol.index()]);
+      alike[{parts.base, parts.indices}].push_back(symbol);
+    }
+    for (const auto& [parts, of] : alike)
+      for (const SymbolId symbol : of)
+        if (of.size() > 1) shown_[symbol.index()] = as_written(names_[symbol.index()]);
   }
   [[nodiscard]] std::vector<std::string> written(ExprId expression, const SymbolName& name) const {
     switch (notation_) {
@@ -264,7 +294,7 @@ class ReadableEquations {
     return {};
   }
   std::string rate_name(SymbolId symbol) {
-    const std::string& of = names_[symbol.index()];
+    const std::string& of = shown_[symbol.index()];
     const ExprId expression = display_->symbol(symbol);
     if (notation_ == Notation::text) return of + "'";
     return written(expression, [&](SymbolId) { return "der(" + of + ")"; }).front();
@@ -306,7 +336,7 @@ class ReadableEquations {
   const BlockOrder& order_;
   ExprPool pool_;
   std::optional<Tidier> display_;
-  std::vector<std::string> names_;
+  std::vector<std::string> names_, shown_;  ///< by symbol; as they are typeset
   std::unordered_map<SymbolId, ExprId> solved_;
   std::vector<std::pair<SymbolId, ExprId>> signals_, named_;
   std::unordered_map<ExprId, SymbolId> name_of_part_;
@@ -357,12 +387,14 @@ std::string group_latex(const EquationGroup& group) {
 std::string equations_text(const Model& model, const EquationSystem& system, const BlockOrder& order) {
   std::string result = short_name(model.name) + ": " + count_text(system.states.size(), "state") + ", " +
                        count_text(order.blocks.size(), "algebraic loop") + "\n";
+  if (const Mode mode = mode_of(model); !mode.empty()) result += "in the mode " + mode_text(model, mode) + "\n";
   for (const EquationGroup& group : groups_of(model, system, order, Notation::text)) result += group_text(group);
   return result;
 }
 
 std::string equations_latex(const Model& model, const EquationSystem& system, const BlockOrder& order) {
   std::string result = "% " + short_name(model.name) + "\n";
+  if (const Mode mode = mode_of(model); !mode.empty()) result += "% in the mode " + mode_text(model, mode) + "\n";
   for (const EquationGroup& group : groups_of(model, system, order, Notation::latex)) result += group_latex(group);
   return result;
 }

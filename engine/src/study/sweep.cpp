@@ -92,9 +92,9 @@ class Worker {
       done.result.stop = StopReason::failed;
       return;
     }
-    done.run.results = results_.of(done.result, inputs);
+    done.run.results = results_.of(done.result, inputs, done.run.notes);
     done.run.completed = true;
-    done.run.notes = report.notes;
+    done.run.notes.insert(done.run.notes.end(), report.notes.begin(), report.notes.end());
     for (const Diagnostic& warning : inputs.warnings) done.run.notes.push_back(warning.code + ": " + warning.situation);
   }
 

@@ -19,6 +19,11 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 bool belongs_to_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.'; }
 
+bool is_output(const Model& model, const std::string& name) {
+  return std::any_of(model.outputs.begin(), model.outputs.end(),
+                     [&](const Output& output) { return output.name == name; });
+}
+
 }  // namespace
 
 struct SweepResults::Inside {
@@ -106,6 +111,12 @@ std::string SweepResults::Inside::measured(const Model& model, const std::string
     if (argument.empty())
       throw SweepError("--result " + in_quotes(whole) + ": " + std::string(word) + "() of what?",
                        "write an output or an expression in the brackets");
+    // A name alone may be that of a condition.
+    const bool name = std::all_of(argument.begin(), argument.end(), belongs_to_name) && !is_output(model, argument);
+    if (measure->condition && !name && !is_condition_text(argument))
+      throw SweepError("--result " + in_quotes(whole) + ": " + std::string(word) + "(" + argument +
+                           ") takes a condition, and this is a number",
+                       "compare it, as in " + std::string(word) + "(" + argument + " > 0)");
     parts.push_back({output_for(model, argument, *measure), measure});
     result += prefix + std::to_string(parts.size() - 1);
     i = close + 1;
@@ -120,18 +131,14 @@ std::size_t SweepResults::Inside::output_for(const Model& model, const std::stri
     outputs.push_back(name);
     return outputs.size() - 1;
   };
-  const auto is_output = [&](const std::string& name) {
-    return std::any_of(model.outputs.begin(), model.outputs.end(),
-                       [&](const Output& output) { return output.name == name; });
-  };
-  if (!measure.condition && is_output(argument)) return recorded(argument);
+  if (!measure.condition && is_output(model, argument)) return recorded(argument);
   const std::string expression = measure.condition ? "if(" + argument + ", 1, 0)" : argument;
   const auto same = [&](const auto& output) { return output.second == expression; };
   if (const auto there = std::find_if(further.begin(), further.end(), same); there != further.end())
     return recorded(there->first);
   std::string name = argument;
   // A trace has its times in the column t, which no output may be called.
-  while (name == "t" || is_output(name) ||
+  while (name == "t" || is_output(model, name) ||
          std::any_of(further.begin(), further.end(), [&](const auto& f) { return f.first == name; }))
     name += '\'';
   further.emplace_back(name, expression);
@@ -221,7 +228,8 @@ const std::vector<std::pair<std::string, std::string>>& SweepResults::further_ou
 }
 const std::vector<std::string>& SweepResults::outputs() const { return inside_->outputs; }
 
-std::vector<double> SweepResults::of(const RunResult& run, const RunInputs& inputs) const {
+std::vector<double> SweepResults::of(const RunResult& run, const RunInputs& inputs,
+                                     std::vector<std::string>& notes) const {
   std::vector<double> results(inside_->values.size(), kNone);
   if (run.report.measures.empty()) return results;
   std::unordered_map<std::string_view, const OutputMeasure*> measure_of;
@@ -238,7 +246,12 @@ std::vector<double> SweepResults::of(const RunResult& run, const RunInputs& inpu
     bool known = true;
     for (std::size_t part = inside_->first_part[i]; part < end; ++part)
       known = known && !std::isnan(symbols[inside_->part_symbol(part).index()]);
-    if (known) results[i] = evaluate(inside_->pool, inside_->values[i], symbols);
+    if (!known) continue;
+    const double value = evaluate(inside_->pool, inside_->values[i], symbols);
+    if (std::isfinite(value))
+      results[i] = value;
+    else
+      notes.push_back("the result " + in_quotes(inside_->names[i]) + " is not a finite number, and left empty");
   }
   return results;
 }

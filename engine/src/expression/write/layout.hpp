@@ -90,6 +90,9 @@ struct NameParts {
 };
 NameParts name_parts(std::string name);
 
+/// The same name, to be typeset as it is: where its parts would look like those of another one ("R_1" beside "R1").
+std::string as_written(const std::string& name);
+
 /// The Greek letter that a word names ("omega", "Delta") in UTF-8; empty if it names none.
 std::string_view greek_letter(std::string_view word);
 bool is_number_word(std::string_view word);

@@ -31,9 +31,15 @@ std::string_view greek_letter(std::string_view word) {
 
 bool is_number_word(std::string_view word) { return std::all_of(word.begin(), word.end(), is_digit); }
 
+std::string as_written(const std::string& name) { return '"' + name + '"'; }
+
 NameParts name_parts(std::string name) {
   NameParts parts;
   for (; name.rfind("der(", 0) == 0 && name.back() == ')'; ++parts.dots) name = name.substr(4, name.size() - 5);
+  if (name.size() > 2 && name.front() == '"' && name.back() == '"') {
+    parts.base = name.substr(1, name.size() - 2);
+    return parts;
+  }
   std::string owner;
   if (const std::size_t dot = name.rfind('.'); dot != std::string::npos) {
     owner = name.substr(0, dot);

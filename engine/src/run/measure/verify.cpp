@@ -182,7 +182,10 @@ ReferenceCheck hold_against(const Model& model, const Trace& trace, const CsvTab
   used.front() = true;
   ReferenceCheck check;
   for (std::size_t output = 0; output < trace.names.size(); ++output) {
-    if (!pairs[output]) continue;
+    if (!pairs[output]) {
+      check.unheld.push_back(trace.names[output]);
+      continue;
+    }
     const std::size_t column = *pairs[output];
     used[column] = true;
     check.columns.push_back(check_column(trace, output, table.columns.front(), table.columns[column], reference));
