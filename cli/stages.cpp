@@ -15,8 +15,14 @@ void print_warnings(const std::vector<Diagnostic>& warnings, const Model& model)
 bool is_wrong_usage(const ModelError& error) {
   const std::vector<SourceText> sources = error.sources ? source_texts(*error.sources) : std::vector<SourceText>{};
   return std::all_of(error.diagnostics.begin(), error.diagnostics.end(), [&](const Diagnostic& problem) {
-    if (!problem.place || problem.place->document.index() >= sources.size()) return problem.code != "BG100";
-    return sources[problem.place->document.index()].path == kCommandLine;
+    if (problem.place && problem.place->document.index() < sources.size())
+      return sources[problem.place->document.index()].path == kCommandLine;
+    // A circle of parameters has places in its notes alone. It is the model's own if all are in its file.
+    const bool of_the_file =
+        !problem.notes.empty() && std::all_of(problem.notes.begin(), problem.notes.end(), [](const Note& note) {
+          return note.place && note.place->document.index() == 0;
+        });
+    return problem.code != "BG100" && !of_the_file;
   });
 }
 

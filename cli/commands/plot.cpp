@@ -138,7 +138,10 @@ std::map<std::string, std::string> read_units(const std::string& csv) {
 UnitTrace read_trace(const std::string& path) {
   const std::string text = read_text(path, NamedBy::user);
   try {
-    UnitTrace trace{path, parse_csv(text), read_units(path)};
+    CsvCells cells = parse_csv_cells(text);
+    for (const std::optional<CsvError>& fault : cells.faults)
+      if (fault) throw *fault;
+    UnitTrace trace{path, std::move(cells.table), read_units(path)};
     if (trace.table.columns.front().empty())
       throw UsageError(short_path(path) + " has a header and no records: nothing to draw");
     return trace;
@@ -171,6 +174,7 @@ void add_bands(std::vector<PlotPanel>& panels, const Bands& bands, const PlotArg
           static_cast<std::size_t>(std::find(bands.names.begin(), bands.names.end(), curve.name) - bands.names.begin());
       for (std::size_t i = 0; i < bands.times.size(); ++i) {
         if ((options.from && bands.times[i] < *options.from) || (options.to && bands.times[i] > *options.to)) continue;
+        if (std::isnan(bands.of[o][1][i])) continue;
         curve.low.push_back(bands.of[o].front()[i]);
         curve.high.push_back(bands.of[o].back()[i]);
       }
@@ -179,16 +183,21 @@ void add_bands(std::vector<PlotPanel>& panels, const Bands& bands, const PlotArg
   }
 }
 
-/// The rows of a column whose abscissa lies in the range asked for.
+/// The rows of a column whose abscissa lies in the range asked for, without those that lack a value.
 PlotCurve curve_of(const UnitTrace& trace, const std::string& x, const std::string& y, const PlotArguments& options) {
   const std::vector<double>&abscissa = trace.column(x), &ordinate = trace.column(y);
   PlotCurve curve{y, {}, {}, false, true, {}, {}, {}};
+  bool in_range = false;
   for (std::size_t i = 0; i < abscissa.size(); ++i) {
     if ((options.from && abscissa[i] < *options.from) || (options.to && abscissa[i] > *options.to)) continue;
+    in_range = true;
+    if (std::isnan(abscissa[i]) || std::isnan(ordinate[i])) continue;
     curve.x.push_back(abscissa[i]);
     curve.y.push_back(ordinate[i]);
   }
-  if (curve.x.empty()) throw UsageError(short_path(trace.file) + " has no record between --from and --to");
+  if (!in_range) throw UsageError(short_path(trace.file) + " has no record between --from and --to");
+  if (curve.x.empty())
+    throw UsageError("column \"" + short_name(y) + "\" of " + short_path(trace.file) + " has no value to draw");
   return curve;
 }
 

@@ -132,3 +132,17 @@ TEST_CASE("a negative stiffness runs with a warning and grows as the exact solut
   const double last = std::stod(run.out.substr(run.out.rfind(',') + 1));
   CHECK(last == Approx(1.0).epsilon(1e-5));
 }
+
+TEST_CASE("parameters of a scene that depend on each other are an error in the model, those of --set wrong usage") {
+  const Workplace here;
+  here.write("circle.json", R"({ "bgsim": 1, "name": "circle", "parameters": { "a": 1, "b": 2 },
+    "elements": { "s": { "kind": "Se", "effort": "a" }, "r": { "kind": "R", "resistance": "b" } },
+    "bonds": [ { "from": "s", "to": "r" } ], "outputs": { "f": "r.f" },
+    "scenes": { "run": { "stop": 1, "parameters": { "a": "b", "b": "a" } }, "plain": { "stop": 1 },
+      "half": { "stop": 1, "parameters": { "a": "b" } } } })");
+  const Outcome scene = here.bgsim("circle.json -o -");
+  CHECK(scene.code == 1);
+  CHECK_THAT(scene.err, Catch::Contains("BG132: parameters depend on each other: a -> b -> a"));
+  CHECK(here.bgsim("circle.json --scene plain --set a=b --set b=a -o -").code == 2);
+  CHECK(here.bgsim("circle.json --scene half --set b=a -o -").code == 2);
+}

@@ -53,6 +53,16 @@ TEST_CASE("extremes of a long trace are in its picture, however short they last"
   CHECK(svg.size() < 200000);
 }
 
+TEST_CASE("records without a value are left out of a curve, as those that fit -o writes") {
+  const Workplace here;
+  here.write("measured.csv", "t,x,data\n0,1,1.25\n1,2,nan\n2,3,\n3,4,NA\n4,5,5.25\n");
+  here.write("whole.csv", "t,data\n0,1.25\n4,5.25\n");
+  REQUIRE(here.bgsim("plot measured.csv data").code == 0);
+  CHECK_THAT(here.read("measured.svg"), Contains("data"));
+  const Outcome against = here.bgsim("plot measured.csv --against whole.csv data -o apart.svg");
+  CHECK_THAT(against.err, Contains("data: largest difference 0 at t = 0, of 2 records in common"));
+}
+
 TEST_CASE("what cannot be drawn is refused with its place and a fix") {
   const Workplace here;
   here.write("a.csv", "t,speed\n0,1\n1,2\n");
@@ -63,9 +73,11 @@ TEST_CASE("what cannot be drawn is refused with its place and a fix") {
   };
   refused("a.csv sped", "a.csv has no column \"sped\"; did you mean \"speed\"?");
   refused("a.csv --x time", "a.csv has no column \"time\"");
-  refused("none.csv", "cannot read \"none.csv\": No such file or directory");
+  refused("no.csv", "cannot read \"no.csv\": No such file or directory");
   here.write("bad.csv", "t,x\n0,1\n1,many\n");
   refused("bad.csv", "bad.csv:3: \"many\" in column \"x\" is not a number");
+  here.write("none.csv", "t,x\n0,\n1,nan\n");
+  refused("none.csv", "column \"x\" of none.csv has no value to draw");
   here.write("empty.csv", "t,x\n");
   refused("empty.csv", "empty.csv has a header and no records");
   refused("a.csv --from 5", "no record between --from and --to");

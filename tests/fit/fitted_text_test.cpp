@@ -65,6 +65,12 @@ TEST_CASE("values that the file does not have yet are written into the scenes of
         with(with(model, "\"1/2\"", "4"), "\"b\": {", "\"b\": { \"initial\": { \"d.e\": 1 },"));
   // An effort in the place of a charge that the element gives.
   CHECK_THAT(written(model, {{"c.e", 6}}), Contains("\"initial\": { \"c.e\": 6 }"));
+  // In the place of the one that the scene gives.
+  const std::string by_effort = with(model, "\"a\": {", "\"a\": { \"initial\": { \"c.e\": 0.5 },");
+  CHECK(written(by_effort, {{"c.q", 4}}) == with(model, "\"a\": {", "\"a\": { \"initial\": { \"c.q\": 4 },"));
+  const std::string by_charge = with(model, "\"a\": {", "\"a\": { \"initial\": { \"c.q\" : 0.5 , \"d.q\": 1 },");
+  CHECK(written(by_charge, {{"c.e", 4}}) ==
+        with(model, "\"a\": {", "\"a\": { \"initial\": { \"c.e\": 4 , \"d.q\": 1 },"));
 }
 
 TEST_CASE("what --set gave is written with the fit, and a computed parameter becomes a number") {

@@ -91,6 +91,10 @@ TEST_CASE("numbers too small for a double read as zero, numbers too large are an
 TEST_CASE("what is no table of numbers is refused with its line") {
   CHECK(fault("") == "line 1: the file is empty: a header with the columns' names is needed");
   CHECK(fault("t,\n0,1\n") == "line 1: column 2 has no name");
+  CHECK(fault("t;x\n0;1,5\n") ==
+        "line 1: the columns are separated by semicolons: a comma is to stand between them, and a point in numbers");
+  CHECK(fault("t\tx\n0\t1\n") ==
+        "line 1: the columns are separated by tabs: a comma is to stand between them, and a point in numbers");
   CHECK(fault("t,x,x\n") == "line 1: two columns are named \"x\"");
   CHECK(fault("t,x\n0,1\n1,2,3\n") == "line 3: 3 fields where the header has 2 columns");
   CHECK(fault("t,x\n0,1\n1\n") == "line 3: 1 fields where the header has 2 columns");

@@ -126,6 +126,11 @@ std::vector<std::string> parse_header(CsvReader& reader) {
                          " have the same name");
     names.push_back(name);
   }
+  if (names.size() == 1)
+    for (const char separator : {';', '\t'})
+      if (names.front().find(separator) != std::string::npos)
+        throw CsvError(1, std::string("the columns are separated by ") + (separator == ';' ? "semicolons" : "tabs") +
+                              ": a comma is to stand between them, and a point in numbers");
   return names;
 }
 

@@ -168,6 +168,23 @@ class Rewriting {
     return std::nullopt;
   }
 
+  /// The scene gives what a store holds by its effort or flow, and q or p is fitted, or the other way round: one takes
+  /// the place of the other.
+  std::optional<Edit> in_place_of_other(const NewValue& value, const Scene& scene) const {
+    if (value.parameter) return std::nullopt;
+    const StateNames names(model_);
+    const auto state = names.find(value.name);
+    for (const auto& [other, given] : scene.initial) {
+      const auto of = names.find(other);
+      if (!state || !of || other == value.name || of->key != state->key) continue;
+      const Place& place = given.second;
+      const std::size_t key = text_.rfind(json_text_of(other), place.begin);
+      if (place.document.index() != 0 || key == std::string_view::npos) return std::nullopt;
+      return Edit{key, place.end, json_text_of(value.name) + ": " + shortest_number(value.value)};
+    }
+    return std::nullopt;
+  }
+
   /// @param in_place  numbers are replaced where they stand; else all are written into the scenes.
   std::string with_edits(bool in_place) const {
     std::vector<Edit> edits;
@@ -180,7 +197,9 @@ class Rewriting {
         const auto& own = value.parameter ? scene.parameters : scene.initial;
         const bool here = place && place->document.index() == 0 && place->end > place->begin &&
                           place->end <= text_.size() && text_[place->begin] != '{';
-        if (here && (in_place || own.contains(value.name)))
+        if (auto replaced = in_place_of_other(value, scene))
+          edits.push_back(std::move(*replaced));
+        else if (here && (in_place || own.contains(value.name)))
           edits.push_back({place->begin, place->end, shortest_number(value.value)});
         else
           rest.push_back(value);

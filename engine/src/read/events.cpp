@@ -91,6 +91,8 @@ std::optional<ModelEvent::Set> Reader::set_target(std::size_t scope, NodeId node
     return refused("it is a signal with a value of its own", "write an \"integral\", which keeps what it is set to");
   if (found != names_.end() && found->second.kind == Entity::Kind::parameter)
     return refused("parameters are constants", "write a signal with \"integral\": 0, which keeps what it is set to");
+  if (found != names_.end() && found->second.kind == Entity::Kind::condition)
+    return refused("it is a condition", "let the \"set\" or \"reset\" of the latch hold where the event takes place");
   return refused("there is no such store or integral", suggestion(scopes_[scope].prefix + name, state_names()));
 }
 

@@ -168,6 +168,12 @@ bool Reader::check_state(const std::string& name, const Place& place, bool or_co
   refusal_.reset();
   if (state_named(name, or_conjugate)) return true;
   if (is_broken(0, name) || unreadable(scopes_[0], "elements")) return false;
+  if (const auto found = names_.find(name); found != names_.end() && found->second.kind == Entity::Kind::condition) {
+    problem("BG147", in_quotes(name) + " is a condition, no state", place,
+            "a latch begins on the side that its own \"initial\" says, true or false",
+            "states are what the stores hold, and the integrals among the signals");
+    return false;
+  }
   std::string help = refusal_ ? refusal_->help : index_advice(0, name);
   if (help.empty()) help = suggestion(name, state_names());
   const auto dot = name.rfind('.');
@@ -186,7 +192,10 @@ bool Reader::check_state(const std::string& name, const Place& place, bool or_co
 std::vector<std::string> Reader::state_names() const {
   std::vector<std::string> names;
   for (const Signal& signal : model_.signals)
-    if (signal.is_state() && names.size() < kMostSearched) names.push_back(signal.name);
+    if (const auto found = names_.find(signal.name);  // the sides of latches are kept as states, too
+        signal.is_state() && found != names_.end() && found->second.kind == Entity::Kind::signal &&
+        names.size() < kMostSearched)
+      names.push_back(signal.name);
   for (const Element& element : model_.elements) {
     if (names.size() >= kMostSearched || enough_problems()) break;
     for (std::size_t port = 0; is_store(element.kind) && port < element.ports.size(); ++port)
