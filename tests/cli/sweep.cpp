@@ -62,6 +62,17 @@ TEST_CASE("a result that is no finite number in a run is left empty, with a note
                         Contains(",completed,1,"));
 }
 
+TEST_CASE("expressions of results and columns may name outputs that are called as elements are") {
+  Workplace here;
+  std::string model = kModel;
+  model.replace(model.find("\"u\": { \"value\""), 3, "\"c\"");
+  here.write("rc.json", model);
+  REQUIRE(here.bgsim("sweep rc.json --vary R=1,2 --result 'a=max(abs(c))' --result 'b=max(c)' -o it").code == 0);
+  CHECK_THAT(here.read("it/results.csv"), Contains("\n0,1,2.99899") && Contains("\n1,2,2.94505"));
+  const Outcome run = here.bgsim("rc.json --output w=2*c -o - --quiet");
+  CHECK_THAT(run.out, Catch::StartsWith("t,c,w\r\n0,0,0\r\n"));
+}
+
 TEST_CASE("settings of the scene are varied like parameters") {
   Workplace here;
   with_model(here);

@@ -309,6 +309,38 @@ TEST_CASE("points at which the model has no run are stepped back from") {
   check_values(result, {0.09});
 }
 
+TEST_CASE("a run that ends before the data, since its end follows what is varied, is stepped back from and named") {
+  // stop = R: with R < 2 the rows at t = 2 are missing. The best R is 1.
+  const Study study = Study::from_text(capacitor(R"("stop": "R", "samples": 11, "relative": 1e-11)"));
+  const auto charge = [](double tau) { return [tau](double t) { return 3.0 - 2.5 * std::exp(-t / tau); }; };
+  FitPlan plan = plan_of({"R"}, {measured(times(0.0, 2.0, 21), charge(0.5))});
+  plan.iterations = 20;
+  const FitResult stuck = fit(study, plan);
+  CHECK_FALSE(stuck.converged);
+  CHECK(stuck.values[0].value >= 2.0);
+  CHECK_THAT(stuck.stopped, Contains("steps led to values whose runs fail, the last of them with BG417") &&
+                                Contains("before the last row at t = 2"));
+  // To the other side there is nothing in the way.
+  check_values(fit(study, plan_of({"R"}, {measured(times(0.0, 2.0, 21), charge(1.5))})), {3.0});
+}
+
+TEST_CASE("constant data beside others are compared in parts of their value, which a note says") {
+  const Study study = Study::from_text(capacitor());
+  FitData data = measured(times(0.05, 1.95, 23), [](double t) { return charging(t, 1.4, 0.5, 3.0, 0.25); });
+  for (const double level : {3.0, 0.0}) {
+    data.cells.table.names = {"t", "u", "s"};
+    data.cells.table.columns.resize(2);
+    data.cells.table.columns.push_back(std::vector<double>(23, level));
+    data.cells.faults.resize(3);
+    FitPlan plan = plan_of({"R"}, {data});
+    plan.matches.push_back({"s", "s", 0.0});
+    const FitResult result = fit(study, plan);
+    check_values(result, {1.4});
+    CHECK_THAT(result.notes.front(), Contains("the data of \"s\" are constant") &&
+                                         Contains(level == 0.0 ? "as they are" : "in parts of their value"));
+  }
+}
+
 TEST_CASE("a value on neither side of which the model runs is refused") {
   const std::string model =
       with_text(capacitor(), "\"resistance\": \"R\"", "\"resistance\": \"1 + sqrt(R - 2)*sqrt(2 - R)\"");

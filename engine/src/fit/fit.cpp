@@ -97,6 +97,8 @@ class Fitting {
       result_.stopped = "converged";
     else if (result_.stopped == "converged")
       result_.stopped = "the derivatives at the last point say that the sum of squares falls further";
+    if (!result_.converged && !runs_.last_fault().empty())
+      result_.stopped += "; steps led to values whose runs fail, the last of them with " + runs_.last_fault();
     // Within a standard error the values are as good as their data: what is left to the least sum of squares is small
     // enough to be hidden by the errors of the runs.
     constexpr double kTight = 1e-9;

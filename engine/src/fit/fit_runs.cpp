@@ -182,7 +182,12 @@ void FitRuns::take_data(const SceneOverrides& overrides) {
       mean /= std::max(count, 1.0);
       each([&](const FitCell& cell) { square += (cell.value - mean) * (cell.value - mean); });
       double deviation = std::sqrt(square / std::max(count, 1.0));
-      if (deviation == 0.0) deviation = mean == 0.0 ? 1.0 : std::abs(mean);
+      if (deviation == 0.0) {
+        deviation = mean == 0.0 ? 1.0 : std::abs(mean);
+        note("the data of " + in_quotes(plan_.matches[m].output) + " are constant, and have no spread to compare in: " +
+             (mean == 0.0 ? "their errors are taken as they are" : "their errors are taken in parts of their value") +
+             "; --sigma says what an error counts");
+      }
       each([&](FitCell& cell) { cell.weight = 1.0 / deviation; });
     }
 }
@@ -343,6 +348,9 @@ bool completed(const RunResult& result, const Model& model) {
   return result.stop == StopReason::completed;
 }
 
+/// Whether a run has come to all rows of the data: its end may depend on what is varied.
+bool has_all_rows(const Trace& trace, const FitScene& scene) { return trace.times.size() == scene.times.size(); }
+
 bool is_finite(const Trace& trace, std::size_t columns) {
   for (std::size_t i = 0; i < columns; ++i)
     for (const double value : trace.columns[i])
@@ -360,7 +368,16 @@ std::optional<Trace> FitRuns::run(const FitScene& scene, const std::vector<doubl
     RunInputs inputs = prepare_scene(model, scene.name, with(values));
     inputs.output_times = scene.times;
     RunResult result = scene.simulation->simulate(inputs, how_);
-    if (completed(result, model) && is_finite(result.trace, result.trace.columns.size())) return result.trace;
+    const bool whole = has_all_rows(result.trace, scene);
+    if (completed(result, model) && whole && is_finite(result.trace, result.trace.columns.size())) return result.trace;
+    if (why != nullptr && !whole && !result.failure)
+      *why = ModelError(
+          {diagnostic_of("BG417",
+                         "the scene " + in_quotes(short_name(scene.name)) + " ends at t = " + number_text(inputs.stop) +
+                             " with these values, before the last row at t = " + number_text(scene.times.back()),
+                         {}, "a run has all times of the data, whatever is varied",
+                         "give the scene another end: --stop T")},
+          model.sources);
     if (why != nullptr && result.failure) *why = ModelError({*result.failure}, model.sources);
   } catch (const ModelError& error) {
     if (error.diagnostics.front().code == "BG606") throw;
@@ -377,6 +394,8 @@ std::vector<Trace> FitRuns::outputs(const std::vector<double>& values, std::opti
   std::vector<Trace> traces;
   for (std::size_t s = 0; s < scenes_.size(); ++s) {
     if (!found[s]) {
+      if (faults[s])
+        last_fault_ = faults[s]->diagnostics.front().code + ", " + faults[s]->diagnostics.front().situation;
       if (why != nullptr) *why = std::move(faults[s]);
       return {};
     }
@@ -427,7 +446,8 @@ bool FitRuns::derive(const FitScene& scene, std::size_t first_row, std::size_t v
     ++runs_;
     const RunResult result = scene.varied[variation]->run(with(values), scene.times, how_);
     const std::size_t outputs = scene.simulation->inputs().outputs.size();
-    if (!completed(result, model) || !is_finite(result.trace, 2 * outputs)) return false;
+    if (!completed(result, model) || !has_all_rows(result.trace, scene) || !is_finite(result.trace, 2 * outputs))
+      return false;
     for (std::size_t i = 0; i < scene.cells.size(); ++i) {
       const FitCell& cell = scene.cells[i];
       rows[(first_row + i) * values.size() + variation] =

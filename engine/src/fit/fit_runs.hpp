@@ -50,6 +50,8 @@ class FitRuns {
   [[nodiscard]] std::size_t residuals() const { return residuals_; }
   [[nodiscard]] bool known_sigma() const { return known_sigma_; }
   [[nodiscard]] std::uint64_t runs() const { return runs_; }
+  /// Code and words of the last run that failed; empty if none did.
+  [[nodiscard]] const std::string& last_fault() const { return last_fault_; }
   /// What a change of a value is measured in: its start, or its range where that is 0.
   [[nodiscard]] double scale(std::size_t variation) const { return scales_[variation]; }
 
@@ -93,6 +95,7 @@ class FitRuns {
   bool known_sigma_ = false;
   std::atomic<std::uint64_t> runs_ = 0;
   std::vector<double> last_values_;  ///< of the traces in last_
+  std::string last_fault_;
   std::vector<Trace> last_;
 };
 

@@ -124,13 +124,16 @@ std::optional<ExprId> Reader::meaning_of_plain(const Context& context, std::stri
     if (refusal_) return std::nullopt;
   }
   const std::string& prefix = scopes_[context.scope].prefix;
-  if (const auto found = names_.find(prefix + std::string(name)); found != names_.end())
-    return quantity(context, found->second, name);
-  // A column of the command line may be made of outputs.
-  if (context.scope == command_line_scope_)
+  const auto found = names_.find(prefix + std::string(name));
+  const bool is_quantity = found != names_.end() && (found->second.kind == Entity::Kind::parameter ||
+                                                     found->second.kind == Entity::Kind::signal ||
+                                                     found->second.kind == Entity::Kind::condition);
+  // A column of the command line may be made of outputs, which may have the names of elements.
+  if (context.scope == command_line_scope_ && !is_quantity)
     if (const auto output = outputs_.find(std::string(name));
         output != outputs_.end() && model_.outputs[output->second].value.valid())
       return model_.outputs[output->second].value;
+  if (found != names_.end()) return quantity(context, found->second, name);
   const auto dot = name.rfind('.');
   std::optional<SymbolId> variable;
   if (dot != std::string_view::npos && name.size() == dot + 2)
