@@ -222,52 +222,69 @@ class Search {
   /// nearer with its tolerance, up to some accuracies. TradeReference::error says how near.
   enum class Confirmed { yes, no, apart };  ///< apart: one stays at a distance of its own
   Confirmed confirm() {
-    constexpr double kFalls = 0.5, kNear = 30.0, kTighterThan = 1e-2;
-    // At first the time is not one method's alone.
+    constexpr double kNear = 30.0;
+    // At first the time is not one method's alone; what is cut then may have what is left.
     constexpr double kFirst = 0.125;
     const Program& program = runs_.program();
-    const double limit = kSecondRuns * found_.run.cpu_seconds + kSecondSeconds, begin = thread_seconds();
+    const double end = thread_seconds() + kSecondRuns * found_.run.cpu_seconds + kSecondSeconds;
+    const double first = kFirst * (end - thread_seconds());
     const std::vector<TradeOutput> outputs = reference_.outputs;
-    double nearest = std::numeric_limits<double>::infinity();
-    TradeSetting by;
-    std::vector<Method> methods;
+    Course nearest;
+    bool apart = false;
+    std::vector<Method> cut;
+    const auto confirmed_by = [&](Method method, double limit) {
+      const Course course = approach(method, limit, end, outputs);
+      if (course.cut) cut.push_back(method);
+      apart = apart || course.stays;
+      if (!course.stays && course.distance < nearest.distance) nearest = course;
+      return course.there;
+    };
+    bool there = false;
     for (const Method method : {Method::bdf, Method::dirk5, Method::radau, Method::adams, Method::ida, Method::radau9})
-      if (method != found_.setting.method && (program.plan.explicit_form || solves_for_loops(facts_of(method))))
-        methods.push_back(method);
-    const std::size_t count = methods.size();
-    for (std::size_t i = 0; i < count; ++i) methods.push_back(methods[i]);
-    for (std::size_t i = 0; i < methods.size(); ++i) {
-      const Method method = methods[i];
-      double relative = std::max(std::min(found_.setting.relative, kTighterThan * accuracy_), kTightest), before = 0.0;
-      bool stays = false;
-      Point point;
-      const auto allowed = [&] {
-        const double left = limit - (thread_seconds() - begin);
-        return i < count && before == 0.0 ? std::min(left, kFirst * limit) : left;
-      };
-      while (run_into(method, relative, point, allowed(), true)) {
-        const double last = bgsim::judge({point.run.result.trace, point.run.events}, with(outputs)).largest();
-        by_second_ = std::min(by_second_, last);
-        if (last <= accuracy_ && !undecided(point)) {
-          accept(outputs, point.setting, last);
-          return Confirmed::yes;
-        }
-        stays = before > 0.0 && last > kFalls * before;
-        if (before > 0.0 && !stays && last < nearest) {
-          nearest = last;
-          by = point.setting;
-        }
-        before = last;
-        const double leap = std::clamp(std::pow(last / (kAim * accuracy_), 1.0 / kPower), kTighter, kLongestLeap);
-        if (relative / leap < kTightest) break;  // another method may get there
-        relative /= leap;
-      }
-      if (stays) return Confirmed::apart;
-      if (thread_seconds() - begin > limit) break;
+      if (!there && method != found_.setting.method &&
+          (program.plan.explicit_form || solves_for_loops(facts_of(method))))
+        there = confirmed_by(method, first);
+    for (const Method method : std::exchange(cut, {}))
+      there = there || confirmed_by(method, std::numeric_limits<double>::infinity());
+    if (there || (nearest.distance <= kNear * accuracy_ && !runs_.ended())) {
+      accept(outputs, nearest.setting, nearest.distance);
+      return Confirmed::yes;
     }
-    if (nearest > kNear * accuracy_ || runs_.ended()) return Confirmed::no;
-    accept(outputs, by, nearest);
-    return Confirmed::yes;
+    return apart ? Confirmed::apart : Confirmed::no;
+  }
+
+  /// How near a method comes to the reference as its tolerance is tightened.
+  struct Course {
+    TradeSetting setting;
+    double distance = std::numeric_limits<double>::infinity();  ///< once it has fallen, or is within the accuracy
+    bool there = false;                                         ///< within the accuracy
+    bool stays = false;                                         ///< farther away, however tight
+    bool cut = false;                                           ///< its first run was, by the limit
+  };
+  /// @param limit  of the first run, @p end of all, in this thread's seconds
+  Course approach(Method method, double limit, double end, const std::vector<TradeOutput>& outputs) {
+    constexpr double kFalls = 0.5, kTighterThan = 1e-2;
+    Course course;
+    double relative = std::max(std::min(found_.setting.relative, kTighterThan * accuracy_), kTightest), before = 0.0;
+    Point point;
+    while (run_into(method, relative, point, std::min(limit, end - thread_seconds()), true)) {
+      limit = std::numeric_limits<double>::infinity();
+      const double last = bgsim::judge({point.run.result.trace, point.run.events}, with(outputs)).largest();
+      by_second_ = std::min(by_second_, last);
+      course.there = last <= accuracy_ && !undecided(point);
+      course.stays = !course.there && before > 0.0 && last > kFalls * before;
+      if (course.there || (before > 0.0 && !course.stays)) {
+        course.setting = point.setting;
+        course.distance = last;
+      }
+      if (course.there) return course;
+      before = last;
+      const double leap = std::clamp(std::pow(last / (kAim * accuracy_), 1.0 / kPower), kTighter, kLongestLeap);
+      if (relative / leap < kTightest) return course;  // another method may get there
+      relative /= leap;
+    }
+    course.cut = before == 0.0 && point.run.cut;
+    return course;
   }
   const ReferenceTrace& with(const std::vector<TradeOutput>& outputs) {
     reference_.outputs = outputs;
