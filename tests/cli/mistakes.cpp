@@ -146,3 +146,13 @@ TEST_CASE("parameters of a scene that depend on each other are an error in the m
   CHECK(here.bgsim("circle.json --scene plain --set a=b --set b=a -o -").code == 2);
   CHECK(here.bgsim("circle.json --scene half --set b=a -o -").code == 2);
 }
+
+TEST_CASE("a value of --set that leaves out what has no value everywhere is used with a warning") {
+  const Workplace here;
+  const Outcome run = here.bgsim("decay.json --set 'R=0*log(C - 1) + 2' -o -");
+  CHECK(run.code == 0);
+  CHECK_THAT(run.err,
+             Catch::Contains("BG128: --set \"R=0*log(C - 1) + 2\": this is taken as 0, also where log(C - 1) has "
+                             "no value"));
+  CHECK_THAT(here.bgsim("decay.json --set R=4/2 -o -").err, !Catch::Contains("BG128"));
+}

@@ -70,4 +70,9 @@ ExprId lost_partial(const ExprPool& pool, std::span<const ExprId> arguments, Exp
   return pool.is_constant(divisor) && !pool.is_constant(divisor, 0.0) ? ExprId() : divisor;
 }
 
+std::string left_out_words(const ExprPool& pool, ExprId kept, ExprId lost, const SymbolName& name) {
+  return "this is taken as " + to_text(pool, kept, name) + ", also where " + to_text(pool, lost, name) +
+         (is_partial(pool, lost) ? " has no value" : " is 0");
+}
+
 }  // namespace bgsim

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 
 #include "bgsim/expression.hpp"
 
@@ -17,5 +18,8 @@ namespace bgsim {
 /// @note  Cost: what depends on both.
 [[nodiscard]] ExprId lost_partial(const ExprPool& pool, std::span<const ExprId> arguments, ExprId divisor,
                                   ExprId result);
+
+/// "this is taken as KEPT, also where LOST has no value", or is 0 where it is a divisor.
+[[nodiscard]] std::string left_out_words(const ExprPool& pool, ExprId kept, ExprId lost, const SymbolName& name);
 
 }  // namespace bgsim

@@ -58,12 +58,9 @@ ExprId Reader::parse(const Context& context, NodeId value, std::string_view text
 /// A part without a say in the result, as in 0*log(x), is not evaluated: nothing is said where it has no value.
 void Reader::warn_of_left_out(const Place& place, ExprId kept, ExprId lost) {
   const auto name = [this](SymbolId symbol) { return symbol_name(model_, symbol); };
-  const std::string part = to_text(model_.pool, lost, name);
-  model_.warnings.push_back(diagnostic_of("BG128",
-                                          "this is taken as " + to_text(model_.pool, kept, name) + ", also where " +
-                                              part + (is_partial(model_.pool, lost) ? " has no value" : " is 0"),
-                                          place, "what cancels, or is multiplied by 0, is not evaluated",
-                                          "write what is meant without " + part));
+  model_.warnings.push_back(diagnostic_of("BG128", left_out_words(model_.pool, kept, lost, name), place,
+                                          "what cancels, or is multiplied by 0, is not evaluated",
+                                          "write what is meant without " + to_text(model_.pool, lost, name)));
 }
 
 /// Whether a name's owner is at fault itself, which has been reported.

@@ -5,6 +5,7 @@
 #include "bgsim/unit.hpp"
 #include "expression/graph.hpp"
 #include "expression/parse.hpp"
+#include "expression/partial.hpp"
 #include "expression/value_unit.hpp"
 #include "model/element_kinds.hpp"
 #include "scene/set_target.hpp"
@@ -50,6 +51,12 @@ std::optional<ExprId> value_of(const SetText& set, const Model& model, const Par
     std::vector<std::string> names;
     for (const Parameter& parameter : model.parameters) names.push_back(parameter.name);
     return names;
+  };
+  scope.leaves_out = [&](std::size_t, std::size_t, ExprId kept, ExprId lost) {
+    const auto name = [&model](SymbolId symbol) { return symbol_name(model, symbol); };
+    given.warnings.push_back(set_problem(set, ": " + left_out_words(given.pool, kept, lost, name),
+                                         "write what is meant without " + to_text(given.pool, lost, name),
+                                         "what cancels, or is multiplied by 0, is not evaluated", "BG128"));
   };
   try {
     const ExprId value = parse_expression(set.value, given.pool, scope);
@@ -98,7 +105,7 @@ std::optional<StateNames::Found> StateNames::find(const std::string& name) const
 }
 
 GivenValues given_values(const Model& model, const Scene& scene, const SceneOverrides& overrides) {
-  GivenValues given{model.pool, {}, {}, {}, {}, {}};
+  GivenValues given{model.pool, {}, {}, {}, {}, {}, {}};
   ParametersByName parameters;
   for (const Parameter& parameter : model.parameters) {
     parameters.emplace(parameter.name, given.parameters.size());

@@ -50,7 +50,7 @@ struct GivenValues {
   std::vector<GivenValue> parameters;                        ///< by ParameterId
   std::map<StateKey, GivenValue> initial;                    ///< those that are given
   std::map<std::string, ExprId> set_parameters, set_states;  ///< by --set
-  std::vector<Diagnostic> problems;                          ///< BG141 and BG12x of --set
+  std::vector<Diagnostic> problems, warnings;                ///< BG141 and BG12x of --set
 };
 
 /// @note Time linear in the model.

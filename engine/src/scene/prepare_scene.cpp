@@ -370,6 +370,7 @@ RunInputs prepare_scene(const Model& model, const std::string& name, const Scene
   Numbers numbers = parameter_numbers(model, given);
   RunInputs inputs;
   inputs.scene = scene.name;
+  inputs.warnings = std::move(given.warnings);
   inputs.parameters = numbers.parameters;
   inputs.reference = scene.reference;
   inputs.close_zeno = scene.close_zeno;
