@@ -139,8 +139,10 @@ UnitTrace read_trace(const std::string& path) {
   const std::string text = read_text(path, NamedBy::user);
   try {
     CsvCells cells = parse_csv_cells(text);
+    const std::optional<CsvError>* first = nullptr;
     for (const std::optional<CsvError>& fault : cells.faults)
-      if (fault) throw *fault;
+      if (fault && (first == nullptr || fault->line < (*first)->line)) first = &fault;
+    if (first != nullptr) throw CsvError(**first);
     UnitTrace trace{path, std::move(cells.table), read_units(path)};
     if (trace.table.columns.front().empty())
       throw UsageError(short_path(path) + " has a header and no records: nothing to draw");

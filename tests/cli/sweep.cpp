@@ -193,7 +193,8 @@ TEST_CASE("what a sweep cannot vary or keep is wrong usage, with the fix") {
   refused("rc.json --vary R=1,2 --result 'max(u)'", "write NAME=EXPR");
   refused("rc.json --vary R=1,2 --result 'x=max(v)'", "unknown name \"v\"");
   refused("rc.json --vary R=1,2 --result 'x=u'", "a result is made of");
-  refused("rc.json --vary R=1,2 --result 'x=first(u)'", "first(u) takes a condition, and this is a number");
+  refused("rc.json --vary R=1,2 --result 'x=first(u - 1)'", "first(u - 1) takes a condition, and this is a number");
+  refused("rc.json --vary R=1,2 --result 'x=first(u)'", "is a number where a condition is meant");
   refused("rc.json --vary R=1,2 --result 'x=duration(2*u)'", "as in duration(2*u > 0)");
   refused("rc.json --vary R=1,2 --result 'R=max(u)'", "has a column of this name");
   refused("rc.json --vary R=1,2 --result 'status=max(u)'", "has a column of this name");

@@ -132,7 +132,8 @@ struct TradePick {
 /// its runs fail) from the tolerance that equals the accuracy to tighter ones, each run judged by one of a tenth of its
 /// tolerance. A second method must then come to the same: TradeReference::second and ::error say which and how near;
 /// that is more than the accuracy, up to 30 times, where it needs more than the allowed sixteen runs to come nearer.
-/// Cost: some 3 to 20 runs of what is found (docs/performance.md).
+/// Cost: some 3 to 20 runs of what is found (docs/performance.md), up to three times that where its runs agree too
+/// early.
 /// @throws TradeFailure BG611 there is nothing to measure, or no method comes to the end; BG612 the accuracy is not
 ///         reached, or no second method comes near.
 TradePick find_setting(const Simulation& scene, double accuracy, const TradeOptions& options);

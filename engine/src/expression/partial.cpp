@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <unordered_set>
+#include <vector>
 
 #include "expression/graph.hpp"
 
@@ -46,6 +47,7 @@ bool is_partial(const ExprPool& pool, ExprId id) {
       return !(base && *base > 0.0) && !(exponent && *exponent >= 0.0 && std::floor(*exponent) == *exponent);
     }
     case Op::sqrt:
+      return pool[ExprId(node.a)].op != Op::abs;
     case Op::log:
     case Op::log10:
     case Op::log1p:
@@ -64,8 +66,19 @@ ExprId lost_partial(const ExprPool& pool, std::span<const ExprId> arguments, Exp
   std::unordered_set<std::uint32_t> kept;
   for (const ExprId id : reachable(pool, std::array{result}))
     if (is_partial(pool, id)) kept.insert(decides(pool, id).value);
-  for (const ExprId id : reachable(pool, arguments))
+  std::vector<ExprId> open(arguments.begin(), arguments.end());
+  std::unordered_set<std::uint32_t> seen;
+  while (!open.empty()) {
+    const ExprId id = open.back();
+    open.pop_back();
+    if (!seen.insert(id.value).second) continue;
     if (is_partial(pool, id) && !kept.contains(decides(pool, id).value)) return id;
+    // What if(...) chooses is guarded by its condition.
+    if (pool[id].op == Op::select)
+      open.emplace_back(pool[id].a);
+    else
+      for_each_argument(pool[id], [&](ExprId argument) { open.push_back(argument); });
+  }
   if (!divisor.valid() || kept.contains(bare(pool, divisor).value)) return {};
   return pool.is_constant(divisor) && !pool.is_constant(divisor, 0.0) ? ExprId() : divisor;
 }

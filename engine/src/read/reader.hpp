@@ -175,6 +175,7 @@ class Reader {
   ExprId parse(const Context& context, NodeId value, std::string_view text, std::size_t offset,
                Parse parse_text = parse_expression);
   ExprId condition(const Context& context, NodeId value, const std::string& what);
+  void warn_of_left_out(const Place& place, ExprId kept, ExprId lost);
   bool only_parameters(const Context& context, NodeId value, ExprId expression);
   std::optional<ExprId> meaning(const Context& context, std::string_view name);
   std::optional<ExprId> meaning_of_plain(const Context& context, std::string_view name);
@@ -189,7 +190,6 @@ class Reader {
   [[nodiscard]] bool perhaps_declared(std::size_t scope, std::string_view name) const;
 
   // what to write instead (reader_advice.cpp)
-  void warn_of_left_out(const Place& place, ExprId kept, ExprId lost);
   void expression_fault(const Context& context, NodeId value, std::string_view text, std::size_t offset,
                         const ExpressionError& error);
   std::string unit_advice(const Context& context, NodeId value, std::string_view number, std::string_view unit);

@@ -19,6 +19,13 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 bool belongs_to_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.'; }
 
+/// As far as its form says; a name alone may be that of a condition.
+bool may_be_condition(std::string_view text) {
+  text = trimmed(text);
+  while (text.size() > 1 && text.front() == '(' && text.back() == ')') text = trimmed(text.substr(1, text.size() - 2));
+  return std::all_of(text.begin(), text.end(), belongs_to_name) || is_condition_text(text);
+}
+
 bool is_output(const Model& model, const std::string& name) {
   return std::any_of(model.outputs.begin(), model.outputs.end(),
                      [&](const Output& output) { return output.name == name; });
@@ -111,9 +118,7 @@ std::string SweepResults::Inside::measured(const Model& model, const std::string
     if (argument.empty())
       throw SweepError("--result " + in_quotes(whole) + ": " + std::string(word) + "() of what?",
                        "write an output or an expression in the brackets");
-    // A name alone may be that of a condition.
-    const bool name = std::all_of(argument.begin(), argument.end(), belongs_to_name) && !is_output(model, argument);
-    if (measure->condition && !name && !is_condition_text(argument))
+    if (measure->condition && !may_be_condition(argument))
       throw SweepError("--result " + in_quotes(whole) + ": " + std::string(word) + "(" + argument +
                            ") takes a condition, and this is a number",
                        "compare it, as in " + std::string(word) + "(" + argument + " > 0)");

@@ -24,6 +24,8 @@ constexpr double kTighter = 10.0;
 /// Errors fall as a power of the tolerance, mostly as it or a little less.
 constexpr double kPower = 0.8;
 constexpr double kLongestLeap = 1e3, kLoosest = 1e-2, kTightest = 1e-14;
+/// Of a run that a tighter one is to judge; leaps end here but for rounding.
+constexpr double kTightestJudged = kTighter * kTightest, kNearly = 1.01;
 /// Runs whose numbers of steps differ by less than this factor may have the same steps. A method of order 5 makes 1.6
 /// times as many with a tenth of the tolerance.
 constexpr double kSameSteps = 1.2;
@@ -153,7 +155,7 @@ class Search {
   /// The loosest tolerance of the method that is known to have the accuracy: found_, judged by reference_.
   enum class Found { yes, missed, failed };
   Found follow(Method method, double begin) {
-    double relative = std::clamp(begin, kTighter * kTightest, kLoosest), missed = kLoosest * kTighter;
+    double relative = std::clamp(begin, kTightestJudged, kLoosest), missed = kLoosest * kTighter;
     Point point;
     if (!run_scene(method, relative, point)) return Found::failed;
     while (true) {
@@ -166,9 +168,9 @@ class Search {
       take_reference(std::move(tight));
       const double error = distance(point);
       if (blind) {
-        if (relative <= kTighter * kTightest) fail_for_undecided(point);
+        if (relative <= kNearly * kTightestJudged) fail_for_undecided(point);
         missed = relative;
-        relative = std::max(relative / kLongestLeap, kTighter * kTightest);
+        relative = std::max(relative / kLongestLeap, kTightestJudged);
         if (!run_scene(method, relative, point)) return Found::failed;
         continue;
       }
@@ -181,7 +183,7 @@ class Search {
         return Found::yes;
       }
       missed = relative;
-      if (relative <= kTighter * kTightest) {
+      if (relative <= kNearly * kTightestJudged) {
         // No tighter reference can be had; the looser of the two bounds the error of the tighter as well.
         if (absolute_ || !(error <= accuracy_)) return Found::missed;
         found_ = std::move(next);
@@ -193,8 +195,8 @@ class Search {
       const double leap = stands
                               ? kLongestLeap
                               : std::clamp(std::pow(error / (kAim * accuracy_), 1.0 / kPower), kTighter, kLongestLeap);
-      const double tightened = std::max(relative / leap, kTighter * kTightest);
-      const bool is_reference = !absolute_ && tightened > 0.3 * reference_.facts.setting.relative;
+      const double tightened = std::max(relative / leap, kTightestJudged);
+      const bool is_reference = !absolute_ && !stands && tightened > 0.3 * reference_.facts.setting.relative;
       relative = is_reference ? reference_.facts.setting.relative : tightened;
       if (is_reference)
         point = std::move(next);
@@ -229,6 +231,7 @@ class Search {
     const double end = thread_seconds() + kSecondRuns * found_.run.cpu_seconds + kSecondSeconds;
     const double first = kFirst * (end - thread_seconds());
     const std::vector<TradeOutput> outputs = reference_.outputs;
+    by_second_ = std::numeric_limits<double>::infinity();
     Course nearest;
     bool apart = false;
     std::vector<Method> cut;
@@ -362,7 +365,7 @@ class Search {
     if (runs_.out_of_time()) {
       Diagnostic late = diagnostic_of("BG618");
       late.situation = "the limit of wall time was reached before a setting for the accuracy " +
-                       number_text(accuracy_, 3) + " was found, after " + std::to_string(runs_.count()) + " runs";
+                       number_text(accuracy_, 3) + " was found; runs so far: " + std::to_string(runs_.count());
       late.help = "allow more time, or ask for less accuracy";
       throw TradeFailure(std::move(late));
     }
