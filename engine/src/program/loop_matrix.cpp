@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace bgsim {
@@ -147,6 +148,7 @@ LoopOutcome LoopMatrix::factorize_sparsely(std::span<const double> values, doubl
   klu_free_numeric(&s.numeric, &s.common);
   s.numeric = klu_factor(s.column_start.data(), s.row.data(), s.values.data(), s.symbolic, &s.common);
   factorized_ = s.numeric != nullptr;
+  s.fresh_growth = std::numeric_limits<double>::infinity();  // the pivots of a singular matrix are not kept
   if (!factorized_ || !s.pivots_serve(singular)) return LoopOutcome::singular;
   klu_rgrowth(s.column_start.data(), s.row.data(), s.values.data(), s.symbolic, s.numeric, &s.common);
   s.fresh_growth = s.common.rgrowth;
