@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "expression/text_form.hpp"
 #include "support/expression_world.hpp"
 
 using bgsim::ExpressionError;

@@ -25,6 +25,8 @@ namespace bgsim {
 [[nodiscard]] std::string_view trimmed(std::string_view text);
 
 /// Of ASCII, whatever the locale.
+/// Blanks and line ends, as JSON has them.
+[[nodiscard]] constexpr bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 [[nodiscard]] constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
 [[nodiscard]] constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 /// What a name may begin with.

@@ -26,8 +26,6 @@ namespace {
 
 constexpr std::size_t kDeepestNesting = 1000;
 
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-
 /// The byte after the character that begins at @p at: one for ASCII, all of a character of several bytes.
 std::size_t character_end(std::string_view text, std::size_t at) {
   if (at >= text.size()) return text.size();
@@ -497,14 +495,14 @@ class Parser {
     const bool divides = op == Op::div || op == Op::mod;
     made.partial =
         is_partial(pool_, made.id) || std::any_of(of.begin(), of.end(), [](const Operand& x) { return x.partial; });
-    if (!made.partial && !divides) return;
+    if ((!made.partial && !divides) || !scope_.leaves_out) return;
     std::vector<ExprId> ids, kept;
     for (const Operand& x : of)
       if (x.kind != Operand::Kind::text) ids.push_back(x.id);
     for_each_argument(pool_[made.id], [&](ExprId argument) { kept.push_back(argument); });
     if (pool_[made.id].op == op && std::is_permutation(ids.begin(), ids.end(), kept.begin(), kept.end())) return;
     const ExprId lost = lost_partial(pool_, ids, divides ? ids[1] : ExprId(), made.id);
-    if (lost.valid() && scope_.leaves_out) scope_.leaves_out(made.begin, made.end, made.id, lost);
+    if (lost.valid()) scope_.leaves_out(made.begin, made.end, made.id, lost);
   }
 
   void want(const Operand& operand, Operand::Kind kind, const std::string& what) const {
@@ -532,15 +530,6 @@ class Parser {
   std::vector<Group> groups_;
 };
 
-std::string_view side_of_law(std::string_view text, std::size_t& begin) {
-  while (!text.empty() && is_space(text.front())) {
-    text.remove_prefix(1);
-    ++begin;
-  }
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 }  // namespace
 
 ExprId parse_expression(std::string_view text, ExprPool& pool, const ExpressionScope& scope) {
@@ -549,69 +538,6 @@ ExprId parse_expression(std::string_view text, ExprPool& pool, const ExpressionS
 
 ExprId parse_condition(std::string_view text, ExprPool& pool, const ExpressionScope& scope) {
   return Parser(text, pool, scope).parse(Operand::Kind::condition);
-}
-
-bool is_condition_text(std::string_view text) {
-  std::size_t functions = 0;      // open parentheses that belong to a function
-  std::vector<bool> of_function;  // by open parenthesis
-  char quote = '\0';
-  std::string_view word;  // the last, if nothing has followed it
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (quote != '\0') {
-      if (c == quote) quote = '\0';
-      continue;
-    }
-    if (is_space(c)) continue;
-    if (begins_name(c)) {
-      std::size_t end = i;
-      while (end < text.size() && (begins_name(text[end]) || is_digit(text[end]) || text[end] == '.')) ++end;
-      word = text.substr(i, end - i);
-      if (functions == 0 && (word == "and" || word == "or" || word == "not")) return true;
-      if (word == "and" || word == "or" || word == "not") word = {};
-      i = end - 1;
-      continue;
-    }
-    if (c == '"' || c == '\'') quote = c;
-    if (c == '(') {
-      if (functions == 0 && word == "mode") return true;
-      of_function.push_back(!word.empty());
-      if (!word.empty()) ++functions;
-    } else if (c == ')' && !of_function.empty()) {
-      if (of_function.back()) --functions;
-      of_function.pop_back();
-    }
-    if (functions == 0 && (c == '<' || c == '>' || c == '!' || (c == '=' && i + 1 < text.size() && text[i + 1] == '=')))
-      return true;
-    word = {};
-  }
-  return false;
-}
-
-LawText split_law(std::string_view text) {
-  std::optional<std::size_t> equals;
-  char quote = '\0';
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (quote != '\0') {
-      if (c == quote) quote = '\0';
-    } else if (c == '"' || c == '\'') {
-      quote = c;
-    } else if (c == '=' && i + 1 < text.size() && text[i + 1] == '=') {
-      ++i;
-    } else if (c == '=' && (i == 0 || (text[i - 1] != '<' && text[i - 1] != '>' && text[i - 1] != '!'))) {
-      if (equals)
-        throw ExpressionError("BG126", "a law has one equals sign, this has a second", i, i + 1, "write == to compare");
-      equals = i;
-    }
-  }
-  if (!equals)
-    throw ExpressionError("BG126", "a law has an equals sign, this has none", 0, text.size(),
-                          "write the law as an equation, such as e = R*f");
-  LawText law{{}, {}, 0, *equals + 1};
-  law.left = side_of_law(text.substr(0, *equals), law.left_begin);
-  law.right = side_of_law(text.substr(*equals + 1), law.right_begin);
-  return law;
 }
 
 }  // namespace bgsim

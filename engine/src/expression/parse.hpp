@@ -50,16 +50,4 @@ ExprId parse_expression(std::string_view text, ExprPool& pool, const ExpressionS
 /// Parses a condition: BG124 where the text is a number.
 ExprId parse_condition(std::string_view text, ExprPool& pool, const ExpressionScope& scope);
 
-/// Whether a text is a condition as far as its form says: a comparison, and, or, not outside of all functions. A name
-/// alone is none.
-[[nodiscard]] bool is_condition_text(std::string_view text);
-
-/// Splits "lhs = rhs" at its one equals sign; offsets are bytes of @p text.
-/// @throws ExpressionError BG126 if there is not exactly one.
-struct LawText {
-  std::string_view left, right;
-  std::size_t left_begin = 0, right_begin = 0;
-};
-LawText split_law(std::string_view text);
-
 }  // namespace bgsim

@@ -68,8 +68,8 @@ LoopMatrix::LoopMatrix(std::size_t size, const std::vector<std::pair<std::uint32
   // Pivots as in dense factorization: entries of 1 beside slopes of 1e-11 (diodes that block) leave no digits to
   // growth.
   s.common.tol = 1.0;
-  // Columns are ordered for any rows that pivoting takes (COLAMD): with KLU's own order, which expects pivots on the
-  // diagonal, a grid of 22 x 22 pipes has four times the fill and takes eleven times as long.
+  // Columns are ordered for any rows that pivoting takes (COLAMD): KLU's own order expects pivots on the diagonal, and
+  // in a grid of pipes these fill in several times as much.
   s.common.ordering = 1;
   std::vector<std::size_t> order(entries.size());
   std::iota(order.begin(), order.end(), 0U);

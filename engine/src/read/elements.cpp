@@ -3,6 +3,7 @@
 
 #include "base/codes.hpp"
 #include "bgsim/modes.hpp"
+#include "expression/text_form.hpp"
 #include "read/reader.hpp"
 
 namespace bgsim {

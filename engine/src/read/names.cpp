@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "expression/text_form.hpp"
 #include "read/reader.hpp"
 
 namespace bgsim {

@@ -10,6 +10,7 @@
 #include "bgsim/sweep.hpp"
 #include "expression/graph.hpp"
 #include "expression/parse.hpp"
+#include "expression/text_form.hpp"
 
 namespace bgsim {
 
