@@ -45,6 +45,28 @@ TEST_CASE("differences of runs agree with variational equations, for every norm"
   }
 }
 
+TEST_CASE("no method lets the times of a scene follow the parameter, though they are expressions of it") {
+  // y = 1 - exp(-(t - start)/R): at t = 2 from 0, and from -1.
+  const Study study = Study::from_text(R"({ "bgsim": 1, "name": "times", "parameters": { "R": 1 },
+    "elements": { "s": { "kind": "Se", "effort": 1 }, "j": { "kind": "1" }, "r": { "kind": "R", "resistance": "R" },
+      "c": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "s", "to": "j" }, { "from": "j", "to": "r" }, { "from": "j", "to": "c" } ],
+    "outputs": { "y": "c.e" }, "scenes": { "end": { "stop": "2*R", "samples": 5 },
+      "start": { "start": "-R", "stop": 2, "samples": 3 } } })");
+  for (const auto& [scene, length] : {std::pair("end", 2.0), std::pair("start", 3.0)}) {
+    INFO(scene);
+    const double exact = -length * std::exp(-length);
+    CHECK(std::abs(differences(study, scene, {"R"}).of[0][0].derivative - exact) < kWithin);
+    CHECK(
+        std::abs(sensitivities(study, scene, with_relative(1e-10), {"R"}, SensitivityNorm::final).of[0][0].derivative -
+                 exact) < kWithin);
+    CHECK(std::abs(adjoint_sensitivities(study, scene, with_relative(1e-10), {"R"}, SensitivityNorm::final)
+                       .of[0][0]
+                       .derivative -
+                   exact) < kWithin);
+  }
+}
+
 TEST_CASE("what differences of runs are said to be known to covers what the runs are wrong by") {
   // A circuit that has rung out: what is left of the start hangs on every step of the run.
   const Study study = study_of("models/rlc.json");

@@ -304,6 +304,25 @@ SceneOverrides FitRuns::with(const std::vector<double>& values) const {
   return overrides;
 }
 
+namespace {
+
+/// The equations of derivatives hold the times of a scene.
+/// @throws ModelError BG414 its start moves with a value
+void refuse_moving_start(const Simulation& scene, const std::string& name, double value, double scale) {
+  constexpr double kPart = 1e-3;
+  for (const double side : {kPart, -kPart}) try {
+      if (scene.with(name, value + side * scale).inputs().start != scene.inputs().start)
+        throw ModelError({diagnostic_of("BG414", "the start of scene " + in_quotes(short_name(scene.inputs().scene)) +
+                                                     " moves with " + in_quotes(short_name(name)))},
+                         scene.model().sources);
+      return;
+    } catch (const ModelError& error) {
+      if (error.diagnostics.front().code == "BG414") throw;  // else the other side may have a scene
+    }
+}
+
+}  // namespace
+
 void FitRuns::compile_scenes() {
   const SceneOverrides overrides = with(start_);
   std::map<std::string, std::size_t> compiled;  // several data may be of one scene
@@ -325,6 +344,7 @@ void FitRuns::compile_scenes() {
     std::vector<std::string> refusals(plan_.vary.size());
     work(plan_.vary.size(), [&](std::size_t i) {
       try {
+        refuse_moving_start(*scene.simulation, plan_.vary[i].name, start_[i], scales_[i]);
         scene.varied[i] = std::make_shared<const SensitivityScene>(study_, scene.name, overrides, plan_.vary[i].name);
       } catch (const ModelError& error) {
         if (error.diagnostics.front().code != "BG414") throw;

@@ -24,14 +24,19 @@ struct RunNumbers {
   RunResult run;
 };
 
-RunNumbers numbers_of(const Simulation& simulation, SensitivityNorm norm, SimulateOptions how) {
+/// @param times  inputs whose times are taken: a scene's times do not follow the parameter, even where they are
+///               expressions of it
+RunNumbers numbers_of(const Simulation& simulation, const RunInputs& times, SensitivityNorm norm, SimulateOptions how) {
   how.measures = true;
   how.error_estimate = false;
   how.energy_audit = false;
   const Model& model = simulation.model();
-  const RunInputs& inputs = simulation.inputs();
+  RunInputs inputs = simulation.inputs();
+  inputs.start = times.start;
+  inputs.stop = times.stop;
+  inputs.output_times = times.output_times;
   RunNumbers made;
-  made.run = simulation.simulate(how);
+  made.run = simulation.simulate(inputs, how);
   throw_failure(made.run, model);
   const std::size_t n = inputs.outputs.size();
   const std::vector<Peak> peaks = peaks_of(made.run, n, inputs.relative, model);
@@ -91,8 +96,9 @@ void add_errors_of_runs(const Simulation& looser, const Seed& seed, SensitivityN
     auto& around = runs[of.h];
     for (std::size_t k = 0; k < 4 && around[3].empty(); ++k) {
       const double step = std::ldexp(of.h, -1 - static_cast<int>(k / 2));
-      around[k] =
-          numbers_of(looser.with(seed.name, k % 2 == 0 ? made.value - step : made.value + step), norm, how).values;
+      around[k] = numbers_of(looser.with(seed.name, k % 2 == 0 ? made.value - step : made.value + step),
+                             looser.inputs(), norm, how)
+                      .values;
     }
     const auto i = static_cast<std::size_t>(&of - made.of.data());
     const double coarse = (around[1][i] - around[0][i]) / of.h, fine = 2.0 * (around[3][i] - around[2][i]) / of.h;
@@ -120,8 +126,8 @@ Difference difference_by(const Simulation& simulation, const Simulation& looser,
     std::vector<std::array<double, 6>> around(middle.values.size());
     for (std::size_t k = 0; k < 6; ++k) {
       const double step = std::ldexp(h, -static_cast<int>(k / 2));
-      const RunNumbers at =
-          numbers_of(simulation.with(seed.name, k % 2 == 0 ? value - step : value + step), norm, alone);
+      const RunNumbers at = numbers_of(simulation.with(seed.name, k % 2 == 0 ? value - step : value + step),
+                                       simulation.inputs(), norm, alone);
       for (std::size_t i = 0; i < around.size(); ++i) around[i][k] = at.values[i];
     }
     bool enough = true;
@@ -159,7 +165,7 @@ SensitivityTable difference_sensitivities(const Study& study, const std::string&
   const Simulation simulation = study.scene(scene, tight, {false, false});
   const RunInputs& inputs = simulation.inputs();
   const Simulation other = study.scene(scene, looser(tight, inputs), {false, false});
-  RunNumbers middle = numbers_of(simulation, norm, how);
+  RunNumbers middle = numbers_of(simulation, inputs, norm, how);
 
   std::vector<Difference> derived(to.size());
   const std::vector<std::size_t> known = derive_each(
