@@ -70,6 +70,7 @@ void for_each_argument(const ExprNode& node, F&& f) {
 }
 
 [[nodiscard]] constexpr bool is_comparison(Op op) { return op >= Op::lt && op <= Op::ne; }
+[[nodiscard]] constexpr bool is_inequality(Op op) { return op >= Op::lt && op <= Op::ge; }
 [[nodiscard]] constexpr bool is_logical(Op op) { return op >= Op::lt && op <= Op::logical_not; }
 /// Steps at whole numbers, or at the middles between them.
 [[nodiscard]] constexpr bool is_rounding(Op op) { return op == Op::floor || op == Op::ceil || op == Op::round; }

@@ -1,9 +1,10 @@
 #include "expression/signed_power.hpp"
 
 namespace bgsim {
+namespace {
 
-std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, SymbolId x) {
-  const Sides sides = sides_of(pool, expression, pool.symbol(x), x);
+std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, ExprId of, SymbolId x) {
+  const Sides sides = sides_of(pool, expression, of, x);
   if (!sides.above_zero.empty()) return std::nullopt;
   const PowerTerm above = sides.terms[0].at(sides.expressions[0]), below = sides.terms[1].at(sides.expressions[1]);
   if (!above.factor.valid() || above.factor != below.factor || above.sign == below.sign ||
@@ -15,8 +16,18 @@ std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, Symbo
   return OffsetPower{above.offset, {above.sign < 0.0 ? pool.neg(above.factor) : above.factor, above.power}};
 }
 
+}  // namespace
+
+std::optional<OffsetPower> offset_power(ExprPool& pool, ExprId expression, SymbolId x) {
+  return offset_power(pool, expression, pool.symbol(x), x);
+}
+
 std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, SymbolId x) {
-  const std::optional<OffsetPower> whole = offset_power(pool, expression, x);
+  return signed_power(pool, expression, pool.symbol(x), x);
+}
+
+std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, ExprId of, SymbolId x) {
+  const std::optional<OffsetPower> whole = offset_power(pool, expression, of, x);
   return whole && !whole->offset.valid() ? std::optional(whole->power) : std::nullopt;
 }
 

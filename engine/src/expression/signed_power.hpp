@@ -19,6 +19,8 @@ struct SignedPower {
 /// `sign(x)*sqrt(abs(x)/k)`, a sum of such of one degree, and each of these by parts:
 /// `if(x > 0, k*sqrt(x), -k*sqrt(-x))`. New expressions go to @p pool.
 std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, SymbolId x);
+/// The same of an expression @p of; @p x stands for it meanwhile.
+std::optional<SignedPower> signed_power(ExprPool& pool, ExprId expression, ExprId of, SymbolId x);
 
 /// What does not name x, and a signed power of it.
 struct OffsetPower {

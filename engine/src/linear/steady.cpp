@@ -224,12 +224,7 @@ class Search {
     if (x0.size() == 0 || !field_.rates(x0, f) || field_.slopes(x0, f, jacobian, terms)) return false;
     Evaluator& evaluator = field_.evaluator();
     EulerFromRest euler(field_.program(), evaluator);
-    Branch here = first_branch(field_.program());
-    std::vector<double> rates(static_cast<std::size_t>(x0.size()));
-    if (!evaluator.initialize_modes(scene_.start, x0.data(), here) ||
-        !evaluator.rates(scene_.start, x0.data(), here, rates.data()) ||
-        !euler.step(scene_.start, duration_, x0.data(), rates, here))
-      return false;
+    if (!euler.step(scene_.start, duration_, x0.data(), first_branch(field_.program()))) return false;
     const Vector x = x0 + Eigen::Map<const Vector>(euler.change().data(), x0.size());
     const std::string from = "from where an implicit step of the scene's length leads";
     return attempt(x, {}, "Newton's iteration " + from) ||

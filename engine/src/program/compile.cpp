@@ -8,6 +8,7 @@
 #include "program/freeze.hpp"
 #include "program/partial_lists.hpp"
 #include "program/patterns.hpp"
+#include "program/signless_roots.hpp"
 #include "program/strips.hpp"
 
 namespace bgsim {
@@ -556,8 +557,10 @@ class Compiler {
 
 Program compile(std::shared_ptr<const Model> model, const EquationSystem& system, const BlockOrder& order,
                 const CompileOptions& options) {
-  if (options.columns == nullptr) return Compiler(std::move(model), system, order, options, nullptr).run();
-  BlockOrder with = order;
+  const std::optional<BlockOrder> signless = with_signless_roots(system, order);
+  const BlockOrder& of = signless ? *signless : order;
+  if (options.columns == nullptr) return Compiler(std::move(model), system, of, options, nullptr).run();
+  BlockOrder with = of;
   const SystemPartials plain = take_plain_partials(system, with, options);
   return Compiler(std::move(model), system, with, options, &plain).run();
 }

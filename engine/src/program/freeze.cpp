@@ -7,8 +7,6 @@
 namespace bgsim {
 namespace {
 
-bool is_inequality(Op op) { return op == Op::lt || op == Op::le || op == Op::gt || op == Op::ge; }
-
 ExprId rebuild(ExprPool& pool, const ExprNode& node, const std::vector<ExprId>& of,
                const std::vector<TableId>& tables) {
   if (is_table(node.op)) return pool.table(node.op, of[node.a], tables[node.b]);

@@ -85,30 +85,31 @@ bool EulerFromRest::rates_at_end(double t) {
 
 /// A store that nothing has reached yet is a point without slopes for the next one in line: each is moved by what flows
 /// into it as soon as those before it have moved.
-void EulerFromRest::spread(double t, double h, const double* x, const std::vector<double>& rates) {
+void EulerFromRest::spread(double t, double h, const double* x) {
   constexpr double kPart = 1e-3;  // of what it would come to: the iteration comes to a root's solution from below
   std::copy_n(x, end_.size(), end_.begin());
-  rates_ = rates;
+  if (!rates_at_end(t)) return;
   const std::size_t links = std::max<std::size_t>(10, kLine * kLine / std::max<std::size_t>(1, end_.size()));
-  for (std::size_t link = 0; link < links; ++link) {
+  double part = kPart;
+  for (std::size_t link = 0; link < links; ++link, part *= 0.8) {
     bool moved = false;
     for (std::size_t i = 0; i < end_.size(); ++i)
       if (end_[i] == x[i] && std::isfinite(h * rates_[i])) {
         // By unequal parts, so that no two come to be level.
-        end_[i] += kPart * (0.5 + 0.5 * unequal_part(i + 1)) * h * rates_[i];
+        end_[i] += part * (0.9 + 0.1 * unequal_part(i + 1)) * h * rates_[i];
         moved = moved || end_[i] != x[i];
       }
     if (!moved || !rates_at_end(t)) return;
   }
 }
 
-bool EulerFromRest::step(double t, double h, const double* x, const std::vector<double>& rates, const Branch& here) {
+bool EulerFromRest::step(double t, double h, const double* x, const Branch& here) {
   // From below, the logarithm of what is left of the way to the solution of a root falls by half in each iteration.
   constexpr std::size_t kMost = 30;
   const std::size_t most = std::clamp<std::size_t>(kMost * kLine / std::max<std::size_t>(1, end_.size()), 3, kMost);
   constexpr double kNear = 0.1, kBack = 1e-4, kOtherWay = 1e3;
   here_ = here;
-  spread(t, h, x, rates);
+  spread(t, h, x);
   for (std::size_t iteration = 0; iteration < most; ++iteration) {
     if (!rates_at_end(t) || !evaluator_.slopes(t, end_.data(), branch_, jacobian_.data(), rounding_)) return false;
     // What is still at rest stays there.

@@ -43,16 +43,16 @@ class EulerFromRest {
  public:
   EulerFromRest(const Program& program, Evaluator& evaluator);
 
-  /// @param rates   at (@p t, @p x) on the branch @p here.
-  /// change() and tears() are its solution, to a tenth; of what has not settled after thirty iterations, as far as
+  /// From the sides that conditions have at (@p t, @p x): what is at rest on the branch @p here may be set in motion
+  /// by a source at another time. change() and tears() are its solution, to a tenth; of what has not settled after thirty iterations, as far as
   /// these have come. @return  false: no rates or no matrix on the way.
-  bool step(double t, double h, const double* x, const std::vector<double>& rates, const Branch& here);
+  bool step(double t, double h, const double* x, const Branch& here);
   [[nodiscard]] const std::vector<double>& change() const { return change_; }       ///< by state
   [[nodiscard]] const std::vector<double>& tears() const { return branch_.tears; }  ///< of loops, at its end
 
  private:
   bool rates_at_end(double t);
-  void spread(double t, double h, const double* x, const std::vector<double>& rates);
+  void spread(double t, double h, const double* x);
 
   Evaluator& evaluator_;
   EulerSystems systems_;

@@ -158,7 +158,7 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
         continue;
       }
       if (!bounded) {
-        if (!from_rest->step(push.at, h, x, push.rates, here)) continue;
+        if (!from_rest->step(push.at, h, x, here)) continue;
         least = from_rest->change();
         for (std::size_t i = states_; i < size_; ++i)
           least.push_back(from_rest->tears()[i - states_] - here.tears[i - states_]);

@@ -48,17 +48,20 @@ bool RadauJacobian::see(const Beginning& at, const Rates& rates, bool derived) {
     return look && loops_ == Loops::inside ? evaluator_.jacobian(at.t, x, at.branch, entries_.data(), rounding_)
                                            : slopes(at.t, x, at.branch, entries_.data());
   };
-  if (!evaluate(at.x.data())) {
+  bool known = evaluate(at.x.data());
+  if (!known) {
     // A slope without bound at a point that the solution only passes (sqrt at 0): take it a little further on.
     for (std::size_t i = 0; i < at_.size(); ++i) at_[i] = at.x[i] + at.ahead * at.rate[i];
-    // One where it rests (sqrt(max(q, 0)) of an empty tank): by differences.
-    if (!evaluate(at_.data())) return dense_ && by_differences(at, rates);
+    // One where it rests (sqrt(max(q, 0)) of an empty tank): over what the tolerance leaves open there is a slope.
+    known = evaluate(at_.data());
+    if (!known && dense_) return by_differences(at, rates);
+    if (!known && !take_beside(at.t, at.x.data(), at.branch)) return false;
   }
-  if (look) {
+  if (look && known) {
     steps_since_look_ = 0;
     show_tolerances(at);
   }
-  if (derived) slopes_beside_border(at.t, at.x.data(), at.branch);
+  if (derived && known) slopes_beside_border(at.t, at.x.data(), at.branch);
   as_before_ = entries_ == seen_;
   seen_ = entries_;
   if (dense_) spread_entries(pattern_, entries_.data(), full_.data());
@@ -91,12 +94,24 @@ bool RadauJacobian::see_stage(double t, const double* x, Branch& branch, double*
 /// In entries_.
 void RadauJacobian::slopes_beside_border(double t, const double* x, const Branch& branch) {
   border_.replace(
-      x, [&](std::size_t j) { return tolerances_.relative() * std::abs(x[j]) + tolerances_.absolute(j); },
-      [&](const double* at, double* out) {
-        aside_ = branch;
-        return slopes(t, at, aside_, out);
-      },
-      entries_.data());
+      x, [&](std::size_t j) { return tolerance_at(x, j); },
+      [&](const double* at, double* out) { return slopes_aside(t, at, branch, out); }, entries_.data());
+}
+
+/// In entries_, where there are none at @p x.
+bool RadauJacobian::take_beside(double t, const double* x, const Branch& branch) {
+  return border_.take_beside(
+      x, [&](std::size_t j) { return tolerance_at(x, j); },
+      [&](const double* at, double* out) { return slopes_aside(t, at, branch, out); }, entries_.data());
+}
+
+double RadauJacobian::tolerance_at(const double* x, std::size_t j) const {
+  return tolerances_.relative() * std::abs(x[j]) + tolerances_.absolute(j);
+}
+
+bool RadauJacobian::slopes_aside(double t, const double* x, const Branch& branch, double* entries) {
+  aside_ = branch;
+  return slopes(t, x, aside_, entries);
 }
 
 }  // namespace bgsim

@@ -58,6 +58,9 @@ class RadauJacobian {
   bool by_differences(const Beginning& at, const Rates& rates);
   void show_tolerances(const Beginning& at);
   void slopes_beside_border(double t, const double* x, const Branch& branch);
+  bool take_beside(double t, const double* x, const Branch& branch);
+  [[nodiscard]] double tolerance_at(const double* x, std::size_t j) const;
+  bool slopes_aside(double t, const double* x, const Branch& branch, double* entries);
 
   Evaluator& evaluator_;
   Tolerances& tolerances_;
