@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -179,8 +180,10 @@ struct ProgramDelay {
 /// All that a run needs: it refers to nothing outside of itself, and nothing changes it.
 struct Program {
   std::shared_ptr<const Model> model;
-  ExprPool pool;                          ///< frozen expressions, and the relations' origins
-  std::vector<Origin> origins;            ///< by ExprId of `pool`
+  ExprPool pool;                ///< frozen expressions, and the relations' origins
+  std::vector<Origin> origins;  ///< by ExprId of `pool`
+  /// Laws that are continued beyond their ends within a step, by ExprId of `pool`: as the model has them.
+  std::unordered_map<std::uint32_t, ExprId> continued;
   std::vector<std::string> symbol_names;  ///< by SymbolId; modes follow the system's symbols
   SymbolId time;
   std::vector<SymbolId> parameters;  ///< by ParameterId

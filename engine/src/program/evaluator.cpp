@@ -1,11 +1,14 @@
 #include "bgsim/evaluator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 #include <unordered_map>
 
+#include "expression/graph.hpp"
 #include "program/evaluator_impl.hpp"
 
 namespace bgsim {
@@ -93,10 +96,44 @@ bool Evaluator::Impl::take(const Routine& routine, double* values, const char* w
 
 // --- faults
 
+namespace {
+
+/// An expression with the laws that are continued beyond their ends as the model has them.
+ExprId as_written(const Program& program, ExprId expression, ExprPool& written) {
+  for (const auto& table : program.pool.tables()) written.add_table(table);
+  IdMap<ExprId> images;
+  const auto law = [&](ExprId e) {
+    const auto found = program.continued.find(e.value);
+    return found == program.continued.end() ? e : found->second;
+  };
+  const auto image = [&](ExprId e) { return *images.find(law(e)); };
+  std::vector<ExprId> open{law(expression)};
+  while (!open.empty()) {
+    const ExprId e = open.back();
+    const std::size_t before = open.size();
+    for_each_argument(program.pool[e], [&](ExprId argument) {
+      if (images.find(law(argument)) == nullptr) open.push_back(law(argument));
+    });
+    if (open.size() > before) continue;
+    open.pop_back();
+    if (images.find(e) == nullptr) images.insert(e, rebuilt(written, program.pool[e], image));
+  }
+  return image(expression);
+}
+
+}  // namespace
+
 std::string Evaluator::Impl::text(ExprId expression) const {
   constexpr std::size_t kLongest = 160;
-  std::string result =
-      readable_text(program.pool, expression, [this](SymbolId symbol) { return program.symbol_names[symbol.index()]; });
+  const auto name = [this](SymbolId symbol) { return program.symbol_names[symbol.index()]; };
+  std::string result;
+  if (program.continued.empty()) {
+    result = readable_text(program.pool, expression, name);
+  } else {
+    ExprPool written;
+    const ExprId root = as_written(program, expression, written);
+    result = readable_text(written, root, name);
+  }
   if (result.size() > kLongest) result = result.substr(0, kLongest) + " ...";
   return result;
 }
@@ -144,6 +181,28 @@ std::string Evaluator::Impl::dependent_ports_words(ExprId quotient) const {
          "with a coupling of 1: what they store together is one C or I, and a TF leads from one port to the other)";
 }
 
+/// So many digits of an operator's arguments, six or more, that it has no value with what is shown, either: data that
+/// end at 1 are read outside at 1.0000000000000002, and not at 1.
+int Evaluator::Impl::digits_without_value(ExprId expression) const {
+  constexpr int kFew = 6, kAll = 17;
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  const ExprNode& node = program.pool[expression];
+  for (int digits = kFew; digits < kAll; ++digits) {
+    std::array<double, 3> shown{};
+    std::size_t n = 0;
+    for_each_argument(node, [&](ExprId argument) {
+      const std::uint32_t slot = slot_of(argument);
+      char number[40];
+      std::snprintf(number, sizeof number, "%.*g", digits, slot == kNoSlot ? kUnknown : slots[slot]);
+      shown[n++] = std::strtod(number, nullptr);
+    });
+    const double value = is_table(node.op) ? apply_table(node.op, program.pool.table(TableId(node.b)), shown[0])
+                                           : apply(node.op, shown[0], shown[1], shown[2]);
+    if (!std::isfinite(value)) return digits;
+  }
+  return kAll;
+}
+
 /// Follows the first argument that is not finite down to the operator that made it so out of finite arguments.
 void Evaluator::Impl::fail_at(std::uint32_t slot, const std::string& target) {
   fault = {Fault::Kind::not_finite, slots[program.time_slot], {}, target, {}, {}};
@@ -169,13 +228,14 @@ void Evaluator::Impl::fail_at(std::uint32_t slot, const std::string& target) {
   if (node.op != Op::constant && node.op != Op::symbol) {
     const std::uint32_t children[] = {node.a, node.b, node.c};
     const char* joint = " with ";
+    const int digits = digits_without_value(at);
     for (int k = 0; k < arity(node.op); ++k) {
       const ExprId child(children[k]);
       if (program.pool.is_constant(child)) continue;
       const std::uint32_t s = slot_of(child);
       if (s == kNoSlot) continue;
       char number[40];
-      std::snprintf(number, sizeof number, "%.6g", slots[s]);
+      std::snprintf(number, sizeof number, "%.*g", digits, slots[s]);
       fault.what += joint + text(child) + " = " + number;
       joint = ", ";
     }

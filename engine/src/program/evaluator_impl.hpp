@@ -177,6 +177,7 @@ struct Evaluator::Impl {
   void fail_at(std::uint32_t slot, const std::string& target);
   void fail_loop(std::size_t block, LoopOutcome outcome);
   [[nodiscard]] std::string text(ExprId expression) const;
+  [[nodiscard]] int digits_without_value(ExprId expression) const;
   [[nodiscard]] std::uint32_t slot_of(ExprId expression) const;
   void describe_origin(ExprId expression);
 

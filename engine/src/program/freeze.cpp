@@ -1,6 +1,10 @@
 #include "program/freeze.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 
 #include "expression/graph.hpp"
 
@@ -42,6 +46,19 @@ ExprId exact_near_zero(ExprPool& pool, const ExprNode& node, const std::vector<E
       return pool.make(Op::log1p, pool.neg(ExprId(argument.b)));
   }
   return {};
+}
+
+/// Between which arguments an operator has a value, where it has a finite one at both.
+std::optional<std::pair<double, double>> ends_of_law(Op op, const Table* table) {
+  constexpr double kNoEnd = std::numeric_limits<double>::infinity();
+  if (table != nullptr) {
+    if (table->delayed) return std::nullopt;
+    return std::pair(table->x.front(), table->x.back());
+  }
+  if (op == Op::sqrt || op == Op::pow) return std::pair(0.0, kNoEnd);
+  if (op == Op::acosh) return std::pair(1.0, kNoEnd);
+  if (op == Op::asin || op == Op::acos) return std::pair(-1.0, 1.0);
+  return std::nullopt;
 }
 
 Relation relation_of(Relation::Kind kind, ExprId guard, Op comparison = Op::lt, TableId table = {}) {
@@ -118,6 +135,7 @@ ExprId Freezer::copy(ExprId expression) {
       freeze(expression, relation_of(Relation::Kind::cell, argument, Op::lt, table));
     }
   }
+  if (const ExprId kept = continued(expression); kept.valid()) return kept;
   if (const ExprId exact = exact_near_zero(program_.pool, node, frozen_); exact.valid()) return exact;
   return rebuild(program_.pool, node, frozen_, tables_);
 }
@@ -143,6 +161,114 @@ ExprId Freezer::freeze_mod(ExprId expression) {
   relation.origin = pool.make(Op::floor, pool.div(plain_[node.a], plain_[node.b]));
   program_.origins.resize(pool.size(), order_.origins[expression.index()]);
   return pool.sub(a, pool.mul(b, freeze(expression, std::move(relation))));
+}
+
+/// A law that ends where what it reads has its border: a spline table of one turn at mod(angle, 1), sqrt(1 - mod(x,
+/// 1)). Within a step the floor is frozen, so a trial point beyond its border asks for values outside of the law, where
+/// none of the run's points lies: as little as a rounding of it is enough. There the law keeps the value of its end, so
+/// that the step has an end and the event is found within it. Where the modes hold nothing is changed: what is read
+/// outside there is a mistake of the model.
+/// @return  none if no mode has borders that it could be read beyond
+ExprId Freezer::continued(ExprId expression) {
+  const ExprNode& node = order_.pool[expression];
+  ExprPool& pool = program_.pool;
+  const Table* table = is_table(node.op) ? &pool.table(tables_[node.b]) : nullptr;
+  const auto ends = ends_of_law(node.op, table);
+  if (!ends) return {};
+  ExprId off = off_modes(ExprId(node.a));
+  if (node.op == Op::pow) {
+    const ExprNode& exponent = pool[frozen_[node.b]];
+    if (exponent.op == Op::constant && exponent.constant == std::round(exponent.constant)) return {};
+    off = either(off, off_modes(ExprId(node.b)));
+  }
+  if (!off.valid()) return {};
+  const auto law = [&](ExprId at) {
+    if (table != nullptr) return pool.table(node.op, at, tables_[node.b]);
+    return node.op == Op::pow ? pool.pow(at, frozen_[node.b]) : pool.make(node.op, at);
+  };
+  const ExprId argument = frozen_[node.a], within = law(argument);
+  ExprId value = within;
+  const auto keep = [&](Op outside, double end) {
+    const ExprId at = pool.constant(end);
+    value = pool.select(pool.make(Op::logical_and, off, pool.make(outside, argument, at)), law(at), value);
+    program_.continued.emplace(value.value, within);
+  };
+  keep(Op::lt, ends->first);
+  if (std::isfinite(ends->second)) keep(Op::gt, ends->second);
+  return value;
+}
+
+/// Whether one of the modes with borders that a frozen value follows is not that of the point; none if it follows none.
+ExprId Freezer::off_modes(ExprId expression) {
+  arguments_first(
+      order_.pool, expression, [this](ExprId e) { return off_modes_.contains(e.value); },
+      [this](ExprId e) {
+        const ExprNode& node = order_.pool[e];
+        ExprId all;
+        if (variation(e) != Variation::fixed) all = own_off_mode(e);
+        // What a relation reads has no part in its value.
+        const bool is_mode =
+            is_comparison(node.op) || is_rounding(node.op) || node.op == Op::sign || node.op == Op::step;
+        if (!is_mode)
+          for_each_argument(node, [&](ExprId argument) { all = either(all, off_modes_.at(argument.value)); });
+        off_modes_.emplace(e.value, all);
+      });
+  return off_modes_.at(expression.value);
+}
+
+ExprId Freezer::own_off_mode(ExprId expression) {
+  const ExprNode& node = order_.pool[expression];
+  ExprPool& pool = program_.pool;
+  const ExprId one = pool.constant(1.0), half = pool.constant(0.5), zero = pool.constant(0.0);
+  const ExprId value = frozen_[expression.index()];
+  switch (node.op) {
+    case Op::floor:
+      return either(pool.make(Op::lt, frozen_[node.a], value),
+                    pool.make(Op::ge, frozen_[node.a], pool.add(value, one)));
+    case Op::ceil:
+      return either(pool.make(Op::gt, frozen_[node.a], value),
+                    pool.make(Op::le, frozen_[node.a], pool.sub(value, one)));
+    case Op::round:
+      return either(pool.make(Op::lt, frozen_[node.a], pool.sub(value, half)),
+                    pool.make(Op::gt, frozen_[node.a], pool.add(value, half)));
+    case Op::mod: {
+      // By the remainder: where a/b rounds to its border that may be below 0, although the mode is that of a/b.
+      const ExprId part = pool.div(value, frozen_[node.b]);
+      return either(pool.make(Op::lt, part, zero), pool.make(Op::ge, part, one));
+    }
+    default:
+      return is_table(node.op) ? off_cell(frozen_[node.a], tables_[node.b]) : ExprId{};
+  }
+}
+
+/// The same of the cell of a linear table, but for the data's own ends: beyond them a read is a mistake.
+ExprId Freezer::off_cell(ExprId argument, TableId table) {
+  const std::uint32_t relation = cell_relation(argument, table);
+  if (relation == kNoSlot) return {};
+  ExprPool& pool = program_.pool;
+  auto found = borders_.find(table.value);
+  if (found == borders_.end()) {
+    constexpr double kNone = 1e300;
+    const std::vector<double> x = pool.table(table).x;
+    Table lower, upper;  // by the number of the cell
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      lower.x.push_back(static_cast<double>(k));
+      upper.x.push_back(static_cast<double>(k));
+      lower.y.push_back(k == 0 ? -kNone : x[k]);
+      upper.y.push_back(k + 2 < x.size() ? x[k + 1] : kNone);
+    }
+    const TableId low = pool.add_table(std::move(lower)), high = pool.add_table(std::move(upper));
+    found = borders_.emplace(table.value, std::pair(low, high)).first;
+  }
+  const ExprId cell = pool.symbol(modes_[relation]);
+  return either(pool.make(Op::lt, argument, pool.table(Op::table, cell, found->second.first)),
+                pool.make(Op::ge, argument, pool.table(Op::table, cell, found->second.second)));
+}
+
+/// Left or right, of which each may be missing.
+ExprId Freezer::either(ExprId left, ExprId right) {
+  if (!left.valid() || left == right) return right;
+  return right.valid() ? program_.pool.make(Op::logical_or, left, right) : left;
 }
 
 ExprId Freezer::freeze_comparison(ExprId expression) {

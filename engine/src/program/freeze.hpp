@@ -3,6 +3,7 @@
 
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "bgsim/program.hpp"
@@ -44,6 +45,11 @@ class Freezer {
   ExprId freeze_ceil(ExprId expression);
   ExprId freeze_mod(ExprId expression);
   ExprId of_same_sign(ExprId expression);
+  ExprId continued(ExprId expression);
+  ExprId off_modes(ExprId expression);
+  ExprId own_off_mode(ExprId expression);
+  ExprId off_cell(ExprId argument, TableId table);
+  ExprId either(ExprId left, ExprId right);
   static std::uint64_t cell_key(ExprId argument, TableId table) {
     return (std::uint64_t{argument.value} << 32U) | table.value;
   }
@@ -53,9 +59,11 @@ class Freezer {
   Program& program_;
   std::vector<ExprId> frozen_, plain_;  ///< by ExprId of the order's pool
   std::vector<Variation> variation_;
+  std::unordered_map<std::uint32_t, ExprId> off_modes_;  ///< by ExprId of the order's pool, where it was asked for
   std::vector<SymbolId> modes_;
   std::vector<TableId> tables_;
   std::unordered_map<std::uint64_t, std::uint32_t> cells_;
+  std::unordered_map<std::uint32_t, std::pair<TableId, TableId>> borders_;  ///< by linear table, of its cells
 };
 
 }  // namespace bgsim
