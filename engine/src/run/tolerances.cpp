@@ -397,14 +397,20 @@ void Tolerances::see_time(const Point& at, const Evaluate& evaluate) {
     if (evaluate(at.t * (1.0 + sample * kEps), at.y, shaken_rates_.data()))
       for (std::size_t i = 0; i < states_; ++i)
         time_noise_[i] = std::max(time_noise_[i], kRoundings / sample * std::abs(shaken_rates_[i] - rates_[i]));
-  // A change that grows with the shake is no rounding but the slope of a source, a pulse's flank perhaps.
+  // A change that grows with the shake is no rounding but the slope of a source, a pulse's flank perhaps. Late by a
+  // rounding, it changes a step's result by its rate times that. Where the rate comes from 0 (a source that starts at
+  // 1e8 s) it is that of a step as short as time allows.
   constexpr double kFarther = 64.0, kGrows = 8.0;
   for (std::size_t i = 0; i < states_; ++i) shift_[i] = std::numeric_limits<double>::infinity();
   for (const double side : {-1.0, 1.0}) {
     if (!evaluate(at.t * (1.0 + side * kFarther * kEps), at.y, shaken_rates_.data())) continue;
-    for (std::size_t i = 0; i < states_; ++i)
-      if (kRoundings * std::abs(shaken_rates_[i] - rates_[i]) > kGrows * time_noise_[i])
-        shift_[i] = kRoundings * kEps * std::abs(at.t * (at.slopes != nullptr ? at.slopes[i] : rates_[i]));
+    for (std::size_t i = 0; i < states_; ++i) {
+      const double change = std::abs(shaken_rates_[i] - rates_[i]);
+      if (!(kRoundings * change > kGrows * time_noise_[i])) continue;
+      const double rate = std::abs(at.slopes != nullptr ? at.slopes[i] : rates_[i]);
+      const double late = kRoundings * kEps * std::abs(at.t) * (rate + change);
+      shift_[i] = std::isinf(shift_[i]) ? late : std::max(shift_[i], late);
+    }
   }
 }
 
