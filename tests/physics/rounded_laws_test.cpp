@@ -98,7 +98,7 @@ TEST_CASE("a law ends where a linear table has its peak, by every method") {
 
 TEST_CASE("what is read outside of a law where the modes hold is an error still") {
   const std::string table = "table('" + in_project("tests/data/tables/tent.csv") + "', 'y', ";
-  for (const std::string law :
+  for (const std::string& law :
        {table + "2*mod(th, 1), spline)", table + "2*mod(th, 1))", table + "mod(th, 1) - 0.1, spline)"}) {
     INFO(law);
     const RunResult result = run_text(turning(1.0, law));
