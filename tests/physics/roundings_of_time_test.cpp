@@ -38,25 +38,4 @@ TEST_CASE("a scene starts at 1e9 s with a source that begins at 0") {
     }
 }
 
-TEST_CASE("a row that roundings part from a known time shows what comes after it") {
-  // Row 4n is at n T as the scene counts it, n T + 0.5 T the middle of the period: each by a rounding before or after
-  // the instants at which the conditions change.
-  for (const double period : {29.563693357721686, 2.521979042212251, 0.1, 1.0 / 3.0}) {
-    const std::string text = number_text(period, 17);
-    INFO(text);
-    const RunResult result = run_text(R"x({"bgsim": 1, "name": "rows", "parameters": {"T": )x" + text + R"x(},
-      "signals": {"n": {"integral": "0"}, "half": {"integral": "0"}},
-      "elements": {"s": {"kind": "Sf", "flow": 1}, "r": {"kind": "R", "resistance": 1}},
-      "bonds": [{"from": "s", "to": "r"}],
-      "events": {"a": {"when": "mod(t, T) < T/2", "set": {"n": "n + 1"}},
-                 "b": {"when": "mod(t - 0.5*T, T) < 0.25*T", "set": {"half": "half + 1"}}},
-      "outputs": {"n": "n", "half": "half"}, "scenes": {"s": {"stop": "20*T", "samples": 81}}})x");
-    REQUIRE(result.stop == StopReason::completed);
-    for (std::size_t row = 0; row + 1 < 81; ++row) {
-      CHECK(result.trace["n"][row] == static_cast<double>(row / 4));
-      CHECK(result.trace["half"][row] == static_cast<double>((row + 2) / 4));
-    }
-  }
-}
-
 }  // namespace bgsim

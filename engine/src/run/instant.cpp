@@ -1,5 +1,7 @@
 // What happens at one instant: known times, events of states, what the model's events set, switches that turn.
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "run/run.hpp"
@@ -30,7 +32,9 @@ bool Run::take_state_event() {
   const bool at_once = t == t_;  // nothing of the step is taken: where it begins a condition changes
   if (!at_once) {
     errors_.add(t_, x_, t, *integrator_);
-    if (!emit(recorder_.before_event(t, *integrator_))) return false;
+    // The moment is known to within its roundings: an output time as near as that shows what comes after.
+    constexpr double kLocated = 100.0 * std::numeric_limits<double>::epsilon();
+    if (!emit(recorder_.before(t - kLocated * std::abs(t), *integrator_))) return false;
     if (!audit_to(t)) return false;
   }
   between_ = true;

@@ -135,8 +135,7 @@ bool Run::take_step() {
   events_.pass();
   tolerances_.accept(t, {end, tolerances_.size()});
   errors_.add(t_, x_, t, *integrator_);
-  if (!emit(next_known_ == t ? recorder_.before_event(t, *integrator_) : recorder_.before(t, *integrator_)))
-    return false;
+  if (!emit(recorder_.before(t, *integrator_))) return false;
   if (!audit_to(t)) return false;
   go_to(t);
   magnitudes_.take(t_ - inputs_.start, x_);

@@ -61,15 +61,14 @@ Recorder::Outcome Recorder::at(double t, const std::vector<double>& x, const Bra
   const Stopwatch watch(seconds_);
   branch_ = branch;
   while (due(t, true))
-    if (const Outcome outcome = record(inputs_.output_times[next_], t, x.data(), row_[0]); outcome != Outcome::recorded)
+    if (const Outcome outcome = record(inputs_.output_times[next_], x.data(), row_[0]); outcome != Outcome::recorded)
       return outcome;
   return Outcome::recorded;
 }
 
-/// @param shown  the row's time; by roundings before @p t, it may lie where the modes of what comes after do not hold.
-Recorder::Outcome Recorder::record(double shown, double t, const double* y, std::vector<double>& row) {
+Recorder::Outcome Recorder::record(double t, const double* y, std::vector<double>& row) {
   if (!events_.prepare(t, y, branch_) || !evaluator_.outputs(t, y, branch_, row.data())) return Outcome::fault;
-  return keep(shown, y, row);
+  return keep(t, y, row);
 }
 
 Recorder::Outcome Recorder::keep(double t, const double* y, const std::vector<double>& row) {

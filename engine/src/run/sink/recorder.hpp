@@ -2,8 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
-#include <limits>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
@@ -25,12 +23,6 @@ class Recorder {
   enum class Outcome { recorded, fault, ended };
   /// All rows before @p t, within the integrator's last step.
   Outcome before(double t, Integrator& integrator);
-  /// The same where something happens at @p t, but for rows that only roundings part from it: whether a multiple of a
-  /// period is reached as the scene counts it or as a condition does, it is one instant, and shows what comes after it.
-  Outcome before_event(double t, Integrator& integrator) { return before(t - same_instant(t), integrator); }
-  [[nodiscard]] static double same_instant(double t) {
-    return 100.0 * std::numeric_limits<double>::epsilon() * std::abs(t);
-  }
   /// All rows up to @p t, where the run is.
   Outcome at(double t, const std::vector<double>& x, const Branch& branch);
   [[nodiscard]] double seconds() const { return seconds_; }
@@ -49,8 +41,7 @@ class Recorder {
            (inclusive ? inputs_.output_times[next_] <= t : inputs_.output_times[next_] < t);
   }
   Outcome record_some(double t, Integrator& integrator);
-  Outcome record(double t, const double* y, std::vector<double>& row) { return record(t, t, y, row); }
-  Outcome record(double shown, double t, const double* y, std::vector<double>& row);
+  Outcome record(double t, const double* y, std::vector<double>& row);
   Outcome keep(double t, const double* y, const std::vector<double>& row);
 
   Evaluator& evaluator_;
