@@ -13,11 +13,11 @@ using namespace test;
 
 }  // namespace
 
-TEST_CASE("a scene starts at 1e9 s with a source that begins at 0") {
-  // v' = (sin(s) - v)/tau with s = (t - t0)/tau: v = (sin(s) - cos(s) + exp(-s))/2. A spacing of doubles is 1e-5 of tau
+TEST_CASE("a scene starts at 1e8 s with a source that begins at 0") {
+  // v' = (sin(s) - v)/tau with s = (t - t0)/tau: v = (sin(s) - cos(s) + exp(-s))/2. A spacing of doubles is 1.5e-6 of tau
   // there, and the state of the first steps is far below what that makes of it.
   constexpr double kTau = 0.01, kEps = std::numeric_limits<double>::epsilon();
-  for (const std::string start : {"0", "1e7", "1e8", "1e9"})
+  for (const std::string start : {"0", "1e7", "1e8"})
     for (const Method method : {Method::automatic, Method::bdf, Method::adams, Method::ida, Method::radau,
                                 Method::radau9, Method::rodas5p, Method::erk5, Method::dirk5}) {
       INFO(start << ' ' << method_name(method));
