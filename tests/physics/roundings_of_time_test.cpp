@@ -14,8 +14,8 @@ using namespace test;
 }  // namespace
 
 TEST_CASE("a scene starts at 1e8 s with a source that begins at 0") {
-  // v' = (sin(s) - v)/tau with s = (t - t0)/tau: v = (sin(s) - cos(s) + exp(-s))/2. A spacing of doubles is 1.5e-6 of tau
-  // there, and the state of the first steps is far below what that makes of it.
+  // v' = (sin(s) - v)/tau with s = (t - t0)/tau: v = (sin(s) - cos(s) + exp(-s))/2. A spacing of doubles is 1.5e-6 of
+  // tau there, and the state of the first steps is far below what that makes of it.
   constexpr double kTau = 0.01, kEps = std::numeric_limits<double>::epsilon();
   for (const std::string start : {"0", "1e7", "1e8"})
     for (const Method method : {Method::automatic, Method::bdf, Method::adams, Method::ida, Method::radau,
