@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/strong_parts.hpp"
 #include "equations/loops.hpp"
 #include "equations/unknowns.hpp"
 #include "expression/graph.hpp"

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/codes.hpp"
+#include "base/strong_parts.hpp"
 #include "bgsim/ordering.hpp"
 #include "equations/loops.hpp"
 #include "equations/tearing.hpp"

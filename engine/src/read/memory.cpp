@@ -4,6 +4,7 @@
 #include <array>
 
 #include "base/dependence.hpp"
+#include "base/strong_parts.hpp"
 #include "model/samples.hpp"
 #include "read/reader.hpp"
 
@@ -179,19 +180,22 @@ std::vector<std::size_t> Reader::memories_in(std::initializer_list<ExprId> expre
   return found;
 }
 
-/// At one instant each after those that it depends on. Latches may depend on each other in a circle; what is sampled
-/// may not (BG132).
+/// At one instant each after those that it depends on. Latches may depend on each other in a circle, also by way of
+/// samples: these come as they are declared. What is sampled may not depend on itself (BG132).
 std::vector<std::size_t> Reader::order_of_memories() {
-  const auto refers_to = [&](std::size_t i) {
-    return memories_in({memories_[i].target, memories_[i].sets, memories_[i].resets});
-  };
+  std::vector<std::vector<std::uint32_t>> depends_on;
+  for (const Memory& memory : memories_) {
+    const std::vector<std::size_t> others = memories_in({memory.target, memory.sets, memory.resets});
+    depends_on.emplace_back(others.begin(), others.end());
+  }
   const auto sampled = [&](std::size_t i) { return memories_[i].value.valid(); };
   const auto samples = [&](std::size_t i) {
-    std::vector<std::size_t> others = sampled(i) ? refers_to(i) : std::vector<std::size_t>{};
-    std::erase_if(others, [&](std::size_t other) { return !sampled(other); });
+    std::vector<std::uint32_t> others = sampled(i) ? depends_on[i] : std::vector<std::uint32_t>{};
+    std::erase_if(others, [&](std::uint32_t other) { return !sampled(other); });
     return others;
   };
-  for (const std::vector<std::size_t>& cycle : order_by_dependence(memories_.size(), samples).cycles) {
+  const Dependence among_samples = order_by_dependence(memories_.size(), samples);
+  for (const std::vector<std::size_t>& cycle : among_samples.cycles) {
     std::string chain;
     for (const std::size_t i : cycle) chain += model_.signals[memories_[i].signal.index()].name + " -> ";
     const Signal& first = model_.signals[memories_[cycle.front()].signal.index()];
@@ -199,7 +203,12 @@ std::vector<std::size_t> Reader::order_of_memories() {
             "write previous(" + first.name + ") for the value before the sample",
             "samples of one instant are taken one after the other");
   }
-  return order_by_dependence(memories_.size(), refers_to).order;
+  // A part is a circle, or one memory; within a circle only samples wait for others.
+  const StrongParts parts = strong_parts(depends_on);
+  std::vector<std::size_t> order = among_samples.order;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return parts.part_of[a] < parts.part_of[b]; });
+  return order;
 }
 
 /// The events behind the memories. At one instant they come after the events of the file: first what previous() is,

@@ -119,9 +119,16 @@ bool EventJumps::conflicts() {
   return false;
 }
 
-void EventJumps::set(std::size_t event, std::vector<double>& x) const {
+void EventJumps::set(std::size_t event, std::vector<double>& x) {
   const ProgramEvent& at = program_.events[event];
-  for (std::size_t k = 0; k < at.sets.size(); ++k) x[*at.sets[k].state] = values_[at.first_value + k];
+  const bool latch = at.memory && !program_.model->events[event].sampled.valid();
+  bool counts = !latch;
+  for (std::size_t k = 0; k < at.sets.size(); ++k) {
+    double& value = x[*at.sets[k].state];
+    counts = counts || value != values_[at.first_value + k];
+    value = values_[at.first_value + k];
+  }
+  if (counts) ++memory_.counts[event];
 }
 
 std::vector<EventJumps::SetSlope> EventJumps::set_slopes() const {
@@ -159,7 +166,6 @@ bool EventJumps::taken(double t) {
   }
   for (const std::size_t i : due_) {
     memory_.armed[i] = memory_.starts[i] = false;
-    ++memory_.counts[i];
     std::vector<double>& times = memory_.times[i];
     if (!times.empty() && times.back() == t) continue;
     if (times.size() == kTimes) times.erase(times.begin());

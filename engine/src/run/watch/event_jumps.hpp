@@ -55,8 +55,9 @@ class EventJumps {
   [[nodiscard]] bool of_memory() const { return !due_.empty() && program_.events[due_.front()].memory; }
   /// Events that are due, by position in Program::events.
   [[nodiscard]] const std::vector<std::size_t>& due() const { return due_; }
-  /// Sets what the event @p event sets, as found by look().
-  void set(std::size_t event, std::vector<double>& x) const;
+  /// Sets what the event @p event sets, as found by look(). It counts, unless it leaves a latch on the side that it is
+  /// on.
+  void set(std::size_t event, std::vector<double>& x);
   /// What a state is set to changes by with the parameter of a program with Variations, and with the instant.
   struct SetSlope {
     std::uint32_t state = 0;
