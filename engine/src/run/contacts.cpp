@@ -71,12 +71,20 @@ std::string simultaneous_note(const std::vector<std::string>& contacts, double t
          "they may come to other speeds";
 }
 
+std::string long_sequence_note(std::uint64_t impacts, double t) {
+  return "at t = " + number_text(t, 6) + " contacts took " + std::to_string(impacts) +
+         " impacts at one instant, and closed still: from there on without a rebound";
+}
+
 Diagnostic impact_failure(const std::vector<std::string>& contacts, double gained, double t) {
   return diagnostic_of("BG621",
                        "at t = " + number_text(t) + " the impact of " + quoted(contacts) + " would create " +
                            number_text(gained, 4) + " of energy",
                        {}, "an impact loses energy or keeps it",
-                       "contacts that take impulses at once need the same restitution");
+                       std::string("Newton's rule keeps energy or loses it where the momenta are linear in the speeds, "
+                                   "with positive inertances: look for an inertance below 0 or another law p(f)") +
+                           (contacts.size() > 1 ? "; with \"impacts\": \"sequential\" the message names one contact"
+                                                : "; a lower restitution loses more"));
 }
 
 }  // namespace bgsim

@@ -34,6 +34,8 @@ std::string accumulation_note(const Element& contact, const ContactHistory& hist
 Diagnostic accumulation_failure(const Element& contact, const ContactHistory& history, const Accumulation& series);
 /// A line for the report: several contacts have taken impulses in one instant.
 std::string simultaneous_note(const std::vector<std::string>& contacts, double t);
+/// A line for the report: impacts of one instant had no end.
+std::string long_sequence_note(std::uint64_t impacts, double t);
 /// BG621.
 Diagnostic impact_failure(const std::vector<std::string>& contacts, double gained, double t);
 

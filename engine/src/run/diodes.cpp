@@ -32,6 +32,7 @@ class Sides {
         span_(span),
         n_(network.resistances.size()),
         away_(n_, false),
+        separates_(n_, false),
         restitution_(n_, 0.0),
         closing_(n_, 0.0),
         way_rounding_(n_, 0.0) {
@@ -39,10 +40,12 @@ class Sides {
     result_.room.assign(n_, 0.0);
   }
 
-  DiodeSides run(bool one) {
+  DiodeSides run(ImpactOf impact) {
     if (choose_resistances() && look_at_contacts()) {
       at_.bound_flows();
-      if (one) leave_the_fastest();
+      if (impact == ImpactOf::fastest) leave_the_fastest();
+      if (impact == ImpactOf::all) leave_out_what_separates();
+      if (impact == ImpactOf::rest) restitution_.assign(n_, 0.0);
       iterate();
     } else if (!result_.final) {
       open_what_is_away();
@@ -104,7 +107,16 @@ class Sides {
       const bool closed = touches && !result_.diodes[i].conducts;
       if (!closed && room < (touches ? -std::max(kTouching * off, kFar * size) : -std::max(off, kBeyond * size)))
         return fail_for_good(beyond_gap_failure(network_, i, t_, q, room + q));
-      away_[i] = !touches && room > off;
+      // Where efforts can change its speed at once, there is no impact.
+      bool of_stores = true;
+      for (std::size_t j = 0; j < n_; ++j) of_stores = of_stores && at_.flows().slope(i, 0, j) == 0.0;
+      // Beside a wall that moves, the speed of what rests there is rounding, and so would be its rebound, again and
+      // again.
+      const double rounding =
+          kOfTerms * at_.flows().size(i, 0) + 8.0 * kEpsilon * std::abs(t_) * at_.flows().size(i, 1);
+      separates_[i] = of_stores && at_.speed(i) > rounding;
+      // One on its way out has left its gap, however near it still is.
+      away_[i] = !touches && (room > off || (room > 0.0 && separates_[i]));
       if (away_[i]) {
         result_.diodes[i].effort = result_.diodes[i].flow = 0.0;
         continue;
@@ -113,13 +125,6 @@ class Sides {
       restitution_[i] = at_.restitution(i);
       if (!(restitution_[i] >= 0.0 && restitution_[i] <= 1.0))
         return fail_for_good(restitution_failure(network_, i, t_, restitution_[i]));
-      // Where efforts can change its speed at once, there is no impact.
-      bool of_stores = true;
-      for (std::size_t j = 0; j < n_; ++j) of_stores = of_stores && at_.flows().slope(i, 0, j) == 0.0;
-      // Beside a wall that moves, the speed of what rests there is rounding, and so would be its rebound, again and
-      // again.
-      const double rounding =
-          kOfTerms * at_.flows().size(i, 0) + 8.0 * kEpsilon * std::abs(t_) * at_.flows().size(i, 1);
       closing_[i] = of_stores && -at_.speed(i) > rounding ? -at_.speed(i) : 0.0;
       if (result_.diodes[i].sticks) restitution_[i] = 0.0;
     }
@@ -149,11 +154,24 @@ class Sides {
       if (!(closing_[i] > kTimes * (at_.flows().off(i, 0) + kOfTerms * at_.flows().size(i, 0)))) continue;
       if (fastest == n_ || closing_[i] > closing_[fastest]) fastest = i;
     }
-    for (std::size_t i = 0; i < n_ && fastest < n_; ++i) {
-      if (!network_.displacements[i].valid() || away_[i] || i == fastest) continue;
-      away_[i] = true;
-      restitution_[i] = closing_[i] = result_.diodes[i].effort = result_.diodes[i].flow = 0.0;
-    }
+    if (fastest == n_) return leave_out_what_separates();
+    for (std::size_t i = 0; i < n_; ++i)
+      if (network_.displacements[i].valid() && i != fastest) leave_out(i);
+  }
+
+  /// Where contacts close, those that separate do not push. An impulse on one that comes to rest does work on its way
+  /// out, and no restitution says how much.
+  void leave_out_what_separates() {
+    const auto closes = [](double speed) { return speed > 0.0; };
+    if (std::none_of(closing_.begin(), closing_.end(), closes)) return;
+    for (std::size_t i = 0; i < n_; ++i)
+      if (separates_[i]) leave_out(i);
+  }
+
+  void leave_out(std::size_t contact) {
+    away_[contact] = true;
+    restitution_[contact] = closing_[contact] = 0.0;
+    result_.diodes[contact].effort = result_.diodes[contact].flow = 0.0;
   }
 
   /// Resistances at which something is seen of the circuits, whatever an effort and a flow of 1 are beside their own.
@@ -458,6 +476,7 @@ class Sides {
   std::vector<double> effort_size_;
   std::vector<int> flow_exponent_, effort_exponent_;  ///< by diode: powers of two of the problem's units
   std::vector<bool> away_;                            ///< by diode: a contact that does not touch
+  std::vector<bool> separates_;                       ///< by diode: a contact that opens, beyond rounding
   std::vector<double> restitution_, closing_;         ///< by diode: of a contact that touches; else 0
   std::vector<double> way_rounding_;                  ///< by diode: what rounding leaves of a contact's way
   std::vector<bool> next_conducts_, last_sides_;
@@ -470,9 +489,9 @@ class Sides {
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
                        std::vector<DiodeState> before, KeptEvaluators& evaluators, DiodeSight& sight, double span,
-                       bool one) {
+                       ImpactOf impact) {
   NetworkSlopes slopes(network, parameters, t, stored, resolution, evaluators);
-  return Sides(network, std::move(slopes), t, std::move(before), sight, span).run(one);
+  return Sides(network, std::move(slopes), t, std::move(before), sight, span).run(impact);
 }
 
 }  // namespace bgsim

@@ -50,6 +50,13 @@ struct DiodeSight {
   std::vector<double> slopes;       ///< by diode, then order: of its flow and two derivatives by its source, magnitudes
 };
 
+/// Which contacts that close at one instant take impulses in one impact.
+enum class ImpactOf {
+  all,      ///< all that do not separate, with the rebound of each
+  fastest,  ///< the one that closes fastest, as if the others did not touch; of equally fast ones the first
+  rest,     ///< all that touch, without a rebound: the limit of infinitely many impacts
+};
+
 struct DiodeSides {
   std::vector<DiodeState> diodes;
   /// By diode: whether what it has at this side is 0 as far as the series reach, so that they do not say which way it
@@ -78,7 +85,8 @@ struct DiodeSides {
 ///
 /// A contact that does not touch has no effort and any flow. One that touches is a diode on the level of speeds; where
 /// it closes and its speed hangs on stores alone, the speed of separation is to be at least the restitution times the
-/// closing speed (Newton's rule for all contacts at once, Moreau). Those with an effort of order 1/h take impulses.
+/// closing speed (Newton's rule for all contacts at once, Moreau). Those with an effort of order 1/h take impulses. A
+/// contact that separates as others close is away: what the impact makes it close at is another impact.
 ///
 /// Where a mode leaves a current or an effort between ideal elements undetermined (two diodes in series that block, in
 /// parallel that conduct), the sides are such that all are determined: one of them "conducts" with no flow, or "blocks"
@@ -88,11 +96,10 @@ struct DiodeSides {
 /// @param resolution  of a state: by how much it may be off
 /// @param sight       of the network; looked for where it is empty, or the slopes of its laws have changed
 /// @param span        duration of the scene
-/// @param one         of the contacts that close, that which closes fastest takes an impulse, as if the others did not
-///                    touch; of equally fast ones the first
+/// @param impact      of which contacts, where some close
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
                        std::vector<DiodeState> before, KeptEvaluators& evaluators, DiodeSight& sight, double span,
-                       bool one = false);
+                       ImpactOf impact = ImpactOf::all);
 
 }  // namespace bgsim

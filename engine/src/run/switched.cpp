@@ -132,7 +132,7 @@ const Program* SwitchedRun::enter_mode() {
     if (!std::exchange(settled, false) && !settle_diodes()) return nullptr;
     if (!kick_.empty()) {
       if (met.size() >= kMostJumps) break;
-      if (!one_at_a_time()) met.push_back(mode_);
+      if (impact_of() == ImpactOf::rest) met.push_back(mode_);
       if (!take_impact()) return nullptr;
       program = nullptr;
       continue;

@@ -45,10 +45,10 @@ bool SwitchedRun::settle_diodes() {
     DiodeSight& sight = sights_[mode_of_switches()];
     const double span = inputs_.stop - inputs_.start;
     DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_,
-                                   sight, span, one_at_a_time());
-    if (!goes_on_alone(sides))
-      sides =
-          diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_, sight, span);
+                                   sight, span, impact_of());
+    if (ends_sequence(sides))
+      sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_, sight,
+                          span, impact_of());
     for (std::size_t i = 0; sides.failure && i < diodes_.size(); ++i)
       if (network.displacements[i].valid()) diodes_[i] = sides.diodes[i];
     if (sides.failure)
@@ -69,8 +69,8 @@ bool SwitchedRun::settle_diodes() {
     put_diodes();
     // A diode has left its side, and the series do not say whether by rounding or for good; or it has left it at this
     // instant once more, where the series say that it stays: of a law that ends where the flow does, a root by parts,
-    // they know one part.
-    const bool again = !switched_ && mode_ == left_, once_more = again && again_at_ == stored_.t;
+    // they know one part. An impact is no stay on these sides.
+    const bool again = kick_.empty() && !switched_ && mode_ == left_, once_more = again && again_at_ == stored_.t;
     if (again) again_at_ = stored_.t;
     std::vector<bool> free = once_more ? may_be_tried(network) : undecided_;
     bool any = false;
@@ -85,26 +85,30 @@ bool SwitchedRun::settle_diodes() {
   return true;
 }
 
-bool SwitchedRun::one_at_a_time() const {
-  constexpr std::uint64_t kMostInARow = 10'000;
-  return inputs_.sequential_impacts &&
-         !(sequence_.t == stored_.t && (sequence_.count >= kMostInARow || sequence_.ended));
+ImpactOf SwitchedRun::impact_of() const {
+  if (sequence_.t == stored_.t && sequence_.ended) return ImpactOf::rest;
+  return inputs_.sequential_impacts ? ImpactOf::fastest : ImpactOf::all;
 }
 
-bool SwitchedRun::goes_on_alone(const DiodeSides& sides) {
+bool SwitchedRun::ends_sequence(const DiodeSides& sides) {
   constexpr double kOfFirst = 1e-9;
-  if (sides.kick.empty() || !one_at_a_time()) return true;
+  constexpr std::uint64_t kMostInARow = 10'000;
+  if (sides.kick.empty() || impact_of() == ImpactOf::rest) return false;
   const double closing = *std::max_element(sides.closing.begin(), sides.closing.end());
-  if (sequence_.t != stored_.t) sequence_ = {stored_.t, closing, 0, false};
-  if (closing <= kOfFirst * sequence_.first) {
-    sequence_.ended = true;
-    return false;
+  if (sequence_.t != stored_.t) sequence_ = {stored_.t, 0.0, 0, false};
+  sequence_.fastest = std::max(sequence_.fastest, closing);
+  // What a switch brings to contacts that rest on each other has no closing speed, and is no end.
+  const bool nothing = closing > 0.0 && closing <= kOfFirst * sequence_.fastest;
+  sequence_.ended = nothing || sequence_.count >= kMostInARow;
+  if (sequence_.ended) {
+    if (sequence_.count >= kMostInARow) result_.report.notes.push_back(long_sequence_note(sequence_.count, stored_.t));
+    return true;
   }
-  if (++sequence_.count == 2 && !std::exchange(sequential_, true))
+  if (++sequence_.count == 2 && inputs_.sequential_impacts && !std::exchange(sequential_, true))
     result_.report.notes.push_back("at t = " + number_text(stored_.t, 6) +
                                    " several contacts take impulses at one instant: one after the other, that which "
                                    "closes fastest first (\"impacts\": \"sequential\")");
-  return true;
+  return false;
 }
 
 bool SwitchedRun::may_try(const DiodeNetwork& network, const DiodeSides& sides) const {

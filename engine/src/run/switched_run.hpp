@@ -143,12 +143,12 @@ class SwitchedRun {
   /// The sides of the switches; all diodes at none.
   [[nodiscard]] Mode mode_of_switches() const;
 
-  /// Whether impacts of this instant still take place one after the other.
-  [[nodiscard]] bool one_at_a_time() const;
+  /// Of which contacts the next impact of this instant is.
+  [[nodiscard]] ImpactOf impact_of() const;
 
-  /// Looks at the next impact of a sequence. It ends where closing speeds have become nothing beside the first: what
-  /// is left is taken at once. False if the sides are to be found again for that.
-  bool goes_on_alone(const DiodeSides& sides);
+  /// Counts an impact of this instant. True where closing speeds have become nothing beside the first, or impacts have
+  /// no end: then the sides are to be found again, for what is left of all.
+  bool ends_sequence(const DiodeSides& sides);
 
   /// Whether sides can be found by trying: that knows no restitution, and helps nobody whose model is at fault.
   [[nodiscard]] bool may_try(const DiodeNetwork& network, const DiodeSides& sides) const;
@@ -314,16 +314,16 @@ class SwitchedRun {
   bool short_flight_ = false;  ///< in this stretch; see flies_short()
   struct Sequence {
     double t = -std::numeric_limits<double>::infinity();
-    double first = 0.0;  ///< closing speed of the first impact
+    double fastest = 0.0;  ///< closing speed of its fastest impact
     std::uint64_t count = 0;
     bool ended = false;
     template <class Archive>
     void carry(Archive& archive);
   };
-  Sequence sequence_;                          ///< of impacts one after the other, in the latest instant that had any
-  bool sequential_ = false;                    ///< such a sequence had more than one impact
-  bool simultaneous_ = false;                  ///< several contacts have taken impulses at once
-  std::vector<double> flow_off_, effort_off_;  ///< by diode: what they may be off by
+  Sequence sequence_;          ///< of impacts that follow each other, in the latest instant that had any
+  bool sequential_ = false;    ///< such a sequence had more than one impact
+  bool simultaneous_ = false;  ///< several contacts have taken impulses at once
+  std::vector<double> flow_off_, effort_off_;      ///< by diode: what they may be off by
   std::vector<double> flow_error_, effort_error_;  ///< the same, without an allowance
   std::vector<bool> undecided_;                    ///< by diode: on its border, as far as rounding lets one see
   double again_at_ = std::numeric_limits<double>::quiet_NaN();  ///< when diodes left a mode that was found again

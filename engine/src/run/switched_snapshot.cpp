@@ -136,7 +136,7 @@ void SwitchedRun::Seen::carry(Archive& archive) {
 template <class Archive>
 void SwitchedRun::Sequence::carry(Archive& archive) {
   archive("t", t);
-  archive("first", first);
+  archive("fastest", fastest);
   archive("count", count);
   archive("ended", ended);
 }
