@@ -254,7 +254,7 @@ TEST_CASE("random rows of balls create no energy, and elastic ones keep it") {
     const bool wall = round % 3 == 0;
     INFO("round " << round << ", restitution " << e);
     // The restitution of each: e, and at contacts that close slowly another one.
-    for (const std::string& law : {std::to_string(e), "if(f > 1.5, " + std::to_string(e) + ", 0.6)"}) {
+    for (const std::string& law : {std::to_string(e), "\"if(f > 1.5, " + std::to_string(e) + ", 0.6)\""}) {
       const RunResult result = completed(row_of_balls(masses, speeds, law, "simultaneous", wall));
       const std::vector<double> after = speeds_after(result);
       double before = 0, left = 0, momentum = 0;
@@ -295,7 +295,8 @@ TEST_CASE("balls that fall on each other on a floor come to rest as impact by im
       // which takes 3e-5 s.
       CHECK(closed == Approx(rest).margin(2e-4));
       CHECK(least >= 0.0);
-      CHECK(result.report.energy.impacts == Approx(static_cast<double>(whole)).epsilon(1e-12));
+      // Heights of half a metre and more are resolved to 1e-9 m.
+      CHECK(result.report.energy.impacts == Approx(static_cast<double>(whole)).epsilon(2e-9));
       FallingPile falling(pile);
       for (std::size_t row = 0; row < result.trace.times.size(); ++row) {
         const double t = result.trace.times[row];

@@ -242,12 +242,12 @@ TEST_CASE("latches that depend on each other in a circle change as they are decl
   for (const Row& row :
        {Row{"x > 1", "x > 50", kSource}, Row{"t >= 1", "t >= 50", kSource},
         Row{"k > 0.5", "k > 50", kSource + R"x(, "events": {"e": {"when": "x >= 1", "set": {"k": "pre(k) + 1"}}})x"},
-        Row{"s > 0.5", "s > 50", kSource}}) {
+        Row{"late > 0.5", "late > 50", kSource}}) {
     std::vector<std::string> order{"a", "b", "c"};
     do {
       INFO(row.on << ", declared " << order[0] << order[1] << order[2]);
       std::string signals = R"x("x": {"integral": "1"}, "k": {"integral": "0"}, "u": "if(a, 1, 0)",
-        "s": {"value": "k + x", "every": 1}, "on": ")x" +
+        "late": {"value": "k + x", "every": 1}, "on": ")x" +
                             row.on + R"x(", "off": ")x" + row.off + "\"";
       for (const std::string& name : order) signals += ", " + declared.at(name);
       std::vector<RunEvent> changes;

@@ -136,7 +136,7 @@ void SwitchedRun::Seen::carry(Archive& archive) {
 template <class Archive>
 void SwitchedRun::Sequence::carry(Archive& archive) {
   archive("t", t);
-  archive("fastest", fastest);
+  archive("first", fastest);  // as snapshots have it that were taken before it was the fastest
   archive("count", count);
   archive("ended", ended);
 }
