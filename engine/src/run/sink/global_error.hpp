@@ -156,6 +156,8 @@ class GlobalError {
   [[nodiscard]] bool matters(const std::vector<double>& error) const;
   bool take_parts(std::size_t parts, std::size_t points, const Integrator::Rates& held);
   bool propagate(double from, double to, std::size_t points, const Integrator::Rates& held, Within& within);
+  bool moves(const std::vector<double>& jacobian, double length);
+  bool follow(const std::vector<double>& jacobian, double length);
   double left_out();
   [[nodiscard]] double part_begin(std::size_t part) const;  ///< of the last step; of parts_: its end
   [[nodiscard]] const double* error_at(std::size_t part) const;
@@ -197,7 +199,8 @@ class GlobalError {
   std::vector<int> direction_;
   Branch branch_before_, branch_there_;
   std::array<std::vector<double>, 2> farther_;  ///< set there; empty: not looked at
-  std::vector<double> right_, moment_, second_, defect_, added_;
+  std::vector<double> right_, moment_, second_, defect_, added_, flow_, part_, imaginary_part_;
+  ColumnLu<true> pole_lu_{0};
 };
 
 }  // namespace bgsim
