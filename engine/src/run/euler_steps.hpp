@@ -44,8 +44,8 @@ class EulerFromRest {
   EulerFromRest(const Program& program, Evaluator& evaluator);
 
   /// From the sides that conditions have at (@p t, @p x): what is at rest on the branch @p here may be set in motion
-  /// by a source at another time. change() and tears() are its solution, to a tenth; of what has not settled after thirty iterations, as far as
-  /// these have come. @return  false: no rates or no matrix on the way.
+  /// by a source at another time. change() and tears() are its solution, to a tenth; of what has not settled after
+  /// thirty iterations, as far as these have come. @return  false: no rates or no matrix on the way.
   bool step(double t, double h, const double* x, const Branch& here);
   [[nodiscard]] const std::vector<double>& change() const { return change_; }       ///< by state
   [[nodiscard]] const std::vector<double>& tears() const { return branch_.tears; }  ///< of loops, at its end
