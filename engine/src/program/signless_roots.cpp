@@ -1,6 +1,6 @@
 #include "program/signless_roots.hpp"
 
-#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -12,21 +12,25 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max(), kSeveral = kNone - 1;
 
+bool is_whole(const ExprPool& pool, ExprId e) {
+  return pool.is_constant(e) && pool[e].constant == std::floor(pool[e].constant);
+}
+
 class Rewriting {
  public:
   Rewriting(const EquationSystem& system, const BlockOrder& order)
       : system_(system), made_(order), stand_in_(system.symbols.size()) {
     const std::size_t size = made_.pool.size();
     follows_.reserve(size);
+    sign_of_.reserve(size);
     image_.reserve(size);
     for (std::size_t i = 0; i < size; ++i) {
       const ExprId e(i);
       note(e);
-      ExprId image = e;
-      if (const ExprId x = argument_of(e); x.valid()) image = root_of(e, x);
+      ExprId image = rebuilt_of(e);
+      // What a root is a part of has been looked at with it.
+      if (const ExprId x = argument_of(e); image == e && x.valid()) image = root_of(e, x);
       changed_ = changed_ || image != e;
-      if (image == e && changed_)
-        image = rebuilt(made_.pool, ExprNode(made_.pool[e]), [this](ExprId a) { return image_[a.index()]; });
       made_.origins.resize(made_.pool.size(), Origin(made_.origins[i]));
       image_.push_back(image);
     }
@@ -50,7 +54,14 @@ class Rewriting {
   }
 
  private:
-  /// Which state @p e follows.
+  ExprId rebuilt_of(ExprId e) {
+    const ExprNode node = made_.pool[e];  // a copy: the pool grows
+    bool same = true;
+    for_each_argument(node, [&](ExprId a) { same = same && image_[a.index()] == a; });
+    return same ? e : rebuilt(made_.pool, node, [this](ExprId a) { return image_[a.index()]; });
+  }
+
+  /// Which state @p e follows, and of what it has the sign for a factor.
   void note(ExprId e) {
     const ExprNode& node = made_.pool[e];
     std::uint32_t of = kNone;
@@ -64,6 +75,11 @@ class Rewriting {
       if (other != kNone) of = of == kNone || of == other ? other : kSeveral;
     });
     follows_.push_back(of);
+    ExprId sign;
+    if (node.op == Op::sign) sign = ExprId(node.a);
+    if (node.op == Op::neg || node.op == Op::mul || node.op == Op::div) sign = sign_of_[node.a];
+    if (node.op == Op::mul && !sign.valid()) sign = sign_of_[node.b];
+    sign_of_.push_back(sign);
   }
 
   /// x, where @p e may be a root that keeps the sign of x: a product with sign(x), or a choice by a comparison of x
@@ -77,29 +93,11 @@ class Rewriting {
       if (made_.pool.is_constant(ExprId(condition.b), 0.0)) x = ExprId(condition.a);
       if (made_.pool.is_constant(ExprId(condition.a), 0.0)) x = ExprId(condition.b);
     } else if (node.op == Op::mul || node.op == Op::div) {
-      x = sign_in(e);
+      x = sign_of_[e.index()];
     }
     const bool changes =
         x.valid() && (follows_[x.index()] == kSeveral || (node.op == Op::select && follows_[x.index()] != kNone));
     return changes ? x : ExprId{};
-  }
-
-  /// x of a factor sign(x).
-  [[nodiscard]] ExprId sign_in(ExprId e) const {
-    const ExprNode& node = made_.pool[e];
-    switch (node.op) {
-      case Op::sign:
-        return ExprId(node.a);
-      case Op::neg:
-        return sign_in(ExprId(node.a));
-      case Op::div:
-        return sign_in(ExprId(node.a));
-      case Op::mul:
-        if (const ExprId x = sign_in(ExprId(node.a)); x.valid()) return x;
-        return sign_in(ExprId(node.b));
-      default:
-        return {};
-    }
   }
 
   /// @p e without a condition; with a sign alone where it follows a single state; or as it is.
@@ -122,21 +120,22 @@ class Rewriting {
   const EquationSystem& system_;
   BlockOrder made_;
   SymbolId stand_in_;
-  std::vector<std::uint32_t> follows_;  ///< by ExprId: a state, kNone or kSeveral
-  std::vector<ExprId> image_;
+  std::vector<std::uint32_t> follows_;   ///< by ExprId: a state, kNone or kSeveral
+  std::vector<ExprId> sign_of_, image_;  ///< by ExprId
   bool changed_ = false;
 };
 
 }  // namespace
 
 std::optional<BlockOrder> with_signless_roots(const EquationSystem& system, const BlockOrder& order) {
-  const auto may_keep_a_sign = [&](std::size_t i) {
-    const Op op = order.pool[ExprId(i)].op;
-    return op == Op::sqrt || op == Op::pow || op == Op::cbrt;
-  };
-  bool any = false;
-  for (std::size_t i = 0; i < order.pool.size() && !any; ++i) any = may_keep_a_sign(i);
-  if (!any) return std::nullopt;
+  bool root = false, side = false;  // of these a root that keeps a sign is made
+  for (std::size_t i = 0; i < order.pool.size(); ++i) {
+    const ExprNode& node = order.pool[ExprId(i)];
+    const bool power = node.op == Op::pow && !is_whole(order.pool, ExprId(node.b));
+    root = root || power || node.op == Op::sqrt || node.op == Op::cbrt;
+    side = side || node.op == Op::sign || node.op == Op::select;
+  }
+  if (!root || !side) return std::nullopt;
   Rewriting rewriting(system, order);
   if (!rewriting.changed()) return std::nullopt;
   return std::move(rewriting).take();
