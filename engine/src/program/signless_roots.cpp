@@ -65,7 +65,8 @@ class Rewriting {
   void note(ExprId e) {
     const ExprNode& node = made_.pool[e];
     std::uint32_t of = kNone;
-    if (node.op == Op::symbol) {
+    // What stood for an argument while a law was looked at is in the pool still, in no equation.
+    if (node.op == Op::symbol && node.a < system_.symbols.size()) {
       const SystemSymbol& symbol = system_.symbols[node.a];
       if (symbol.kind == SystemSymbol::Kind::state) of = symbol.index;
       if (symbol.kind == SystemSymbol::Kind::unknown) of = kSeveral;
