@@ -30,8 +30,9 @@ std::string model(const std::string& rate, const std::string& start, const std::
          outputs + R"x(}, "scenes": {"run": {)x" + scene + "}}}";
 }
 
-RunResult completed(const std::string& text, Method method = Method::automatic, double relative = 1e-8) {
-  RunResult result = Study::from_text(text).scene({}, with_method(method, relative)).simulate(untimed());
+RunResult completed(const std::string& text, Method method = Method::automatic, double relative = 1e-8,
+                    const SimulateOptions& options = untimed()) {
+  RunResult result = Study::from_text(text).scene({}, with_method(method, relative)).simulate(options);
   INFO((result.failure ? result.failure->situation : ""));
   REQUIRE(result.stop == StopReason::completed);
   return result;
@@ -55,7 +56,7 @@ TEST_CASE("a delayed feedback follows the method of steps by every method") {
       INFO(facts_of(method).name << ", " << relative);
       const RunResult result = completed(model("-y", "1", R"x("y": {"delay": "c.q", "by": "T"})x",
                                                R"x("x": "c.q", "y": "y")x", R"x("stop": 8, "samples": 65)x"),
-                                         method, relative);
+                                         method, relative, one_run());
       double worst = 0.0;
       for (std::size_t i = 0; i < result.trace.times.size(); ++i) {
         const double t = result.trace.times[i];
@@ -131,7 +132,7 @@ TEST_CASE("narrow pulses and kinks come through a delay as they are") {
     }
 }
 
-TEST_CASE("a narrow pulse that only a delay has is summed up behind it") {
+TEST_CASE("a narrow pulse that only a delay has is summed up behind it", "[long]") {
   // Pulses of one height whose sums over time are known: of time, of a state that rises by 1 a second, of a signal that
   // is late itself, and before the start. No rate shows them but that behind the delay.
   const auto model = [](const std::string& signals) {
@@ -158,7 +159,7 @@ TEST_CASE("a narrow pulse that only a delay has is summed up behind it") {
         CAPTURE(each, method_name(method));
         // Through two delays bdf is off by 1e-3, with a note (docs/design/state.md).
         if (method == Method::bdf && &each != &signals.front()) continue;
-        const RunResult run = completed(model(each), method, 1e-6);
+        const RunResult run = completed(model(each), method, 1e-6, one_run());
         const double area = width * std::sqrt(std::acos(-1.0));
         // The errors of the steps across the pulse, of one tolerance each, may add up to a hundred.
         CHECK(std::abs(run.trace["q"].back() - area) < 1e-4 * area);

@@ -238,7 +238,7 @@ TEST_CASE("a contact that separates as another one closes has no part in the imp
   }
 }
 
-TEST_CASE("random rows of balls create no energy, and elastic ones keep it") {
+TEST_CASE("random rows of balls create no energy, and elastic ones keep it", "[long]") {
   std::mt19937 random(1);
   const auto of = [&random](const std::vector<double>& values) {
     return values[std::uniform_int_distribution<std::size_t>(0, values.size() - 1)(random)];

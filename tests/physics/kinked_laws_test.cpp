@@ -222,7 +222,7 @@ TEST_CASE("a tank that empties by sqrt(max(q, 0)), which has no slope there, sta
   }
 }
 
-TEST_CASE("a pipe of a thousand laws that are solved for their flows is read, and is a pipe") {
+TEST_CASE("a pipe of a thousand laws that are solved for their flows is read, and is a pipe", "[long]") {
   // Looking for jumps in what depends on all of the pipe took minutes. Filled slowly, from rest: e = 1e-3 f + 1e-5 f
   // |f| at each section, and the flow into section k is what the sections behind it take up.
   const std::string text = R"x({"bgsim": 1, "name": "pipe", "elements": {

@@ -105,7 +105,7 @@ TEST_CASE("a valve in series with a root and a resistor opens and shuts as one l
       for (const Method method :
            {Method::automatic, Method::bdf, Method::erk5, Method::dirk5, Method::rodas5p, Method::ida}) {
         INFO(law << ' ' << method_name(method));
-        const RunResult run = Study::from_text(valve(law)).scene("s", with_method(method)).simulate(untimed());
+        const RunResult run = Study::from_text(valve(law)).scene("s", with_method(method)).simulate(one_run());
         REQUIRE(run.stop == StopReason::completed);
         for (std::size_t k = 0; k < run.trace.times.size(); ++k)
           CHECK(std::abs(run.trace["v"][k] - other.trace["v"][k]) < 1e-4);  // a hundred tolerances
@@ -122,7 +122,7 @@ TEST_CASE("roots in series and beside each other keep their laws at every instan
     const Study study = Study::from_text(filled_through({orifice(2, 0.5), orifice(1.3, 0.2), orifice(0.7, b)}));
     for (const Method method : kMethods) {
       INFO(b << ' ' << method_name(method));
-      const RunResult run = study.scene("s", with_method(method)).simulate(untimed());
+      const RunResult run = study.scene("s", with_method(method)).simulate(one_run());
       REQUIRE(run.stop == StopReason::completed);
       CHECK(std::abs(run.report.energy.relative) < 1e-4);
       for (std::size_t k = 0; k < run.trace.times.size(); ++k) {
@@ -139,7 +139,7 @@ TEST_CASE("roots in series and beside each other keep their laws at every instan
   }
 }
 
-TEST_CASE("a power that is a parameter is the law of its value, in one study for all of them") {
+TEST_CASE("a power that is a parameter is the law of its value, in one study for all of them", "[long]") {
   // With m for the power of the effort, 1/m that of the flow; beside others of each kind.
   const std::vector<const char*> laws = {
       "f = k*sign(e)*abs(e)^m",          "e = sign(f)*abs(f/k)^(1/m)",         "f = k*e*abs(e)^(m - 1)",
@@ -160,7 +160,7 @@ TEST_CASE("a power that is a parameter is the law of its value, in one study for
         REQUIRE(by_number.stop == StopReason::completed);
         for (const Method method : {Method::automatic, Method::bdf, Method::dirk5}) {
           CAPTURE(law, other, n, method_name(method));
-          const RunResult run = study.scene("s", with_method(method, 1e-7)).with("m", n).simulate(untimed());
+          const RunResult run = study.scene("s", with_method(method, 1e-7)).with("m", n).simulate(one_run());
           REQUIRE(run.stop == StopReason::completed);
           for (std::size_t k = 0; k < run.trace.times.size(); ++k)
             CHECK(std::abs(run.trace["v"][k] - by_number.trace["v"][k]) <
@@ -196,7 +196,7 @@ TEST_CASE("a power that is a parameter may be 0, which is dry friction") {
     "outputs": {"v": "m.f"}, "scenes": {"s": {"stop": 4, "samples": 41}}})x");
   for (const Method method : {Method::automatic, Method::bdf, Method::erk5}) {
     CAPTURE(method_name(method));
-    const RunResult run = study.scene("s", with_method(method)).with("n", 0.0).simulate(untimed());
+    const RunResult run = study.scene("s", with_method(method)).with("n", 0.0).simulate(one_run());
     REQUIRE(run.stop == StopReason::completed);
     for (std::size_t k = 0; k < run.trace.times.size(); ++k)
       CHECK(std::abs(run.trace["v"][k] - std::max(0.0, 2.0 - run.trace.times[k])) < 1e-5);  // some tolerances

@@ -30,7 +30,7 @@ std::string filled(const std::string& source, const std::string& valve, const st
 
 /// As run_text, with valves that change the mode.
 RunResult run_modes(const std::string& text, const SceneOverrides& overrides = {}) {
-  return Study::from_text(text).scene("s", overrides).simulate(SimulateOptions{});
+  return Study::from_text(text).scene("s", overrides).simulate(one_run());
 }
 
 }  // namespace
@@ -86,7 +86,7 @@ TEST_CASE("a check valve from rest begins to pass as the source rises") {
     }
 }
 
-TEST_CASE("conditions of time are seen while tanks that have come level are held there") {
+TEST_CASE("conditions of time are seen while tanks that have come level are held there", "[long]") {
   // Once both are level nothing moves, and steps are as long as the scene; the valve opens with each stroke of the
   // source that is higher than what is there.
   const auto tanks = [](const std::string& law) {
@@ -104,7 +104,7 @@ TEST_CASE("conditions of time are seen while tanks that have come level are held
     SceneOverrides overrides;
     overrides.method = method;
     overrides.relative = 1e-8;
-    return study.scene("run", overrides).simulate(untimed());
+    return study.scene("run", overrides).simulate(one_run());
   };
   const RunResult other = run(tanks("e = f*abs(f)/9"), Method::automatic);
   const Study roots = tanks("f = 3*sign(e)*sqrt(abs(e))");

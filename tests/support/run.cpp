@@ -51,6 +51,12 @@ SimulateOptions untimed() {
   return options;
 }
 
+SimulateOptions one_run() {
+  SimulateOptions options = untimed();
+  options.error_estimate = false;
+  return options;
+}
+
 RunResult run_text(const std::string& text, const SceneOverrides& overrides, const SimulateOptions& options) {
   return compile_text(text, overrides).run(options);
 }
@@ -67,8 +73,7 @@ Study study_of(const std::string& path) {
 }
 
 RunResult run(const Study& study, const RunInputs& inputs) {
-  SimulateOptions options = untimed();
-  options.error_estimate = false;  // has tests of its own, and is slow under the sanitizers
+  const SimulateOptions options = one_run();  // estimates have tests of their own, and are slow under the sanitizers
   const bool switches = !switches_of(study.model()).empty();
   RunResult result = switches ? study.scene(inputs).simulate(options) : compile_study(study, inputs).run(options);
   if (result.failure) FAIL(render(*result.failure, *study.model().sources));

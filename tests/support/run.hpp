@@ -13,6 +13,8 @@ namespace bgsim::test {
 
 /// Without the limit of a day, whose verdict depends on how fast the machine is.
 SimulateOptions untimed();
+/// The same without the second run that estimates the errors, for tests that compare a trace with what it has to be.
+SimulateOptions one_run();
 
 /// A scene of a model, all of it compiled whatever its outputs depend on.
 struct CompiledModel {
