@@ -35,7 +35,7 @@ RunResult run(const std::string& model, Method method, double relative) {
   SceneOverrides overrides;
   overrides.method = method;
   overrides.relative = relative;
-  return Study::from_text(model).scene("s", overrides).simulate(untimed());
+  return Study::from_text(model).scene("s", overrides).simulate(one_run());
 }
 
 /// Tanks in series behind a source, all empty, with an orifice before each.
@@ -207,8 +207,13 @@ TEST_CASE("hundreds of empty tanks in series fill in some thousand steps, howeve
   for (const int tanks : {40, 200}) {
     const RunResult reference = run(series(tanks, "e = f*abs(f)"), Method::rodas5p, 1e-8);
     REQUIRE(reference.stop == StopReason::completed);
-    for (const std::string law : {"e = f*abs(f)", "f = sign(e)*sqrt(abs(e))", "f = if(e > 0, sqrt(e), -sqrt(-e))"})
-      for (const std::string source : {"1 + sin(t)", "2*step(t - 1)", "sin(t)"}) {
+    const std::vector<std::string> laws{"e = f*abs(f)", "f = sign(e)*sqrt(abs(e))",
+                                        "f = if(e > 0, sqrt(e), -sqrt(-e))"},
+        sources{"2*step(t - 1)", "1 + sin(t)", "sin(t)"};
+    for (std::size_t i = 0; i < laws.size(); ++i)
+      for (std::size_t j = 0; j < sources.size(); ++j) {
+        if (tanks == 200 && i != j) continue;  // of the many each law and each source once
+        const std::string &law = laws[i], &source = sources[j];
         INFO(tanks << ", " << law << ", " << source);
         std::string model = series(tanks, law);
         model.replace(model.find("1 + sin(t)"), 10, source);
@@ -219,5 +224,29 @@ TEST_CASE("hundreds of empty tanks in series fill in some thousand steps, howeve
         if (source == "1 + sin(t)")              // a few hundred tolerances, as above
           CHECK(std::abs(last(result, "first") - last(reference, "first")) < 3e-4);
       }
+  }
+}
+
+TEST_CASE("empty tanks in series fill by roots of any degree, a number or a parameter") {
+  // Of powers below a third the sign was a condition, as it was of those that parameters give: 1,250 steps and errors
+  // of 5e-4 without a note.
+  for (const std::string power : {"0.3", "0.852", "1.7", "2.15", "2.5"}) {
+    std::string by_name = series(16, "e = f*abs(f)^degree");
+    by_name.insert(by_name.find("\"elements\""), "\"parameters\": {\"degree\": " + power + "}, ");
+    const std::string by_number = series(16, "e = f*abs(f)^" + power);
+    const RunResult reference = run(by_number, Method::radau9, 1e-9);
+    REQUIRE(reference.stop == StopReason::completed);
+    for (const std::string& model : {by_number, by_name}) {
+      CAPTURE(power, model == by_name);
+      const RunResult result = run(model, Method::automatic, 1e-6);
+      REQUIRE(result.stop == StopReason::completed);
+      CHECK(result.report.steps < 500);
+      CHECK(result.report.mode_changes < 20);  // of the first orifice, which follows one store alone
+      for (const char* output : {"first", "last"}) {
+        const std::vector<double> right = column(reference, output), is = column(result, output);
+        const double range = *std::max_element(right.begin(), right.end());
+        for (std::size_t k = 0; k < right.size(); ++k) CHECK(std::abs(is[k] - right[k]) < 1e-4 * range);  // as is noted
+      }
+    }
   }
 }
