@@ -18,7 +18,8 @@ class ColumnLu {
   [[nodiscard]] double* real() { return re_.data(); }
   [[nodiscard]] double* imaginary() { return im_.data(); }
 
-  /// By partial pivoting; complex numbers by the sum of their parts' magnitudes. Columns that a row has nothing in are
+  /// By partial pivoting, the row that comes first unless another one has more than kMore times as much; complex
+  /// numbers by the sum of their parts' magnitudes. Columns that a row has nothing in are
   /// passed over, as is what lies below the last number of a column: matrices of lines cost the square of n.
   /// False if a pivot is zero or not finite.
   /// @note n^3/3 multiplications at most, four times that for complex matrices.
@@ -30,7 +31,7 @@ class ColumnLu {
       double most = size_of(k * n_ + k);
       for (std::size_t i = k + 1; i < n_; ++i) {
         const double size = size_of(k * n_ + i);
-        if (size > most) {
+        if (size > kMore * most) {
           most = size;
           best = i;
         }
@@ -76,6 +77,8 @@ class ColumnLu {
   }
 
  private:
+  static constexpr double kMore = 2.0;  ///< rows are scaled by powers of two (row_scales.hpp)
+
   [[nodiscard]] double size_of(std::size_t at) const {
     if constexpr (Complex) return std::fabs(re_[at]) + std::fabs(im_[at]);
     return std::fabs(re_[at]);

@@ -6,6 +6,8 @@
 #include <memory>
 #include <utility>
 
+#include "run/integrate/direct_solver.hpp"
+
 namespace bgsim {
 namespace {
 
@@ -46,33 +48,29 @@ int scale_add_identity(double c, SUNMatrix matrix) {
   return SUNMAT_SUCCESS;
 }
 
-struct ForestSolver {
-  Forest forest;
-  SUNLinearSolver klu = nullptr;
-  bool by_klu = false;
+class ForestSolver {
+ public:
+  ForestSolver(Forest forest, SUNLinearSolver klu) : forest_(std::move(forest)), klu_(klu) {}
+  ~ForestSolver() { SUNLinSolFree(klu_); }
+  ForestSolver(const ForestSolver&) = delete;
+  ForestSolver& operator=(const ForestSolver&) = delete;
+
+  int initialize() { return SUNLinSolInitialize(klu_); }
+  int set_up(SUNMatrix matrix) {
+    by_klu_ = !forest_.factor(SUNSparseMatrix_Data(matrix));
+    return by_klu_ ? SUNLinSolSetup(klu_, matrix) : SUNLS_SUCCESS;
+  }
+  int solve(SUNMatrix matrix, N_Vector solution, N_Vector right, double tolerance) {
+    if (by_klu_) return SUNLinSolSolve(klu_, matrix, solution, right, tolerance);
+    forest_.solve(N_VGetArrayPointer(right), N_VGetArrayPointer(solution));
+    return SUNLS_SUCCESS;
+  }
+
+ private:
+  Forest forest_;
+  SUNLinearSolver klu_;
+  bool by_klu_ = false;
 };
-
-ForestSolver& of(SUNLinearSolver solver) { return *static_cast<ForestSolver*>(solver->content); }
-
-SUNLinearSolver_Type direct(SUNLinearSolver /*solver*/) { return SUNLINEARSOLVER_DIRECT; }
-int initialize(SUNLinearSolver solver) { return SUNLinSolInitialize(of(solver).klu); }
-int set_up(SUNLinearSolver solver, SUNMatrix matrix) {
-  ForestSolver& self = of(solver);
-  self.by_klu = !self.forest.factor(SUNSparseMatrix_Data(matrix));
-  return self.by_klu ? SUNLinSolSetup(self.klu, matrix) : SUNLS_SUCCESS;
-}
-int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector solution, N_Vector right, double tolerance) {
-  ForestSolver& self = of(solver);
-  if (self.by_klu) return SUNLinSolSolve(self.klu, matrix, solution, right, tolerance);
-  self.forest.solve(N_VGetArrayPointer(right), N_VGetArrayPointer(solution));
-  return SUNLS_SUCCESS;
-}
-int free_solver(SUNLinearSolver solver) {
-  const std::unique_ptr<ForestSolver> self(&of(solver));
-  SUNLinSolFree(self->klu);
-  SUNLinSolFreeEmpty(solver);
-  return SUNLS_SUCCESS;
-}
 
 }  // namespace
 
@@ -84,15 +82,7 @@ void use_own_operations(SUNMatrix matrix) {
 }
 
 SUNLinearSolver make_forest_solver(SUNContext context, Forest forest, SUNLinearSolver klu) {
-  SUNLinearSolver solver = SUNLinSolNewEmpty(context);
-  if (solver == nullptr) return nullptr;
-  solver->content = new ForestSolver{std::move(forest), klu};
-  solver->ops->gettype = direct;
-  solver->ops->initialize = initialize;
-  solver->ops->setup = set_up;
-  solver->ops->solve = solve;
-  solver->ops->free = free_solver;
-  return solver;
+  return make_direct_solver(context, std::make_unique<ForestSolver>(std::move(forest), klu));
 }
 
 }  // namespace bgsim

@@ -79,6 +79,7 @@ class RadauIntegrator final : public ImplicitSteps {
     if (!(next_ > 0.0)) next_ = first_step(Control::kExponent, looser_);
     double h = fit(next_);
     tolerances_.weights(time_, h, y_.data(), weight_.data());
+    resumes_ = false;
     for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
       if (is_lost(h)) return fail(words_);
       if (stale_ == kNoJacobian) {
@@ -89,7 +90,7 @@ class RadauIntegrator final : public ImplicitSteps {
       if (factored_ != h) {
         factored_ = 0.0;
         ++counts_.factorizations;
-        if (!systems_->factor(h, jacobian_.values())) {
+        if (!systems_->factor(h, jacobian_.values(), weight_.data())) {
           h = shorten(h, 0.5, kLinearText);
           continue;
         }
@@ -114,6 +115,11 @@ class RadauIntegrator final : public ImplicitSteps {
       if (error < 1.0) {
         if (!accept(h, z_[kLast], stage_branch_[kLast])) {  // no rates at the end
           h = shorten(h, 0.5, kStateEquationsText);
+          continue;
+        }
+        if (!is_solved(h)) {
+          take_back();
+          resumes_ = true;
           continue;
         }
         const double released = share * released_error(h);
@@ -161,6 +167,7 @@ class RadauIntegrator final : public ImplicitSteps {
   /// A step so little longer is not worth two factorizations.
   static constexpr double kSame = 1.2;
   static constexpr double kNoSpeed = 1.0;
+  static constexpr double kRoundings = 10.0;
   enum Jacobian { kNoJacobian, kOld, kFresh };
 
   static RadauEigenvalues eigenvalues() {
@@ -215,6 +222,12 @@ class RadauIntegrator final : public ImplicitSteps {
 
   /// As iterate(), with all that leads there. What no polynomial leads to may be near the step's beginning.
   double find_stages(double h) {
+    if (std::exchange(resumes_, false)) {
+      // With slopes of their own the stages follow a law that bends. What ends (a loop's solution) says so in the other
+      // iteration.
+      if (!loops_ && tears_ == 0 && iterate_by_stages(h)) return 1.0;
+      return iterate(h, true, true);
+    }
     const bool from_rest = from_rest_;
     const double reduction = iterate(h, !from_rest);
     if (reduction == 1.0 || iterate_by_stages(h)) return 1.0;
@@ -269,18 +282,25 @@ class RadauIntegrator final : public ImplicitSteps {
     return k;
   }
 
+  /// What the iteration cannot go below.
+  [[nodiscard]] double rounding() const { return kRoundings * kEps * norm(y_) / looser_; }
+
   /// The stages of a step of length h. 1 if they were found, else by how much the step should be shortened.
-  double iterate(double h, bool extrapolated) {
+  /// @param resumes  from the stages that the last call came to.
+  double iterate(double h, bool extrapolated, bool resumes = false) {
     constexpr double kDiverged = 0.5, kNoRates = 0.25;
     faulted_ = false;
-    begin_iteration(h, extrapolated);
-    if (loops_) stage_branch_.fill(branch_);
-    const double reached = std::max(newton_part_, 10.0 * kEps * norm(y_) / looser_);
-    converged_ = std::pow(std::max(converged_, kEps), 0.8);
-    speed_ = kServes;
     bent_ = false;
-    double before = 0.0, rate_before = 0.0;
-    for (int iteration = 1; iteration <= kIterations; ++iteration) {
+    reached_ = std::max(newton_part_, rounding());
+    if (!resumes) {
+      begin_iteration(h, extrapolated);
+      if (loops_) stage_branch_.fill(branch_);
+      converged_ = std::pow(std::max(converged_, kEps), 0.8);
+      speed_ = kServes;
+      iterations_ = 0;
+    }
+    double before = change_, rate_before = speed_;
+    for (int iteration = iterations_ + 1; iteration <= kIterations; ++iteration) {
       if (!rates_of_stages(h)) return kNoRates;
       ++counts_.iterations;
       for (std::size_t i = 0; i < size_; ++i) {
@@ -311,10 +331,10 @@ class RadauIntegrator final : public ImplicitSteps {
         if (!(speed_ < 0.99)) return kDiverged;
         converged_ = speed_ / (1.0 - speed_);
         const int left = kIterations - 1 - iteration;
-        const double at_end = converged_ * change * whole_power(speed_, left) / reached;
+        const double at_end = converged_ * change * whole_power(speed_, left) / reached_;
         if (at_end >= 1.0) return 0.8 * std::pow(std::clamp(at_end, 1e-4, 20.0), -1.0 / (4.0 + left));
       }
-      before = std::max(change, kEps);
+      before = change_ = std::max(change, kEps);
       const auto& t = kTable.transform;
       for (std::size_t i = 0; i < size_; ++i) {
         std::array<double, Stages> w{};
@@ -325,7 +345,7 @@ class RadauIntegrator final : public ImplicitSteps {
         z_[kLast][i] = end;
       }
       iterations_ = iteration;
-      if (converged_ * change <= reached) return 1.0;
+      if (converged_ * change <= reached_) return 1.0;
     }
     return kDiverged;
   }
@@ -340,7 +360,7 @@ class RadauIntegrator final : public ImplicitSteps {
     if (!(speed_ < kNearer)) begin_iteration(h, !from_rest_);
     if (loops_) stage_branch_.fill(branch_);
     stages_step_ = h;
-    const double reached = std::max(newton_part_, 10.0 * kEps * norm(y_) / looser_);
+    const double reached = std::max(newton_part_, rounding());
     const bool found = stages_->solve(h, y_.data(), z_, weight_.data(), looser_ * reached);
     counts_.iterations += stages_->iterations();
     counts_.jacobians += static_cast<long>(Stages) * stages_->iterations();
@@ -386,12 +406,30 @@ class RadauIntegrator final : public ImplicitSteps {
     return std::max(error, 1e-10);
   }
 
+  /// Whether the iteration has come to the stages: that it would is taken from its rounds before, or from the steps
+  /// before where it had one. The rates at the step's end, which are known by now, say what the next round would have
+  /// changed there. (A mass that friction, smoothed to the width of its tolerance, no longer holds: with slopes that
+  /// are far too steep by now all changes are small, and grow.)
+  bool is_solved(double h) {
+    // The high orders iterate to a thousandth of what is allowed, where rounding of their transformation begins.
+    if (bent_ || Stages > 3) return true;
+    for (std::size_t i = 0; i < size_; ++i)
+      increment_[i] = i < states_ ? h * rate_[i] - radau::dot(kTable.inverse[kLast], at_state(z_, i)) : 0.0;
+    const double defect = norm(increment_);
+    if (defect <= kTable.gamma * looser_ * reached_) return true;  // nothing that the slopes damp
+    systems_->solve_real(increment_.data());
+    const double next = norm(increment_) / looser_;
+    // What shrinks to a tenth in a round may be as much more than what one round later is left.
+    constexpr double kShrinks = 0.1;
+    return next <= std::max(reached_, rounding()) || next <= std::min(kShrinks * change_, reached_ / kShrinks);
+  }
+
   /// The error of an accepted step by the slopes at its end, where these let go what those at its beginning held. 0
   /// where they do not. Slopes that were seen serve for the next step.
   double released_error(double h) {
     if (!lets_go(h, kTable.gamma, kTable.gamma * looser_)) return 0.0;
     factored_ = 0.0;
-    if (!see_jacobian(h) || !systems_->factor(h, jacobian_.values())) {
+    if (!see_jacobian(h) || !systems_->factor(h, jacobian_.values(), weight_.data())) {
       stale_ = kNoJacobian;
       return 0.0;
     }
@@ -469,7 +507,9 @@ class RadauIntegrator final : public ImplicitSteps {
   double converged_ = 1.0;    ///< the same: the sum of what is left by what was last
   bool bent_ = false;         ///< the stages were found with a Jacobian each
   int iterations_ = 0;
-  std::vector<double> bend_;  ///< see correct()
+  bool resumes_ = false;                 ///< the iteration goes on where it was
+  double change_ = 0.0, reached_ = 0.0;  ///< of the stages by the last round of it; what it may leave
+  std::vector<double> bend_;             ///< see correct()
   // Scratch
   std::array<std::vector<double>, Stages> right_, stage_;
 };

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "run/integrate/row_scales.hpp"
+
 namespace bgsim {
 
 struct RadauStages::Factors {
@@ -24,7 +26,8 @@ RadauStages::RadauStages(std::size_t size, std::size_t states, std::size_t stage
       factors_(std::make_unique<Factors>()),
       at_(size),
       rate_(size),
-      full_(size * size) {
+      full_(size * size),
+      scales_(stages * size) {
   const auto n = static_cast<Eigen::Index>(stages * size);
   factors_->matrix.resize(n, n);
   factors_->lu = Eigen::PartialPivLU<Eigen::MatrixXd>(n);
@@ -58,8 +61,8 @@ bool RadauStages::defects(double h, const double* y, const std::vector<double>& 
   return true;
 }
 
-/// The matrix at @p z, factored.
-bool RadauStages::see(double h, const double* y, const std::vector<double>& z) {
+/// The matrix at @p z, factored, with pivots by the weights.
+bool RadauStages::see(double h, const double* y, const std::vector<double>& z, const double* weight) {
   const auto n = static_cast<Eigen::Index>(size_), with_rates = static_cast<Eigen::Index>(states_);
   Eigen::MatrixXd& matrix = factors_->matrix;
   matrix.setZero();
@@ -72,7 +75,12 @@ bool RadauStages::see(double h, const double* y, const std::vector<double>& z) {
     for (std::size_t i = 0; i < size_; ++i) at_[i] = y[i] + z[k * size_ + i];
     if (!jacobian_(k, at_.data(), full_.data())) return false;
     matrix.block(row, row, n, n) -= h * Eigen::Map<const Eigen::MatrixXd>(full_.data(), n, n);
+    const double* const of_stage = inverse_ + k * stages_;
+    double shift = 0.0;
+    for (std::size_t l = 0; l < stages_; ++l) shift = std::max(shift, std::abs(of_stage[l]));
+    row_scales::of_full(size_, states_, shift, h, full_.data(), weight, scales_.data() + k * size_);
   }
+  matrix.array().colwise() *= Eigen::Map<const Eigen::ArrayXd>(scales_.data(), matrix.rows());
   if (!matrix.allFinite()) return false;
   factors_->lu.compute(matrix);
   return (factors_->lu.matrixLU().diagonal().array() != 0.0).all();
@@ -80,6 +88,7 @@ bool RadauStages::see(double h, const double* y, const std::vector<double>& z) {
 
 void RadauStages::divide(std::vector<double>& right) {
   Eigen::Map<Eigen::VectorXd> vector(right.data(), static_cast<Eigen::Index>(right.size()));
+  vector.array() *= Eigen::Map<const Eigen::ArrayXd>(scales_.data(), vector.size());
   factors_->solution = factors_->lu.solve(vector);
   vector = factors_->solution;
 }
@@ -93,7 +102,7 @@ bool RadauStages::solve(double h, const double* y, Stages z, const double* weigh
   if (!defects(h, y, now_, defect_)) return false;
   double damping = 1.0, size_before = 0.0, simplified_before = 0.0;
   for (iterations_ = 1; iterations_ <= kMost; ++iterations_) {
-    if (!see(h, y, now_)) return false;
+    if (!see(h, y, now_, weight)) return false;
     step_ = defect_;
     divide(step_);
     const double size = norm(step_, weight);

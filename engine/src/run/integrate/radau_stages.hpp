@@ -45,7 +45,7 @@ class RadauStages {
  private:
   struct Factors;
   bool defects(double h, const double* y, const std::vector<double>& z, std::vector<double>& out);
-  bool see(double h, const double* y, const std::vector<double>& z);
+  bool see(double h, const double* y, const std::vector<double>& z, const double* weight);
   void divide(std::vector<double>& right);
   [[nodiscard]] double norm(const std::vector<double>& x, const double* weight) const;
 
@@ -55,6 +55,7 @@ class RadauStages {
   int iterations_ = 0;
   std::unique_ptr<Factors> factors_;
   std::vector<double> at_, rate_, full_;
+  std::vector<double> scales_;                                           ///< of the rows (row_scales.hpp)
   std::vector<double> now_, trial_, defect_, step_, next_, simplified_;  ///< of all stages, one after the other
 };
 

@@ -9,6 +9,7 @@
 #include "base/lu.hpp"
 #include "run/integrate/column_lu.hpp"
 #include "run/integrate/integrator.hpp"
+#include "run/integrate/row_scales.hpp"
 #include "run/integrate/small_lu.hpp"
 #include "run/integrate/sparse_places.hpp"
 
@@ -24,22 +25,22 @@ template <std::size_t N>
 class SmallSystems final : public RadauSystems {
  public:
   SmallSystems(std::size_t states, const RadauEigenvalues& eigenvalues)
-      : gamma_(eigenvalues.gamma), pairs_(eigenvalues.pairs), complex_(pairs_.size()) {
-    std::fill_n(mass_.begin(), states, 1.0);
-  }
+      : states_(states), gamma_(eigenvalues.gamma), pairs_(eigenvalues.pairs), complex_(pairs_.size()) {}
 
   [[nodiscard]] bool dense() const override { return true; }
 
-  bool factor(double h, const double* jacobian) override {
+  bool factor(double h, const double* jacobian, const double* weight) override {
+    row_scales::of_full(N, states_, gamma_, h, jacobian, weight, scales_.data());
+    for (std::size_t i = 0; i < N; ++i) mass_[i] = i < states_ ? scales_[i] : 0.0;
     for (std::size_t i = 0; i < N; ++i)
       for (std::size_t j = 0; j < N; ++j)
-        real_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? gamma_ * mass_[i] : 0.0);
+        real_.a[i * N + j] = -h * jacobian[j * N + i] * scales_[i] + (i == j ? gamma_ * mass_[i] : 0.0);
     if (!real_.factor()) return false;
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       const double alpha = pairs_[k].real(), beta = pairs_[k].imag();
       for (std::size_t i = 0; i < N; ++i)
         for (std::size_t j = 0; j < N; ++j)
-          complex_[k].a[i * N + j] = {-h * jacobian[j * N + i] + (i == j ? alpha * mass_[i] : 0.0),
+          complex_[k].a[i * N + j] = {-h * jacobian[j * N + i] * scales_[i] + (i == j ? alpha * mass_[i] : 0.0),
                                       i == j ? beta * mass_[i] : 0.0};
       if (!complex_[k].factor()) return false;
     }
@@ -48,14 +49,14 @@ class SmallSystems final : public RadauSystems {
 
   void solve_real(double* u) override {
     std::array<double, N> b{};
-    for (std::size_t i = 0; i < N; ++i) b[i] = u[i];
+    for (std::size_t i = 0; i < N; ++i) b[i] = u[i] * scales_[i];
     real_.solve(b);
     for (std::size_t i = 0; i < N; ++i) u[i] = b[i];
   }
 
   void solve_complex(std::size_t pair, double* v, double* w) override {
     std::array<Pair, N> b{};
-    for (std::size_t i = 0; i < N; ++i) b[i] = {v[i], w[i]};
+    for (std::size_t i = 0; i < N; ++i) b[i] = {v[i] * scales_[i], w[i] * scales_[i]};
     complex_[pair].solve(b);
     for (std::size_t i = 0; i < N; ++i) {
       v[i] = b[i].re;
@@ -64,9 +65,10 @@ class SmallSystems final : public RadauSystems {
   }
 
  private:
+  std::size_t states_;
   double gamma_;
   std::vector<std::complex<double>> pairs_;
-  std::array<double, N> mass_{};
+  std::array<double, N> scales_{}, mass_{};  ///< of the rows; and where they are on the diagonal
   SmallLu<double, N> real_;
   std::vector<SmallLu<Pair, N>> complex_;
 };
@@ -78,36 +80,50 @@ class DenseSystems final : public RadauSystems {
         states_(states),
         gamma_(eigenvalues.gamma),
         pairs_(eigenvalues.pairs),
+        scales_(size),
         real_(size),
         complex_(pairs_.size(), ColumnLu<true>(size)) {}
 
   [[nodiscard]] bool dense() const override { return true; }
 
-  bool factor(double h, const double* jacobian) override {
+  bool factor(double h, const double* jacobian, const double* weight) override {
+    row_scales::of_full(n_, states_, gamma_, h, jacobian, weight, scales_.data());
     double* const real = real_.real();
-    for (std::size_t i = 0; i < n_ * n_; ++i) {
-      real[i] = -h * jacobian[i];
-      if (!std::isfinite(real[i])) return false;
-    }
+    for (std::size_t j = 0; j < n_; ++j)
+      for (std::size_t i = 0; i < n_; ++i) {
+        double& entry = real[j * n_ + i];
+        entry = -h * jacobian[j * n_ + i] * scales_[i];
+        if (!std::isfinite(entry)) return false;
+      }
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       std::copy(real, real + n_ * n_, complex_[k].real());
       std::fill(complex_[k].imaginary(), complex_[k].imaginary() + n_ * n_, 0.0);
-      for (std::size_t i = 0; i < n_ * states_; i += n_ + 1) {
-        complex_[k].real()[i] += pairs_[k].real();
-        complex_[k].imaginary()[i] = pairs_[k].imag();
+      for (std::size_t i = 0; i < states_; ++i) {
+        complex_[k].real()[i * (n_ + 1)] += pairs_[k].real() * scales_[i];
+        complex_[k].imaginary()[i * (n_ + 1)] = pairs_[k].imag() * scales_[i];
       }
     }
-    for (std::size_t i = 0; i < n_ * states_; i += n_ + 1) real[i] += gamma_;
+    for (std::size_t i = 0; i < states_; ++i) real[i * (n_ + 1)] += gamma_ * scales_[i];
     return real_.factor() && std::all_of(complex_.begin(), complex_.end(), [](auto& lu) { return lu.factor(); });
   }
 
-  void solve_real(double* u) override { real_.solve(u); }
-  void solve_complex(std::size_t pair, double* v, double* w) override { complex_[pair].solve(v, w); }
+  void solve_real(double* u) override {
+    for (std::size_t i = 0; i < n_; ++i) u[i] *= scales_[i];
+    real_.solve(u);
+  }
+  void solve_complex(std::size_t pair, double* v, double* w) override {
+    for (std::size_t i = 0; i < n_; ++i) {
+      v[i] *= scales_[i];
+      w[i] *= scales_[i];
+    }
+    complex_[pair].solve(v, w);
+  }
 
  private:
   std::size_t n_, states_;
   double gamma_;
   std::vector<std::complex<double>> pairs_;
+  std::vector<double> scales_;
   ColumnLu<false> real_;
   std::vector<ColumnLu<true>> complex_;
 };
@@ -127,13 +143,14 @@ class SparseSystems final : public RadauSystems {
 
   [[nodiscard]] bool dense() const override { return false; }
 
-  bool factor(double h, const double* jacobian) override {
-    if (!places_.fill(h, jacobian)) return false;
+  bool factor(double h, const double* jacobian, const double* weight) override {
+    if (!places_.fill(gamma_, h, jacobian, weight)) return false;
     const double* const real = places_.matrix.valuePtr();
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       std::complex<double>* const complex = complex_matrix_[k].valuePtr();
       std::copy(real, real + places_.matrix.nonZeros(), complex);
-      for (const Eigen::Index at : places_.of_states) complex[at] += pairs_[k];
+      for (std::size_t i = 0; i < places_.of_states.size(); ++i)
+        complex[places_.of_states[i]] += pairs_[k] * places_.scales[i];
     }
     places_.shift(gamma_);
     if (!real_.factorize(places_.matrix)) return false;
@@ -144,13 +161,15 @@ class SparseSystems final : public RadauSystems {
 
   void solve_real(double* u) override {
     Eigen::Map<Eigen::VectorXd> right(u, n_);
+    right.array() *= places_.scale_of_rows();
     solution_ = real_.solve(right);
     right = solution_;
   }
 
   void solve_complex(std::size_t pair, double* v, double* w) override {
     complex_right_.resize(n_);
-    for (Eigen::Index i = 0; i < n_; ++i) complex_right_[i] = std::complex<double>(v[i], w[i]);
+    for (Eigen::Index i = 0; i < n_; ++i)
+      complex_right_[i] = std::complex<double>(v[i], w[i]) * places_.scales[static_cast<std::size_t>(i)];
     complex_solution_ = complex_[pair].solve(complex_right_);
     for (Eigen::Index i = 0; i < n_; ++i) {
       v[i] = complex_solution_[i].real();

@@ -33,8 +33,9 @@ class RadauSystems {
 
   /// Whether jacobian() of factor() is a full matrix, column by column, or the entries by the pattern.
   [[nodiscard]] virtual bool dense() const = 0;
-  /// False if one of them is singular, or not finite.
-  virtual bool factor(double h, const double* jacobian) = 0;
+  /// @param weight  of the unknowns in the error test, by which pivots are compared (row_scales.hpp)
+  /// @return  false if one of them is singular, or not finite.
+  virtual bool factor(double h, const double* jacobian, const double* weight) = 0;
   /// By the last factor(): the right side becomes the solution.
   virtual void solve_real(double* u) = 0;
   virtual void solve_complex(std::size_t pair, double* v, double* w) = 0;

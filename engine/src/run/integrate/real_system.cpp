@@ -6,6 +6,7 @@
 
 #include "base/lu.hpp"
 #include "run/integrate/column_lu.hpp"
+#include "run/integrate/row_scales.hpp"
 #include "run/integrate/small_lu.hpp"
 #include "run/integrate/sparse_places.hpp"
 
@@ -16,49 +17,57 @@ namespace {
 template <std::size_t N>
 class SmallReal final : public RealSystem {
  public:
-  explicit SmallReal(std::size_t states) { std::fill_n(mass_.begin(), states, 1.0); }
+  explicit SmallReal(std::size_t states) : states_(states) {}
 
   [[nodiscard]] bool dense() const override { return true; }
 
-  bool factor(double shift, double h, const double* jacobian) override {
+  bool factor(double shift, double h, const double* jacobian, const double* weight) override {
+    row_scales::of_full(N, states_, shift, h, jacobian, weight, scales_.data());
     for (std::size_t i = 0; i < N; ++i)
       for (std::size_t j = 0; j < N; ++j)
-        lu_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? shift * mass_[i] : 0.0);
+        lu_.a[i * N + j] = -h * jacobian[j * N + i] * scales_[i] + (i == j && i < states_ ? shift * scales_[i] : 0.0);
     return lu_.factor();
   }
 
   void solve(double* u) override {
     std::array<double, N> b{};
-    for (std::size_t i = 0; i < N; ++i) b[i] = u[i];
+    for (std::size_t i = 0; i < N; ++i) b[i] = u[i] * scales_[i];
     lu_.solve(b);
     for (std::size_t i = 0; i < N; ++i) u[i] = b[i];
   }
 
  private:
-  std::array<double, N> mass_{};
+  std::size_t states_;
+  std::array<double, N> scales_{};  ///< of the rows
   small::SmallLu<double, N> lu_;
 };
 
 class DenseReal final : public RealSystem {
  public:
-  DenseReal(std::size_t size, std::size_t states) : n_(size), states_(states), lu_(size) {}
+  DenseReal(std::size_t size, std::size_t states) : n_(size), states_(states), scales_(size), lu_(size) {}
 
   [[nodiscard]] bool dense() const override { return true; }
 
-  bool factor(double shift, double h, const double* jacobian) override {
+  bool factor(double shift, double h, const double* jacobian, const double* weight) override {
+    row_scales::of_full(n_, states_, shift, h, jacobian, weight, scales_.data());
     double* const a = lu_.real();
-    for (std::size_t i = 0; i < n_ * n_; ++i) {
-      a[i] = -h * jacobian[i];
-      if (!std::isfinite(a[i])) return false;
-    }
-    for (std::size_t i = 0; i < n_ * states_; i += n_ + 1) a[i] += shift;
+    for (std::size_t j = 0; j < n_; ++j)
+      for (std::size_t i = 0; i < n_; ++i) {
+        a[j * n_ + i] = -h * jacobian[j * n_ + i] * scales_[i];
+        if (!std::isfinite(a[j * n_ + i])) return false;
+      }
+    for (std::size_t i = 0; i < states_; ++i) a[i * (n_ + 1)] += shift * scales_[i];
     return lu_.factor();
   }
 
-  void solve(double* u) override { lu_.solve(u); }
+  void solve(double* u) override {
+    for (std::size_t i = 0; i < n_; ++i) u[i] *= scales_[i];
+    lu_.solve(u);
+  }
 
  private:
   std::size_t n_, states_;
+  std::vector<double> scales_;
   ColumnLu<false> lu_;
 };
 
@@ -68,14 +77,15 @@ class SparseReal final : public RealSystem {
 
   [[nodiscard]] bool dense() const override { return false; }
 
-  bool factor(double shift, double h, const double* jacobian) override {
-    if (!places_.fill(h, jacobian)) return false;
+  bool factor(double shift, double h, const double* jacobian, const double* weight) override {
+    if (!places_.fill(shift, h, jacobian, weight)) return false;
     places_.shift(shift);
     return lu_.factorize(places_.matrix);
   }
 
   void solve(double* u) override {
     Eigen::Map<Eigen::VectorXd> right(u, places_.matrix.rows());
+    right.array() *= places_.scale_of_rows();
     solution_ = lu_.solve(right);
     right = solution_;
   }

@@ -17,8 +17,9 @@ class RealSystem {
 
   /// Whether jacobian() of factor() is a full matrix, column by column, or the entries by the pattern.
   [[nodiscard]] virtual bool dense() const = 0;
-  /// False if the matrix is singular, or not finite.
-  virtual bool factor(double shift, double h, const double* jacobian) = 0;
+  /// @param weight  of the unknowns in the error test, by which pivots are compared (row_scales.hpp)
+  /// @return  false if the matrix is singular, or not finite.
+  virtual bool factor(double shift, double h, const double* jacobian, const double* weight) = 0;
   /// By the last factor(): the right side becomes the solution.
   virtual void solve(double* u) = 0;
 

@@ -72,7 +72,7 @@ class RodasIntegrator final : public ImplicitSteps {
       if (factored_ != h) {
         factored_ = 0.0;
         ++counts_.factorizations;
-        if (!system_->factor(rodas::kShift, h, slopes_)) {
+        if (!system_->factor(rodas::kShift, h, slopes_, weight_.data())) {
           h = shorten(h, 0.5, kLinearText);
           continue;
         }
@@ -265,7 +265,7 @@ class RodasIntegrator final : public ImplicitSteps {
     factored_ = 0.0;
     if (!see_slopes(h)) return 0.0;
     ++counts_.factorizations;
-    if (!system_->factor(rodas::kShift, h, slopes_)) return 0.0;
+    if (!system_->factor(rodas::kShift, h, slopes_, weight_.data())) return 0.0;
     factored_ = h;
     error_ = raw_;
     system_->solve(error_.data());

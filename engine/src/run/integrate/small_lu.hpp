@@ -27,6 +27,10 @@ inline Pair inverse(Pair a) {
   return {ratio / size, -1.0 / size};
 }
 
+/// By how much another row is to have more than the one that comes first to be the pivot's: rows are scaled by powers
+/// of two (row_scales.hpp).
+inline constexpr double kMore = 2.0;
+
 /// LU with partial pivoting of a matrix of a size known to the compiler, by rows. Reciprocals of the pivots are kept.
 template <class Number, std::size_t N>
 struct SmallLu {
@@ -37,7 +41,7 @@ struct SmallLu {
     for (std::size_t k = 0; k < N; ++k) {
       std::size_t best = k;
       for (std::size_t i = k + 1; i < N; ++i)
-        if (magnitude(a[i * N + k]) > magnitude(a[best * N + k])) best = i;
+        if (magnitude(a[i * N + k]) > kMore * magnitude(a[best * N + k])) best = i;
       pivot[k] = best;
       if (best != k)
         for (std::size_t j = 0; j < N; ++j) std::swap(a[k * N + j], a[best * N + j]);

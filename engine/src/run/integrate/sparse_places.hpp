@@ -7,12 +7,13 @@
 #include <vector>
 
 #include "bgsim/program.hpp"
+#include "run/integrate/row_scales.hpp"
 
 namespace bgsim {
 
 struct SparsePlaces {
   /// @param states  of the pattern's unknowns, the first ones
-  SparsePlaces(const Sparsity& pattern, std::size_t states) {
+  SparsePlaces(const Sparsity& of, std::size_t states) : scales(of.size, 1.0), pattern(of) {
     const auto n = static_cast<Eigen::Index>(pattern.size), with_diagonal = static_cast<Eigen::Index>(states);
     std::vector<Eigen::Triplet<double>> places;
     places.reserve(pattern.row.size() + states);
@@ -26,27 +27,33 @@ struct SparsePlaces {
     for (Eigen::Index i = 0; i < with_diagonal; ++i) of_states.push_back(find(i, i));
   }
 
-  /// -h J into `matrix`. False if it is not finite.
-  bool fill(double h, const double* jacobian) {
+  /// The scales of the rows (row_scales.hpp), and -h J by these into `matrix`. False if it is not finite.
+  bool fill(double shift, double h, const double* jacobian, const double* weight) {
+    row_scales::of_entries(pattern, of_states.size(), shift, h, jacobian, weight, scales);
     double* const values = matrix.valuePtr();
     std::fill(values, values + matrix.nonZeros(), 0.0);
     for (std::size_t k = 0; k < entries.size(); ++k) {
-      values[entries[k]] = -h * jacobian[k];
+      values[entries[k]] = -h * jacobian[k] * scales[static_cast<std::size_t>(pattern.row[k])];
       if (!std::isfinite(values[entries[k]])) return false;
     }
     return true;
   }
-  /// Adds to the diagonal of the states.
+  /// Adds to the diagonal of the states, by their scales.
   void shift(double by) {
     double* const values = matrix.valuePtr();
-    for (const Eigen::Index at : of_states) values[at] += by;
+    for (std::size_t i = 0; i < of_states.size(); ++i) values[of_states[i]] += by * scales[i];
+  }
+  [[nodiscard]] Eigen::Map<const Eigen::ArrayXd> scale_of_rows() const {
+    return {scales.data(), static_cast<Eigen::Index>(scales.size())};
   }
 
   Eigen::SparseMatrix<double> matrix;
   std::vector<Eigen::Index> entries;    ///< of the pattern, among its values
   std::vector<Eigen::Index> of_states;  ///< the states' diagonal, the same
+  std::vector<double> scales;           ///< of the rows
 
  private:
+  const Sparsity& pattern;
   static int to_int(Eigen::Index i) { return static_cast<int>(i); }
   template <class Visit>
   static void each(const Sparsity& pattern, Visit&& visit) {

@@ -3,7 +3,6 @@
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
 #include <ida/ida.h>
-#include <sunlinsol/sunlinsol_dense.h>
 #include <sunlinsol/sunlinsol_klu.h>
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunmatrix/sunmatrix_sparse.h>
@@ -12,6 +11,7 @@
 #include <new>
 #include <utility>
 
+#include "run/integrate/dense_solver.hpp"
 #include "run/integrate/matrices.hpp"
 #include "run/integrate/vectors.hpp"
 
@@ -62,7 +62,8 @@ LinearAlgebra make_dense(SUNContext context, N_Vector like) {
   const sunindextype size = N_VGetLength(like);
   LinearAlgebra algebra;
   algebra.matrix = own<MatrixHandle>(SUNDenseMatrix(size, size, context));
-  algebra.solver = own<LinearSolverHandle>(SUNLinSol_Dense(like, algebra.matrix.get(), context));
+  algebra.weight = std::make_shared<std::vector<double>>(static_cast<std::size_t>(size), 1.0);
+  algebra.solver = own<LinearSolverHandle>(make_dense_solver(context, algebra.weight));
   return algebra;
 }
 

@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "bgsim/evaluator.hpp"
 
@@ -60,8 +61,9 @@ ArkodeHandle make_arkode(SUNContext context, OdeRates expl, OdeRates impl, doubl
 struct LinearAlgebra {
   MatrixHandle matrix;
   LinearSolverHandle solver;
-  const Sparsity* pattern = nullptr;  ///< null: dense
-  bool along_trees = false;           ///< unknowns are coupled along trees (Forest)
+  const Sparsity* pattern = nullptr;            ///< null: dense
+  bool along_trees = false;                     ///< unknowns are coupled along trees (Forest)
+  std::shared_ptr<std::vector<double>> weight;  ///< of the unknowns in the error test, for dense ones (row_scales.hpp)
 };
 /// What solving costs, in additions of numbers in a row.
 struct SolverCost {

@@ -82,10 +82,10 @@ class SundialsIntegrator : public Base {
   }
 
  protected:
+  using Base::algebra_, Base::border_, Base::by_hand_, Base::context_, Base::failure_, Base::faulted_,
+      Base::first_step_, Base::initialized_, Base::limit_, Base::longest_, Base::messages_, Base::order_,
+      Base::scratch_, Base::size_, Base::time_, Base::tolerances_, Base::total_, Base::unit_, Base::y_;
   using Base::Base;
-  using Base::border_, Base::by_hand_, Base::context_, Base::failure_, Base::faulted_, Base::first_step_,
-      Base::initialized_, Base::limit_, Base::longest_, Base::messages_, Base::order_, Base::scratch_, Base::size_,
-      Base::time_, Base::tolerances_, Base::total_, Base::unit_, Base::y_;
 
   [[nodiscard]] void* memory() const { return memory_.get(); }
   /// The integrator that SUNDIALS hands to the functions that it calls.
@@ -109,7 +109,7 @@ class SundialsIntegrator : public Base {
   }
   template <class Jacobian>
   void set_newton(Jacobian* jacobian) {
-    Package::set_linear_solver(memory(), Base::algebra_.solver.get(), Base::algebra_.matrix.get());
+    Package::set_linear_solver(memory(), algebra_.solver.get(), algebra_.matrix.get());
     Package::set_jacobian(memory(), jacobian);
   }
 
@@ -163,6 +163,7 @@ class SundialsIntegrator : public Base {
     Package::current_time(me.memory(), &now);
     Package::current_step(me.memory(), &step);
     me.tolerances_.weights(now * me.unit_, step * me.unit_, values(y), values(weight));
+    if (me.algebra_.weight) std::copy_n(values(weight), me.size_, me.algebra_.weight->begin());
     return 0;
   }
 };
