@@ -31,7 +31,10 @@ class Rewriting {
       note(e);
       ExprId image = rebuilt_of(e);
       // What a root is a part of has been looked at with it.
-      if (const ExprId x = argument_of(e); image == e && x.valid()) image = root_of(e, x);
+      if (const ExprId x = argument_of(e); image == e && x.valid()) {
+        image = root_of(e, x);
+        made_.origins.resize(made_.pool.size(), Origin(made_.origins[x.index()]));  // whose law it is
+      }
       changed_ = changed_ || image != e;
       made_.origins.resize(made_.pool.size(), Origin(made_.origins[i]));
       image_.push_back(image);
@@ -126,8 +129,8 @@ class Rewriting {
     const ExprId one = pool.constant(1.0), power = expression_of(pool, law.power);
     const auto cubed = [&](int times) { return pool.mul(pool.constant(std::pow(3.0, times)), power); };
     const ExprId is_covered = pool.make(Op::ge, power, pool.constant(kLeastPower));
-    const ExprId of = pool.select(is_covered, one, x);
-    ExprId root = pool.mul(pool.make(Op::sign, of), pool.pow(pool.make(Op::abs, of), power));
+    const ExprId sign = pool.make(Op::sign, pool.select(is_covered, one, x));
+    ExprId root = pool.mul(sign, pool.pow(pool.make(Op::abs, x), power));
     for (const int roots : {2, 1, 0}) {
       const ExprId enough = roots == 2 ? is_covered : pool.make(Op::ge, cubed(roots), one);
       root = pool.select(enough, roots_of(x, cubed(roots), roots), root);

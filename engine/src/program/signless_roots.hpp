@@ -7,8 +7,8 @@
 
 namespace bgsim {
 
-/// The system with c sign(x) |x|^n, 1/3 <= n < 1, as c cbrt(x |x|^(3n-1)), for smaller n with cubic roots of cubic
-/// roots, however it is written (`if`, `max`), where x follows more than one state: the flow of an orifice between two
+/// The system with c sign(x) |x|^n, 1/3 <= n < 1, as c cbrt(x |x|^(3n-1)), from n = 1/5 on as a cubic root of a cubic
+/// root, however it is written (`if`, `max`), where x follows more than one state: the flow of an orifice between two
 /// tanks. Both are the same numbers; but the sign is a condition, and where levels are equal, in a chain of tanks that
 /// are all empty, those of all orifices are at their borders at once. One that follows a single state keeps the sign,
 /// and no other condition: its border is where a tank that runs empty rests.
