@@ -173,7 +173,7 @@ Diagnostic singularity_failure(const Program& program, std::size_t relation, dou
 }
 
 std::optional<BlowUp> recognise_blow_up(const StuckPoint& point) {
-  constexpr double kGrown = 1e3, kSudden = 1e-3, kOverflow = 1e290;
+  constexpr double kGrown = 1e3, kSudden = 1e-3, kOverflow = 1e290, kBack = 1e-3, kFaster = 1.02;
   std::optional<BlowUp> found;
   for (std::size_t i = 0; i < point.largest_early.size(); ++i)
     if (std::abs(point.y[i]) > kOverflow) return BlowUp{i, point.t, true};
@@ -182,6 +182,8 @@ std::optional<BlowUp> recognise_blow_up(const StuckPoint& point) {
     if (!(point.y[i] * point.rate[i] > 0.0) || !(size > kGrown * point.largest_early[i])) continue;
     const double growth_time = point.y[i] / point.rate[i];
     if (!(growth_time < kSudden * (point.t - point.start))) continue;
+    const std::vector<double> before = point.rate_before(kBack * growth_time);
+    if (!before.empty() && !(1.0 - before[i] / point.rate[i] > kBack * kFaster)) continue;
     if (!found || point.t + growth_time < found->time) found = BlowUp{i, point.t + growth_time, false};
   }
   return found;

@@ -1,6 +1,7 @@
 /// Failures of a run in words (BG6xx): what happened, to whom, when, and what to do about it.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -48,10 +49,14 @@ struct StuckPoint {
   std::vector<double> y, rate;               ///< rate empty if unknown
   std::vector<double> largest_early;         ///< magnitudes in the first half of the run so far
   std::vector<double> weighted_error;
+  /// The rates by so much earlier, along the motion; empty where there are none.
+  std::function<std::vector<double>(double by)> rate_before;
 };
 /// BG605: the step size went to nothing; growth without bound is recognised and dated.
 Diagnostic stuck_failure(const StuckPoint& point);
 /// The state that grows without bound: when it would be infinite, or that it has left the range of numbers already.
+/// With g = y/y' the time in which y grows by what it is, (d ln y'/dt) g is 1 + 1/p for y of (t* - t)^-p, 1 for an
+/// exponential and (n - 1)/n for (t - t0)^n: a store that a source has begun to fill does not grow without bound.
 struct BlowUp {
   std::size_t state = 0;
   double time = 0.0;

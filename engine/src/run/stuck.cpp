@@ -26,6 +26,13 @@ StuckPoint describe(const LastPoint& point, const std::string& words, const Prog
   if (!evaluator.rates(point.t, point.x.data(), there, stuck.rate.data())) stuck.rate.clear();
   stuck.y.insert(stuck.y.end(), there.tears.begin(), there.tears.end());
   stuck.largest_early = magnitudes.early();
+  stuck.rate_before = [&point, &evaluator, rate = stuck.rate, x = point.x](double by) mutable {
+    for (std::size_t i = 0; i < rate.size(); ++i) x[i] = point.x[i] - by * rate[i];
+    std::vector<double> before(rate.size());
+    Branch branch = point.branch;
+    if (rate.empty() || !evaluator.rates(point.t - by, x.data(), branch, before.data())) before.clear();
+    return before;
+  };
   stuck.weighted_error.assign(integrator.size(), 0.0);
   integrator.weighted_errors(stuck.weighted_error.data());
   return stuck;
