@@ -352,8 +352,8 @@ TEST_CASE("Radau takes linear circuits of a hundred cells with sparse matrices")
 
 // Laws with a kink that is smoothed over far less than what the states move by, though not over less than their
 // tolerances. With the slopes of a step's beginning for all stages Newton's iteration failed about as often as it
-// succeeded, and a looser tolerance took more steps: 1,332 at 1e-5 and 475 at 1e-7 on `bellow` `step`. Now a body that
-// hits a stop of 1e5 N/m has some 45 failures in 340 steps at 1e-3, and others have fewer.
+// succeeded, and a looser tolerance took more steps: 1,332 at 1e-5 and 475 at 1e-7 on `bellow` `step`. Now the worst is
+// one failure in nine steps (a body that hits a stop of 1e5 N/m, at 1e-3).
 TEST_CASE("Radau's steps at kinks follow from the tolerance, not from where Newton's iteration still converges",
           "[long]") {
   struct Kinked {
@@ -381,17 +381,12 @@ TEST_CASE("Radau's steps at kinks follow from the tolerance, not from where Newt
   for (const Kinked& problem : problems) {
     const std::string scene = "\"stop\": " + problem.stop + ", \"samples\": 201";
     const RunResult exact = radau_run(problem.states, scene, 1e-10);
-    long failures = 0, steps = 0;
     for (const double relative : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
       const RunResult result = radau_run(problem.states, scene, relative);
       CAPTURE(problem.name, relative, result.report.steps, result.report.convergence_failures);
-      failures += result.report.convergence_failures;
-      steps += result.report.steps;
-      CHECK(4 * result.report.convergence_failures <= result.report.steps);
+      CHECK(8 * result.report.convergence_failures <= result.report.steps);
       // Errors of steps at kinks add up; what is required is that a looser tolerance is not paid for by nonsense.
       CHECK(largest_difference(exact, result) < 1e4 * relative);
     }
-    INFO(problem.name << ": " << failures << " failures in " << steps << " steps");
-    CHECK(8 * failures <= steps);
   }
 }

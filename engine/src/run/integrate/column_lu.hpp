@@ -1,6 +1,7 @@
 /// LU of matrices of some tens of rows, real or complex, whose zeros cost nothing.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -12,26 +13,28 @@ namespace bgsim {
 template <bool Complex>
 class ColumnLu {
  public:
-  explicit ColumnLu(std::size_t n) : n_(n), re_(n * n), im_(Complex ? n * n : 0), pivot_(n), first_(n), last_(n) {}
+  explicit ColumnLu(std::size_t n)
+      : n_(n), re_(n * n), im_(Complex ? n * n : 0), scale_(n, 1.0), pivot_(n), first_(n), last_(n) {}
 
   /// Column by column; factor() overwrites them.
   [[nodiscard]] double* real() { return re_.data(); }
   [[nodiscard]] double* imaginary() { return im_.data(); }
 
-  /// By partial pivoting, the row that comes first unless another one has more than kMore times as much; complex
-  /// numbers by the sum of their parts' magnitudes. Columns that a row has nothing in are
+  /// By partial pivoting; complex numbers by the sum of their parts' magnitudes. Columns that a row has nothing in are
   /// passed over, as is what lies below the last number of a column: matrices of lines cost the square of n.
-  /// False if a pivot is zero or not finite.
+  /// @param scale  by row, what pivots are compared by (row_scales.hpp); null: rows as they are
+  /// @return  false if a pivot is zero or not finite.
   /// @note n^3/3 multiplications at most, four times that for complex matrices.
-  bool factor() {
+  bool factor(const double* scale = nullptr) {
+    if (scale != nullptr) std::copy_n(scale, n_, scale_.begin());
     for (std::size_t k = 0; k < n_; ++k) {
       double* const re = re_.data() + k * n_;
       double* const im = Complex ? im_.data() + k * n_ : nullptr;
       std::size_t best = k, last = k;
-      double most = size_of(k * n_ + k);
+      double most = size_of(k * n_ + k) * scale_[k];
       for (std::size_t i = k + 1; i < n_; ++i) {
-        const double size = size_of(k * n_ + i);
-        if (size > kMore * most) {
+        const double size = size_of(k * n_ + i) * scale_[i];
+        if (size > most) {
           most = size;
           best = i;
         }
@@ -77,8 +80,6 @@ class ColumnLu {
   }
 
  private:
-  static constexpr double kMore = 2.0;  ///< rows are scaled by powers of two (row_scales.hpp)
-
   [[nodiscard]] double size_of(std::size_t at) const {
     if constexpr (Complex) return std::fabs(re_[at]) + std::fabs(im_[at]);
     return std::fabs(re_[at]);
@@ -86,6 +87,7 @@ class ColumnLu {
 
   /// Of what is left: columns that are done keep their order, and solve() swaps between them.
   void swap_rows(std::size_t k, std::size_t other) {
+    std::swap(scale_[k], scale_[other]);
     for (std::size_t j = k; j < n_; ++j) {
       std::swap(re_[j * n_ + k], re_[j * n_ + other]);
       if constexpr (Complex) std::swap(im_[j * n_ + k], im_[j * n_ + other]);
@@ -140,6 +142,7 @@ class ColumnLu {
 
   std::size_t n_;
   std::vector<double> re_, im_;
+  std::vector<double> scale_;  ///< by row as they are swapped
   std::vector<std::size_t> pivot_;
   std::vector<std::size_t> first_, last_;  ///< by column: the rows between which it has numbers
 };

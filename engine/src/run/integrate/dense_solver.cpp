@@ -2,6 +2,7 @@
 
 #include <sunmatrix/sunmatrix_dense.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -23,16 +24,13 @@ class DenseSolver {
     const std::size_t n = scales_.size();
     const double* const entries = SUNDenseMatrix_Data(matrix);
     row_scales::of_full(n, 0, 0.0, 1.0, entries, weight_->data(), scales_.data());
-    double* const scaled = lu_.real();
-    for (std::size_t j = 0; j < n; ++j)
-      for (std::size_t i = 0; i < n; ++i) scaled[j * n + i] = entries[j * n + i] * scales_[i];
-    return lu_.factor() ? SUNLS_SUCCESS : SUNLS_LUFACT_FAIL;  // the latter makes the step shorter
+    std::copy_n(entries, n * n, lu_.real());
+    return lu_.factor(scales_.data()) ? SUNLS_SUCCESS : SUNLS_LUFACT_FAIL;  // the latter makes the step shorter
   }
 
   int solve(SUNMatrix /*matrix*/, N_Vector solution, N_Vector right, double /*tolerance*/) {
-    const double* const from = N_VGetArrayPointer(right);
     double* const to = N_VGetArrayPointer(solution);
-    for (std::size_t i = 0; i < scales_.size(); ++i) to[i] = from[i] * scales_[i];
+    std::copy_n(N_VGetArrayPointer(right), scales_.size(), to);
     lu_.solve(to);
     return SUNLS_SUCCESS;
   }

@@ -1,6 +1,5 @@
 #include "run/integrate/radau_stages.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,12 +7,6 @@
 #include "run/integrate/row_scales.hpp"
 
 namespace bgsim {
-
-struct RadauStages::Factors {
-  Eigen::MatrixXd matrix;
-  Eigen::PartialPivLU<Eigen::MatrixXd> lu;
-  Eigen::VectorXd solution;
-};
 
 RadauStages::RadauStages(std::size_t size, std::size_t states, std::size_t stages, const double* inverse, AtStage rates,
                          AtStage jacobian)
@@ -23,19 +16,13 @@ RadauStages::RadauStages(std::size_t size, std::size_t states, std::size_t stage
       inverse_(inverse),
       rates_(std::move(rates)),
       jacobian_(std::move(jacobian)),
-      factors_(std::make_unique<Factors>()),
+      lu_(stages * size),
+      scales_(stages * size),
       at_(size),
       rate_(size),
-      full_(size * size),
-      scales_(stages * size) {
-  const auto n = static_cast<Eigen::Index>(stages * size);
-  factors_->matrix.resize(n, n);
-  factors_->lu = Eigen::PartialPivLU<Eigen::MatrixXd>(n);
-  factors_->solution.resize(n);
+      full_(size * size) {
   for (auto* const vector : {&now_, &trial_, &defect_, &step_, &next_, &simplified_}) vector->resize(stages * size);
 }
-
-RadauStages::~RadauStages() = default;
 
 double RadauStages::norm(const std::vector<double>& x, const double* weight) const {
   double sum = 0.0;
@@ -63,34 +50,24 @@ bool RadauStages::defects(double h, const double* y, const std::vector<double>& 
 
 /// The matrix at @p z, factored, with pivots by the weights.
 bool RadauStages::see(double h, const double* y, const std::vector<double>& z, const double* weight) {
-  const auto n = static_cast<Eigen::Index>(size_), with_rates = static_cast<Eigen::Index>(states_);
-  Eigen::MatrixXd& matrix = factors_->matrix;
-  matrix.setZero();
+  const std::size_t all = stages_ * size_;
+  double* const matrix = lu_.real();
+  std::fill_n(matrix, all * all, 0.0);
   for (std::size_t k = 0; k < stages_; ++k) {
-    const auto row = static_cast<Eigen::Index>(k) * n;
-    for (std::size_t l = 0; l < stages_; ++l)
-      matrix.block(row, static_cast<Eigen::Index>(l) * n, with_rates, with_rates)
-          .diagonal()
-          .setConstant(inverse_[k * stages_ + l]);
     for (std::size_t i = 0; i < size_; ++i) at_[i] = y[i] + z[k * size_ + i];
     if (!jacobian_(k, at_.data(), full_.data())) return false;
-    matrix.block(row, row, n, n) -= h * Eigen::Map<const Eigen::MatrixXd>(full_.data(), n, n);
-    const double* const of_stage = inverse_ + k * stages_;
-    double shift = 0.0;
-    for (std::size_t l = 0; l < stages_; ++l) shift = std::max(shift, std::abs(of_stage[l]));
-    row_scales::of_full(size_, states_, shift, h, full_.data(), weight, scales_.data() + k * size_);
+    double largest = 0.0;  // of the coefficients of a stage
+    for (std::size_t l = 0; l < stages_; ++l) {
+      const double coefficient = inverse_[k * stages_ + l];
+      largest = std::max(largest, std::abs(coefficient));
+      for (std::size_t i = 0; i < states_; ++i) matrix[(l * size_ + i) * all + k * size_ + i] = coefficient;
+    }
+    for (std::size_t j = 0; j < size_; ++j)
+      for (std::size_t i = 0; i < size_; ++i) matrix[(k * size_ + j) * all + k * size_ + i] -= h * full_[j * size_ + i];
+    row_scales::of_full(size_, states_, largest, h, full_.data(), weight, scales_.data() + k * size_);
   }
-  matrix.array().colwise() *= Eigen::Map<const Eigen::ArrayXd>(scales_.data(), matrix.rows());
-  if (!matrix.allFinite()) return false;
-  factors_->lu.compute(matrix);
-  return (factors_->lu.matrixLU().diagonal().array() != 0.0).all();
-}
-
-void RadauStages::divide(std::vector<double>& right) {
-  Eigen::Map<Eigen::VectorXd> vector(right.data(), static_cast<Eigen::Index>(right.size()));
-  vector.array() *= Eigen::Map<const Eigen::ArrayXd>(scales_.data(), vector.size());
-  factors_->solution = factors_->lu.solve(vector);
-  vector = factors_->solution;
+  return std::all_of(matrix, matrix + all * all, [](double entry) { return std::isfinite(entry); }) &&
+         lu_.factor(scales_.data());
 }
 
 bool RadauStages::solve(double h, const double* y, Stages z, const double* weight, double reached) {
@@ -104,7 +81,7 @@ bool RadauStages::solve(double h, const double* y, Stages z, const double* weigh
   for (iterations_ = 1; iterations_ <= kMost; ++iterations_) {
     if (!see(h, y, now_, weight)) return false;
     step_ = defect_;
-    divide(step_);
+    lu_.solve(step_.data());
     const double size = norm(step_, weight);
     if (!std::isfinite(size)) return false;
     if (iterations_ > 1) {
@@ -121,7 +98,7 @@ bool RadauStages::solve(double h, const double* y, Stages z, const double* weigh
         continue;
       }
       simplified_ = next_;
-      divide(simplified_);
+      lu_.solve(simplified_.data());
       simplified = norm(simplified_, weight);
       if (simplified <= (1.0 - 0.25 * damping) * size) break;
       if (damping == 1.0 && simplified <= reached * kFast) break;  // where rounding begins nothing falls any more

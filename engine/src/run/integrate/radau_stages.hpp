@@ -3,9 +3,10 @@
 
 #include <cstddef>
 #include <functional>
-#include <memory>
 #include <span>
 #include <vector>
+
+#include "run/integrate/column_lu.hpp"
 
 namespace bgsim {
 
@@ -25,7 +26,6 @@ class RadauStages {
   /// @param inverse  A^-1 by rows; must outlive this
   RadauStages(std::size_t size, std::size_t states, std::size_t stages, const double* inverse, AtStage rates,
               AtStage jacobian);
-  ~RadauStages();
   RadauStages(const RadauStages&) = delete;
   RadauStages& operator=(const RadauStages&) = delete;
 
@@ -43,19 +43,17 @@ class RadauStages {
   [[nodiscard]] int iterations() const { return iterations_; }
 
  private:
-  struct Factors;
   bool defects(double h, const double* y, const std::vector<double>& z, std::vector<double>& out);
   bool see(double h, const double* y, const std::vector<double>& z, const double* weight);
-  void divide(std::vector<double>& right);
   [[nodiscard]] double norm(const std::vector<double>& x, const double* weight) const;
 
   std::size_t size_, states_, stages_;
   const double* inverse_;
   AtStage rates_, jacobian_;
   int iterations_ = 0;
-  std::unique_ptr<Factors> factors_;
+  ColumnLu<false> lu_;
+  std::vector<double> scales_;  ///< of the rows
   std::vector<double> at_, rate_, full_;
-  std::vector<double> scales_;                                           ///< of the rows (row_scales.hpp)
   std::vector<double> now_, trial_, defect_, step_, next_, simplified_;  ///< of all stages, one after the other
 };
 

@@ -25,38 +25,40 @@ template <std::size_t N>
 class SmallSystems final : public RadauSystems {
  public:
   SmallSystems(std::size_t states, const RadauEigenvalues& eigenvalues)
-      : states_(states), gamma_(eigenvalues.gamma), pairs_(eigenvalues.pairs), complex_(pairs_.size()) {}
+      : states_(states), gamma_(eigenvalues.gamma), pairs_(eigenvalues.pairs), complex_(pairs_.size()) {
+    std::fill_n(mass_.begin(), states, 1.0);
+  }
 
   [[nodiscard]] bool dense() const override { return true; }
 
   bool factor(double h, const double* jacobian, const double* weight) override {
-    row_scales::of_full(N, states_, gamma_, h, jacobian, weight, scales_.data());
-    for (std::size_t i = 0; i < N; ++i) mass_[i] = i < states_ ? scales_[i] : 0.0;
     for (std::size_t i = 0; i < N; ++i)
       for (std::size_t j = 0; j < N; ++j)
-        real_.a[i * N + j] = -h * jacobian[j * N + i] * scales_[i] + (i == j ? gamma_ * mass_[i] : 0.0);
-    if (!real_.factor()) return false;
+        real_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? gamma_ * mass_[i] : 0.0);
+    std::array<double, N> scales;
+    row_scales::of_full(N, states_, gamma_, h, jacobian, weight, scales.data());
+    if (!real_.factor(scales)) return false;
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       const double alpha = pairs_[k].real(), beta = pairs_[k].imag();
       for (std::size_t i = 0; i < N; ++i)
         for (std::size_t j = 0; j < N; ++j)
-          complex_[k].a[i * N + j] = {-h * jacobian[j * N + i] * scales_[i] + (i == j ? alpha * mass_[i] : 0.0),
+          complex_[k].a[i * N + j] = {-h * jacobian[j * N + i] + (i == j ? alpha * mass_[i] : 0.0),
                                       i == j ? beta * mass_[i] : 0.0};
-      if (!complex_[k].factor()) return false;
+      if (!complex_[k].factor(scales)) return false;
     }
     return true;
   }
 
   void solve_real(double* u) override {
     std::array<double, N> b{};
-    for (std::size_t i = 0; i < N; ++i) b[i] = u[i] * scales_[i];
+    for (std::size_t i = 0; i < N; ++i) b[i] = u[i];
     real_.solve(b);
     for (std::size_t i = 0; i < N; ++i) u[i] = b[i];
   }
 
   void solve_complex(std::size_t pair, double* v, double* w) override {
     std::array<Pair, N> b{};
-    for (std::size_t i = 0; i < N; ++i) b[i] = {v[i] * scales_[i], w[i] * scales_[i]};
+    for (std::size_t i = 0; i < N; ++i) b[i] = {v[i], w[i]};
     complex_[pair].solve(b);
     for (std::size_t i = 0; i < N; ++i) {
       v[i] = b[i].re;
@@ -68,7 +70,7 @@ class SmallSystems final : public RadauSystems {
   std::size_t states_;
   double gamma_;
   std::vector<std::complex<double>> pairs_;
-  std::array<double, N> scales_{}, mass_{};  ///< of the rows; and where they are on the diagonal
+  std::array<double, N> mass_{};
   SmallLu<double, N> real_;
   std::vector<SmallLu<Pair, N>> complex_;
 };
@@ -87,43 +89,33 @@ class DenseSystems final : public RadauSystems {
   [[nodiscard]] bool dense() const override { return true; }
 
   bool factor(double h, const double* jacobian, const double* weight) override {
-    row_scales::of_full(n_, states_, gamma_, h, jacobian, weight, scales_.data());
     double* const real = real_.real();
-    for (std::size_t j = 0; j < n_; ++j)
-      for (std::size_t i = 0; i < n_; ++i) {
-        double& entry = real[j * n_ + i];
-        entry = -h * jacobian[j * n_ + i] * scales_[i];
-        if (!std::isfinite(entry)) return false;
-      }
+    for (std::size_t i = 0; i < n_ * n_; ++i) {
+      real[i] = -h * jacobian[i];
+      if (!std::isfinite(real[i])) return false;
+    }
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       std::copy(real, real + n_ * n_, complex_[k].real());
       std::fill(complex_[k].imaginary(), complex_[k].imaginary() + n_ * n_, 0.0);
-      for (std::size_t i = 0; i < states_; ++i) {
-        complex_[k].real()[i * (n_ + 1)] += pairs_[k].real() * scales_[i];
-        complex_[k].imaginary()[i * (n_ + 1)] = pairs_[k].imag() * scales_[i];
+      for (std::size_t i = 0; i < n_ * states_; i += n_ + 1) {
+        complex_[k].real()[i] += pairs_[k].real();
+        complex_[k].imaginary()[i] = pairs_[k].imag();
       }
     }
-    for (std::size_t i = 0; i < states_; ++i) real[i * (n_ + 1)] += gamma_ * scales_[i];
-    return real_.factor() && std::all_of(complex_.begin(), complex_.end(), [](auto& lu) { return lu.factor(); });
+    for (std::size_t i = 0; i < n_ * states_; i += n_ + 1) real[i] += gamma_;
+    row_scales::of_full(n_, states_, gamma_, h, jacobian, weight, scales_.data());
+    const auto factored = [this](auto& lu) { return lu.factor(scales_.data()); };
+    return factored(real_) && std::all_of(complex_.begin(), complex_.end(), factored);
   }
 
-  void solve_real(double* u) override {
-    for (std::size_t i = 0; i < n_; ++i) u[i] *= scales_[i];
-    real_.solve(u);
-  }
-  void solve_complex(std::size_t pair, double* v, double* w) override {
-    for (std::size_t i = 0; i < n_; ++i) {
-      v[i] *= scales_[i];
-      w[i] *= scales_[i];
-    }
-    complex_[pair].solve(v, w);
-  }
+  void solve_real(double* u) override { real_.solve(u); }
+  void solve_complex(std::size_t pair, double* v, double* w) override { complex_[pair].solve(v, w); }
 
  private:
   std::size_t n_, states_;
   double gamma_;
   std::vector<std::complex<double>> pairs_;
-  std::vector<double> scales_;
+  std::vector<double> scales_;  ///< of the rows
   ColumnLu<false> real_;
   std::vector<ColumnLu<true>> complex_;
 };

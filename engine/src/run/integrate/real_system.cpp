@@ -17,28 +17,29 @@ namespace {
 template <std::size_t N>
 class SmallReal final : public RealSystem {
  public:
-  explicit SmallReal(std::size_t states) : states_(states) {}
+  explicit SmallReal(std::size_t states) : states_(states) { std::fill_n(mass_.begin(), states, 1.0); }
 
   [[nodiscard]] bool dense() const override { return true; }
 
   bool factor(double shift, double h, const double* jacobian, const double* weight) override {
-    row_scales::of_full(N, states_, shift, h, jacobian, weight, scales_.data());
     for (std::size_t i = 0; i < N; ++i)
       for (std::size_t j = 0; j < N; ++j)
-        lu_.a[i * N + j] = -h * jacobian[j * N + i] * scales_[i] + (i == j && i < states_ ? shift * scales_[i] : 0.0);
-    return lu_.factor();
+        lu_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? shift * mass_[i] : 0.0);
+    std::array<double, N> scales;
+    row_scales::of_full(N, states_, shift, h, jacobian, weight, scales.data());
+    return lu_.factor(scales);
   }
 
   void solve(double* u) override {
     std::array<double, N> b{};
-    for (std::size_t i = 0; i < N; ++i) b[i] = u[i] * scales_[i];
+    for (std::size_t i = 0; i < N; ++i) b[i] = u[i];
     lu_.solve(b);
     for (std::size_t i = 0; i < N; ++i) u[i] = b[i];
   }
 
  private:
   std::size_t states_;
-  std::array<double, N> scales_{};  ///< of the rows
+  std::array<double, N> mass_{};
   small::SmallLu<double, N> lu_;
 };
 
@@ -49,25 +50,21 @@ class DenseReal final : public RealSystem {
   [[nodiscard]] bool dense() const override { return true; }
 
   bool factor(double shift, double h, const double* jacobian, const double* weight) override {
-    row_scales::of_full(n_, states_, shift, h, jacobian, weight, scales_.data());
     double* const a = lu_.real();
-    for (std::size_t j = 0; j < n_; ++j)
-      for (std::size_t i = 0; i < n_; ++i) {
-        a[j * n_ + i] = -h * jacobian[j * n_ + i] * scales_[i];
-        if (!std::isfinite(a[j * n_ + i])) return false;
-      }
-    for (std::size_t i = 0; i < states_; ++i) a[i * (n_ + 1)] += shift * scales_[i];
-    return lu_.factor();
+    for (std::size_t i = 0; i < n_ * n_; ++i) {
+      a[i] = -h * jacobian[i];
+      if (!std::isfinite(a[i])) return false;
+    }
+    for (std::size_t i = 0; i < n_ * states_; i += n_ + 1) a[i] += shift;
+    row_scales::of_full(n_, states_, shift, h, jacobian, weight, scales_.data());
+    return lu_.factor(scales_.data());
   }
 
-  void solve(double* u) override {
-    for (std::size_t i = 0; i < n_; ++i) u[i] *= scales_[i];
-    lu_.solve(u);
-  }
+  void solve(double* u) override { lu_.solve(u); }
 
  private:
   std::size_t n_, states_;
-  std::vector<double> scales_;
+  std::vector<double> scales_;  ///< of the rows
   ColumnLu<false> lu_;
 };
 

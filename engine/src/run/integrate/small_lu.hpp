@@ -27,24 +27,23 @@ inline Pair inverse(Pair a) {
   return {ratio / size, -1.0 / size};
 }
 
-/// By how much another row is to have more than the one that comes first to be the pivot's: rows are scaled by powers
-/// of two (row_scales.hpp).
-inline constexpr double kMore = 2.0;
-
 /// LU with partial pivoting of a matrix of a size known to the compiler, by rows. Reciprocals of the pivots are kept.
+/// factor() is given what rows are compared by (row_scales.hpp).
 template <class Number, std::size_t N>
 struct SmallLu {
   std::array<Number, N * N> a{};
   std::array<std::size_t, N> pivot{};
 
-  bool factor() {
+  bool factor(std::array<double, N> scale) {
     for (std::size_t k = 0; k < N; ++k) {
       std::size_t best = k;
       for (std::size_t i = k + 1; i < N; ++i)
-        if (magnitude(a[i * N + k]) > kMore * magnitude(a[best * N + k])) best = i;
+        if (magnitude(a[i * N + k]) * scale[i] > magnitude(a[best * N + k]) * scale[best]) best = i;
       pivot[k] = best;
-      if (best != k)
+      if (best != k) {
         for (std::size_t j = 0; j < N; ++j) std::swap(a[k * N + j], a[best * N + j]);
+        std::swap(scale[k], scale[best]);
+      }
       const double size = magnitude(a[k * N + k]);
       if (!(size > 0.0) || !std::isfinite(size)) return false;
       const Number reciprocal = inverse(a[k * N + k]);
@@ -74,7 +73,7 @@ template <class Number>
 struct SmallLu<Number, 1> {
   std::array<Number, 1> a{};
 
-  bool factor() {
+  bool factor(std::array<double, 1> /*scale*/) {
     const double size = magnitude(a[0]);
     a[0] = inverse(a[0]);
     return size > 0.0 && std::isfinite(size);
