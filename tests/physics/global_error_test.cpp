@@ -56,8 +56,8 @@ RunResult reference_of(const System& system) {
   return result;
 }
 
-Errors errors_of(const System& system, const RunResult& exact, Method method) {
-  const RunResult result = run_text(model(system.states, system.stop), with_method(method, 1e-6));
+Errors errors_of(const System& system, const RunResult& exact, const SceneOverrides& how) {
+  const RunResult result = run_text(model(system.states, system.stop), how);
   REQUIRE(result.stop == StopReason::completed);
   REQUIRE(result.report.errors.done);
   Errors worst{0.0, 0.0};
@@ -77,7 +77,7 @@ TEST_CASE("the error of outputs is estimated to within a factor of five, by ever
     const RunResult exact = reference_of(system);
     for (const Method method : {Method::bdf, Method::adams, Method::ida, Method::erk4, Method::erk5, Method::dirk4,
                                 Method::radau, Method::radau9, Method::radau13, Method::rodas5p}) {
-      const Errors errors = errors_of(system, exact, method);
+      const Errors errors = errors_of(system, exact, with_method(method, 1e-6));
       INFO(system.name << ", " << facts_of(method).name << ": " << errors.exact << ", estimated " << errors.estimate);
       // A millionth of a range is what the references are good for, events included, with room.
       if (errors.exact < 1e-6) {
@@ -96,10 +96,12 @@ TEST_CASE("the error of outputs of one-step methods is estimated to within a fac
   const System relaxation{
       "relaxation oscillation", 97.812, {{"x", "2", "76.7*(x.q - x.q^3/3) - y.q"}, {"y", "0", "x.q"}}};
   const RunResult exact = reference_of(relaxation);
+  // Ten times its tolerance.
+  const double of_reference = errors_of(relaxation, exact, with_method(Method::erk8, 1e-11)).exact;
   for (const Method method : {Method::erk5, Method::dirk4, Method::radau, Method::rodas5p}) {
-    const Errors errors = errors_of(relaxation, exact, method);
+    const Errors errors = errors_of(relaxation, exact, with_method(method, 1e-6));
     INFO(facts_of(method).name << ": " << errors.exact << ", estimated " << errors.estimate);
-    CHECK(errors.exact > 2e-6);  // beyond what the reference is good for
+    CHECK(errors.exact > 1e3 * of_reference);  // beyond what the reference is good for
     CHECK(errors.estimate > errors.exact / 2.5);
     CHECK(errors.estimate < errors.exact * 2.5);
   }

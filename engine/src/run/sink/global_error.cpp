@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -19,17 +18,8 @@ namespace {
 /// The propagation over a step that is long beside what it follows is that of the L-stable SDIRK method of order two
 /// with this diagonal: a stiff error is forgotten.
 constexpr double kDiagonal = 1.0 - 1.0 / std::numbers::sqrt2;
-/// One of each pair of poles of the Pade approximant of exp with degrees 3 and 4, and the residue there.
-struct PadePole {
-  std::complex<double> at, residue;
-};
-constexpr std::array<PadePole, 2> kPadePoles{
-    {{{3.21280689687153398, 4.77308743327664250}, {-11.301539995971487, 12.471675850250231}},
-     {{4.78719310312846602, 1.56747641689520812}, {13.301539995971487, -60.071732737047443}}}};
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr std::size_t kMostParts = 16;  ///< of a step
-/// Where states would be set if the error were not as it is estimated, in parts of the way to the exact solution.
-constexpr std::array<double, 2> kFarther{3.0, -2.0};
 
 double legendre(int n, double x) {
   return n == 0 ? 1.0 : n == 1 ? x : n == 2 ? 1.5 * x * x - 0.5 : (2.5 * x * x - 1.5) * x;
@@ -87,10 +77,9 @@ GlobalError::GlobalError(const Program& program, Evaluator& evaluator, const Tol
   rounding_.resize(outputs);
   for (auto* const by_point : {&at_, &slope_at_, &rate_at_})
     for (std::vector<double>& vector : *by_point) vector.resize(states);
-  for (auto* const vector : {&right_, &moment_, &second_, &defect_, &added_, &flow_, &part_, &imaginary_part_})
-    vector->resize(states);
+  for (auto* const vector : {&right_, &moment_, &second_, &defect_, &added_, &flow_}) vector->resize(states);
   within_.assign(kMostParts, Within(states));
-  pole_lu_ = ColumnLu<true>(states);
+  exponential_ = PadeExponential(states);
 }
 
 void GlobalError::give_up(const std::string& why) {
@@ -358,8 +347,11 @@ bool GlobalError::propagate(double from, double to, std::size_t points, const In
       defects[i] = r;
     }
   }
+  // By a function of second order in hJ, oscillations turned by another angle than the solution does: after a thousand
+  // periods what early steps had left was out of phase with what late ones leave, and their sum did not grow any more
+  // (global_error_test). What an error of the step itself is wrong by does not add up.
   // (1 + (1 - 2 g) hJ) e + defect + J (moment - 2 g h defect), through (1 - g hJ) twice: right to second order in hJ.
-  const bool followed = moves(within.jacobian, length) && follow(within.jacobian, length);
+  const bool followed = moves(within.jacobian, length) && exponential_.apply(within.jacobian, length, error_, flow_);
   for (std::size_t i = 0; i < states; ++i) {
     moment_[i] -= 2.0 * kDiagonal * length * defect_[i];
     right_[i] = defect_[i];
@@ -408,118 +400,6 @@ bool GlobalError::moves(const std::vector<double>& jacobian, double length) {
   return change > kLittle * size;
 }
 
-/// What exp(hJ) makes of the error, in flow_, by the Pade approximant of degrees 3 and 4: right to the seventh order in
-/// hJ where a step follows an oscillation, and nothing of what is stiff. As the sum of its poles' parts. By a function
-/// of second order, oscillations turned by another angle than the solution does: after a thousand periods what early
-/// steps had left was out of phase with what late ones leave, and their sum did not grow any more
-/// (`global_error_test`). False where there is none.
-bool GlobalError::follow(const std::vector<double>& jacobian, double length) {
-  const std::size_t states = error_.size();
-  std::fill(flow_.begin(), flow_.end(), 0.0);
-  for (const PadePole& pole : kPadePoles) {
-    double *const re = pole_lu_.real(), *const im = pole_lu_.imaginary();
-    std::fill_n(im, states * states, 0.0);
-    for (std::size_t k = 0; k < states * states; ++k) re[k] = length * jacobian[k];
-    for (std::size_t i = 0; i < states; ++i) {
-      re[i * states + i] -= pole.at.real();
-      im[i * states + i] = -pole.at.imag();
-    }
-    if (!pole_lu_.factor()) return false;
-    part_ = error_;
-    std::fill(imaginary_part_.begin(), imaginary_part_.end(), 0.0);
-    pole_lu_.solve(part_.data(), imaginary_part_.data());
-    for (std::size_t i = 0; i < states; ++i)
-      flow_[i] += 2.0 * (pole.residue.real() * part_[i] - pole.residue.imag() * imaginary_part_[i]);
-  }
-  return true;
-}
-
-void GlobalError::before_event(double t, const std::vector<double>& x, const Branch& branch) {
-  if (!measuring_) return;
-  branch_before_ = branch;
-  if (!evaluator_.rates(t, x.data(), branch_before_, rates_before_.data()))
-    std::fill(rates_before_.begin(), rates_before_.end(), 0.0);
-}
-
-void GlobalError::after_event(double t, const std::vector<double>& x, const Branch& branch,
-                              std::optional<std::size_t> guard) {
-  if (!measuring_ || !guard) return;
-  const std::size_t relation = evaluator_.guard_relation(*guard);
-  if (program_.relations[relation].is_between(branch_before_.modes[relation]))
-    return;  // what was held is released where the rates are continuous
-  const Stopwatch watch(seconds_);
-  branch_ = branch;
-  if (!evaluator_.rates(t, x.data(), branch_, rates_.data())) return;
-  guards_.resize(evaluator_.guard_count());
-  guards_off_.resize(guards_.size());
-  // The guard at the event, where the exact states are, and a moment before: by so much the event comes early or late.
-  const double moment = std::max(1e-3 * (to_ - from_), 64.0 * kEpsilon * std::abs(t));
-  for (std::size_t i = 0; i < x.size(); ++i) y_[i] = x[i];
-  if (!evaluator_.guards(t, y_.data(), branch_before_, guards_.data())) return;
-  const double here = guards_[*guard];
-  for (std::size_t i = 0; i < x.size(); ++i) y_[i] = x[i] - error_[i];
-  if (!evaluator_.guards(t, y_.data(), branch_before_, guards_off_.data())) return;
-  const double exact = guards_off_[*guard];
-  for (std::size_t i = 0; i < x.size(); ++i) y_[i] = x[i] - moment * rates_before_[i];
-  if (!evaluator_.guards(t - moment, y_.data(), branch_before_, guards_off_.data())) return;
-  const double speed = (here - guards_off_[*guard]) / moment;
-  const double late = (here - exact) / speed;
-  if (!std::isfinite(late)) return;
-  instant_ = {t, late, x, false};
-  for (std::size_t i = 0; i < x.size(); ++i) instant_.exact[i] += late * rates_before_[i] - error_[i];
-  for (std::size_t i = 0; i < x.size(); ++i) error_[i] += late * (rates_[i] - rates_before_[i]);
-}
-
-/// To an instant of which nothing is known yet: at a known time, or at the start.
-void GlobalError::come_to(double t, const std::vector<double>& x) {
-  if (instant_.t == t) return;
-  instant_ = {t, 0.0, x};
-  for (std::size_t i = 0; i < x.size(); ++i) instant_.exact[i] -= error_[i];
-}
-
-void GlobalError::before_set(double t, const std::vector<double>& x, const Branch& branch, const Set& set) {
-  if (!measuring_) return;
-  come_to(t, x);
-  for (std::vector<double>& farther : farther_) farther.clear();
-  // The modes are those of the point, unless it is at the border of what sets.
-  const auto set_there = [&](double at, std::vector<double>& states) {
-    branch_there_ = branch;
-    if (instant_.known) {
-      std::copy(states.begin(), states.end(), y_.begin());
-      if (!set_modes(at, y_, branch_there_)) return false;
-    }
-    return set(at, states, branch_there_);
-  };
-  if (instant_.known)
-    for (std::size_t k = 0; k < kFarther.size(); ++k) {
-      farther_[k] = x;
-      for (std::size_t i = 0; i < x.size(); ++i) farther_[k][i] += kFarther[k] * (instant_.exact[i] - x[i]);
-      if (!set_there(t, farther_[k])) farther_[k].clear();
-    }
-  if (!set_there(t + instant_.late, instant_.exact))
-    give_up("what is set at t = " + number_text(t, 6) + " has no value for the exact solution");
-}
-
-void GlobalError::after_set(double t, const std::vector<double>& x, const Branch& branch) {
-  if (!measuring_) return;
-  for (std::size_t i = 0; i < x.size(); ++i) error_[i] = x[i] - instant_.exact[i];
-  for (std::size_t k = 0; k < kFarther.size() && !doubtful_set_; ++k)
-    for (std::size_t i = 0; i < farther_[k].size() && !doubtful_set_; ++i) {
-      const double much = OutputErrors::kLarge * std::max(tolerances_.largest(i), std::abs(x[i]));
-      const double jump = farther_[k][i] - x[i] + kFarther[k] * error_[i];
-      if (std::abs(error_[i]) <= much && std::abs(jump) > much) doubtful_set_ = DoubtfulSet{i, t};
-    }
-  if (instant_.late == 0.0) return;
-  branch_ = branch;
-  if (!evaluator_.rates(t, x.data(), branch_, rates_.data())) return;
-  for (std::size_t i = 0; i < x.size(); ++i) error_[i] += instant_.late * rates_[i];
-}
-
-const GlobalError::Instant& GlobalError::leave(double t, const std::vector<double>& x) {
-  come_to(t, x);
-  return instant_;
-}
-
 void GlobalError::go_on(Sums sums, std::vector<double> error) {
   if (!measuring_) return;
   sums_ = std::move(sums);
@@ -558,85 +438,6 @@ void GlobalError::add_bend(Within& within, double part) {
     const double shape = legendre(static_cast<int>(n) + 1, x) - legendre(static_cast<int>(n) - 1, x);
     for (std::size_t i = 0; i < states; ++i) y_[i] -= shape * within.bend[(n - 1) * states + i];
   }
-}
-
-void GlobalError::add_row(double t, const double* y, const Branch& branch, const std::vector<double>& row) {
-  if (!measuring_) return;
-  const Stopwatch watch(seconds_);
-  for (std::size_t k = 0; k < row.size(); ++k) {
-    sums_.least_value[k] = std::min(sums_.least_value[k], row[k]);
-    sums_.most_value[k] = std::max(sums_.most_value[k], row[k]);
-  }
-  // Between the ends of a part: a straight line, and what bends it.
-  std::size_t at = 0;
-  while (at + 1 < parts_ && t > part_begin(at + 1)) ++at;
-  const double *const left = error_at(at), *const right = error_at(at + 1);
-  const double a = part_begin(at), b = part_begin(at + 1);
-  const double part = b > a ? std::clamp((t - a) / (b - a), 0.0, 1.0) : 1.0;
-  for (std::size_t i = 0; i < error_.size(); ++i) y_[i] = y[i] - (left[i] + part * (right[i] - left[i]));
-  if (part < 1.0) add_bend(within_[at], part);
-  branch_ = branch;
-  branch_.given = false;
-  if (!evaluator_.outputs(t, y_.data(), branch_, row_.data())) return;
-  for (std::size_t k = 0; k < row.size(); ++k)
-    if (const double size = std::abs(row[k] - row_[k]); std::isfinite(size))
-      sums_.largest[k] = std::max(sums_.largest[k], size);
-  hold_against_rounding(t, y, branch, row);
-}
-
-void GlobalError::hold_against_rounding(double t, const double* y, const Branch& branch,
-                                        const std::vector<double>& row) {
-  constexpr double kUnitsOfStep = 8.0;
-  const auto size = [&](std::size_t k) { return std::abs(row[k] - row_[k]); };
-  const auto due = [&](std::size_t k) {
-    return std::isfinite(size(k)) && size(k) > 2.0 * sums_.bounded[k] &&
-           size(k) > OutputErrors::kLarge * (sums_.most_value[k] - sums_.least_value[k]);
-  };
-  bool any = false;
-  for (std::size_t k = 0; k < row.size() && !any; ++k) any = due(k);
-  if (!any) return;
-  // Both what was recorded and what it is compared with are rounded. Each step rounds the states by some units, which
-  // add up like a random walk; what rounding makes of the rates (a balance of forces at rest) at most all of the time.
-  branch_ = branch;
-  branch_.given = false;
-  if (!evaluator_.jacobian(t, y, branch_, entries_.data(), rate_rounding_)) rate_rounding_.clear();
-  for (std::size_t i = 0; i < state_rounding_.size(); ++i)
-    state_rounding_[i] = kUnitsOfStep * kEpsilon * std::sqrt(sums_.steps + 1.0) * std::abs(y[i]) +
-                         (rate_rounding_.empty() ? 0.0 : (t - sums_.start) * rate_rounding_[i]);
-  if (!rate_rounding_.empty() && holds(branch_)) {
-    // A block at rest drifts by the rounding of the forces that hold it.
-    const std::vector<double> momenta = state_rounding_;
-    const Sparsity& pattern = program_.jacobian_pattern;
-    for (std::size_t column = 0; column < momenta.size(); ++column)
-      for (auto k = static_cast<std::size_t>(pattern.column_start[column]);
-           k < static_cast<std::size_t>(pattern.column_start[column + 1]); ++k)
-        state_rounding_[static_cast<std::size_t>(pattern.row[k])] +=
-            (t - sums_.start) * std::abs(entries_[k]) * momenta[column];
-  }
-  branch_ = branch;
-  branch_.given = false;
-  evaluator_.output_rounding(t, y, branch_, state_rounding_, rounding_.data());
-  for (std::size_t k = 0; k < row.size(); ++k) {
-    if (!due(k)) continue;
-    sums_.bounded[k] = size(k);
-    if (size(k) > 2.0 * rounding_[k]) sums_.beyond[k] = size(k);
-  }
-}
-
-OutputErrors GlobalError::finish(bool completed) {
-  OutputErrors errors;
-  if (measuring_ && !completed) give_up("the run did not come to its end");
-  errors.why_not = why_not_;
-  errors.possible = possible_;
-  if (!measuring_) return errors;
-  errors.done = true;
-  errors.estimate = sums_.largest;
-  errors.beyond_rounding = sums_.beyond;
-  for (std::size_t k = 0; k < sums_.largest.size(); ++k) {
-    errors.range.push_back(std::max(0.0, sums_.most_value[k] - sums_.least_value[k]));
-    errors.magnitude.push_back(std::max(std::abs(sums_.most_value[k]), std::abs(sums_.least_value[k])));
-  }
-  return errors;
 }
 
 }  // namespace bgsim

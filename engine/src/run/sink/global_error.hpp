@@ -15,6 +15,7 @@
 #include "run/integrate/integrator.hpp"
 #include "run/integrate/step_polynomial.hpp"
 #include "run/sink/near_misses.hpp"
+#include "run/sink/pade_exponential.hpp"
 #include "run/tolerances.hpp"
 
 namespace bgsim {
@@ -157,7 +158,6 @@ class GlobalError {
   bool take_parts(std::size_t parts, std::size_t points, const Integrator::Rates& held);
   bool propagate(double from, double to, std::size_t points, const Integrator::Rates& held, Within& within);
   bool moves(const std::vector<double>& jacobian, double length);
-  bool follow(const std::vector<double>& jacobian, double length);
   double left_out();
   [[nodiscard]] double part_begin(std::size_t part) const;  ///< of the last step; of parts_: its end
   [[nodiscard]] const double* error_at(std::size_t part) const;
@@ -199,8 +199,8 @@ class GlobalError {
   std::vector<int> direction_;
   Branch branch_before_, branch_there_;
   std::array<std::vector<double>, 2> farther_;  ///< set there; empty: not looked at
-  std::vector<double> right_, moment_, second_, defect_, added_, flow_, part_, imaginary_part_;
-  ColumnLu<true> pole_lu_{0};
+  std::vector<double> right_, moment_, second_, defect_, added_, flow_;
+  PadeExponential exponential_{0};
 };
 
 }  // namespace bgsim
