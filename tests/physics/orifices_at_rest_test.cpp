@@ -228,25 +228,37 @@ TEST_CASE("hundreds of empty tanks in series fill in some thousand steps, howeve
 }
 
 TEST_CASE("empty tanks in series fill by roots of any degree, a number or a parameter") {
-  // Of powers below a third the sign was a condition, as it was of those that parameters give: 1,250 steps and errors
-  // of 5e-4 without a note.
-  for (const std::string power : {"0.3", "0.852", "1.7", "2.15", "2.5"}) {
-    std::string by_name = series(16, "e = f*abs(f)^degree");
-    by_name.insert(by_name.find("\"elements\""), "\"parameters\": {\"degree\": " + power + "}, ");
-    const std::string by_number = series(16, "e = f*abs(f)^" + power);
-    const RunResult reference = run(by_number, Method::radau9, 1e-9);
-    REQUIRE(reference.stop == StopReason::completed);
-    for (const std::string& model : {by_number, by_name}) {
-      CAPTURE(power, model == by_name);
-      const RunResult result = run(model, Method::automatic, 1e-6);
-      REQUIRE(result.stop == StopReason::completed);
-      CHECK(result.report.steps < 500);
-      CHECK(result.report.mode_changes < 20);  // of the first orifice, which follows one store alone
-      for (const char* output : {"first", "last"}) {
-        const std::vector<double> right = column(reference, output), is = column(result, output);
-        const double range = *std::max_element(right.begin(), right.end());
-        for (std::size_t k = 0; k < right.size(); ++k) CHECK(std::abs(is[k] - right[k]) < 1e-4 * range);  // as is noted
+  // Of powers below a third the sign was a condition, as it was of those that parameters give. Behind a source of flow
+  // that sets in, 16 tanks with the degree 2.15 were wrong by 5.6e-4 of the range without a note after 1,000 steps.
+  const auto behind_a_flow = [](const std::string& law) {
+    return R"x({"bgsim": 1, "name": "tanks", "elements": {"s": {"kind": "Sf", "flow": "100*step(t - 1)"},
+      "n": {"kind": "0", "repeat": 16}, "c": {"kind": "C", "repeat": 16, "capacitance": 0.05},
+      "j": {"kind": "1", "repeat": 16}, "r": {"kind": "R", "repeat": 16, "law": ")x" +
+           law + R"x("}},
+    "bonds": [{"from": "s", "to": "j[1]"}, {"from": "j[i]", "to": "r[i]"}, {"from": "j[i]", "to": "n[i]"},
+              {"from": "n[i]", "to": "c[i]"}, {"from": "n[i]", "to": "j[i+1]"}],
+    "outputs": {"first": "c[1].e", "last": "c[16].e"}, "scenes": {"s": {"stop": 3, "samples": 21}}})x";
+  };
+  for (const bool flow : {false, true})
+    for (const std::string power : {"0.3", "0.852", "1.7", "2.15", "2.5"}) {
+      const auto model_of = [&](const std::string& law) { return flow ? behind_a_flow(law) : series(16, law); };
+      std::string by_name = model_of("e = f*abs(f)^degree");
+      by_name.insert(by_name.find("\"elements\""), "\"parameters\": {\"degree\": " + power + "}, ");
+      const std::string by_number = model_of("e = f*abs(f)^" + power);
+      const RunResult reference = run(by_number, Method::radau9, 1e-9);
+      REQUIRE(reference.stop == StopReason::completed);
+      for (const std::string& model : {by_number, by_name}) {
+        CAPTURE(flow, power, model == by_name);
+        const RunResult result = run(model, Method::automatic, 1e-6);
+        REQUIRE(result.stop == StopReason::completed);
+        CHECK(result.report.steps < 500);
+        CHECK(result.report.mode_changes < 20);  // of the first orifice, which follows one store alone
+        for (const char* output : {"first", "last"}) {
+          const std::vector<double> right = column(reference, output), is = column(result, output);
+          const double range = *std::max_element(right.begin(), right.end());
+          for (std::size_t k = 0; k < right.size(); ++k)
+            CHECK(std::abs(is[k] - right[k]) < 1e-4 * range);  // as is noted
+        }
       }
     }
-  }
 }

@@ -161,7 +161,7 @@ TEST_CASE("a second run tells where errors of first order come to more than what
       most = std::max(most, std::abs(one.trace.columns[output][k] - other.trace.columns[output][k]));
     return most;
   };
-  int beyond = 0;
+  int beyond = 0, sharper = 0;
   for (const std::string count : {"16", "18"}) {
     const Study study = tanks(count);
     const RunResult fine = run(study, Method::radau9, 1e-9, false);
@@ -179,14 +179,19 @@ TEST_CASE("a second run tells where errors of first order come to more than what
       const RunResult tighter = run(study, method, 1e-7, false);
       for (std::size_t c = 0; c < 2; ++c) {
         const auto off = [&](const RunResult& run) { return largest_difference(fine, run, c); };
-        // What the two runs differ by; 1e-8 of the range is what the fine run may be wrong by.
         CAPTURE(count, method_name(method), c, off(result), off(tighter), errors.estimate[c]);
-        CHECK(errors.estimate[c] >= 0.5 * off(result) - off(tighter) - 1e-8 * errors.range[c]);
-        CHECK(errors.estimate[c] <= 2.0 * (off(result) + off(tighter)) + 1e-8 * errors.range[c]);
+        // What the two runs differ by is nine tenths of it, where the second run is wrong by a tenth.
+        CHECK(0.9 * errors.estimate[c] == Approx(largest_difference(result, tighter, c)).epsilon(1e-12).margin(0.0));
+        if (off(tighter) > 0.5 * off(result)) continue;  // as above: the second run is wrong, too
+        ++sharper;
+        // 1e-8 of the range is what the fine run may be wrong by.
+        CHECK(errors.estimate[c] >= 0.5 * off(result) - 1e-8 * errors.range[c]);
+        CHECK(errors.estimate[c] <= 2.0 * off(result) + 1e-8 * errors.range[c]);
       }
     }
   }
   CHECK(beyond > 0);
+  CHECK(sharper > 0);
 }
 
 TEST_CASE("a run that has an estimate of its own, or no end, or is asked for none, has no second run") {

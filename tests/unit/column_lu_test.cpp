@@ -2,10 +2,13 @@
 #include "run/integrate/column_lu.hpp"
 
 #include <Eigen/LU>
+#include <array>
 #include <catch2/catch.hpp>
 #include <complex>
 #include <limits>
 #include <random>
+
+#include "run/integrate/small_lu.hpp"
 
 using namespace bgsim;
 
@@ -72,4 +75,31 @@ TEST_CASE("matrices that are singular or hold no numbers are refused") {
   CHECK_FALSE(set(0.0, 1.0, 0.0, 1.0));
   CHECK_FALSE(set(std::numeric_limits<double>::quiet_NaN(), 1.0, 1.0, 1.0));
   CHECK_FALSE(set(std::numeric_limits<double>::infinity(), 1.0, 1.0, 1.0));
+}
+
+TEST_CASE("pivots are compared by the scales of their rows") {
+  // p = 0 beside q, of which 1e6 p is a part. Compared by their numbers, the row of q is the pivot's of p's column, and
+  // what is left of p is the rounding of q.
+  const std::array<double, 4> entries{3.7, 1e6, 0.0, 3.7};  // by columns: p, q
+  const std::array<double, 2> scales{1e38, 1e9};
+  ColumnLu<false> lu(2), unscaled(2);
+  small::SmallLu<double, 2> rows{{3.7, 0.0, 1e6, 3.7}, {}};
+  std::copy(entries.begin(), entries.end(), lu.real());
+  std::copy(entries.begin(), entries.end(), unscaled.real());
+  REQUIRE(lu.factor(scales.data()));
+  REQUIRE(rows.factor(scales));
+  REQUIRE(unscaled.factor());
+  int taken_on = 0;
+  for (const double q : {0.1, 0.3, 0.7, 1.1, 1.3, 1.9}) {
+    std::array<double, 2> by_columns{0.0, q}, by_rows{0.0, q}, without{0.0, q};
+    lu.solve(by_columns.data());
+    rows.solve(by_rows);
+    unscaled.solve(without.data());
+    for (const auto& x : {by_columns, by_rows}) {
+      CHECK(x[0] == 0.0);
+      CHECK(x[1] == Approx(q / 3.7).epsilon(1e-15).margin(0.0));
+    }
+    taken_on += without[0] != 0.0 ? 1 : 0;
+  }
+  CHECK(taken_on > 0);
 }
