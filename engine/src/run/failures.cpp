@@ -33,9 +33,11 @@ Diagnostic branch_failure(const ProgramBlock& loop, const std::string& variable,
                           double after) {
   std::string elements;
   for (const std::string& name : loop.elements) elements += (elements.empty() ? "" : ", ") + name;
+  const std::string from = number_text(before, 6), to = number_text(after, 6);
   Diagnostic diagnostic =
-      failure("BG602", "the solution of the loop through " + elements + " ends" + at(t) + ": " + variable +
-                           " would go from " + number_text(before, 6) + " to " + number_text(after, 6) + " at once");
+      failure("BG602", "the solution of the loop through " + elements + " ends" + at(t) + ": " +
+                           (from == to ? "another one meets it at " + variable + " = " + from
+                                       : variable + " would go from " + from + " to " + to + " at once"));
   diagnostic.rule = kLoopRule;
   diagnostic.help = kLoopHelp;
   diagnostic.place = loop.place;
