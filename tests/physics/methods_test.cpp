@@ -1,6 +1,7 @@
 // Runge-Kutta and fixed-step methods: order of convergence on exact solutions, events, dense output, refusals.
 #include <catch2/catch.hpp>
 #include <numbers>
+#include <span>
 
 #include "support/run.hpp"
 
@@ -70,6 +71,29 @@ TEST_CASE("methods with steps of one length converge with their order at and bet
   CHECK(result.report.step == 0.01);
   // the next term of the error's expansion is of the relative size of the step
   CHECK(std::log2(coarse / fine) == Approx(order).margin(0.05));
+}
+
+TEST_CASE("rows at the ends of steps of one length are the method's own values") {
+  // Of q' = -q. Each row was the mean of two steps of Euler's methods, and of as good an order.
+  constexpr double h = 0.25;
+  const auto [method, factor] =
+      GENERATE(table<Method, double>({{Method::euler, 1.0 - h},
+                                      {Method::implicit_euler, 1.0 / (1.0 + h)},
+                                      {Method::rk4, 1.0 - h + h * h / 2.0 - h * h * h / 6.0 + h * h * h * h / 24.0}}));
+  const RunResult result = run_text(R"({ "bgsim": 1,
+      "elements": { "j": { "kind": "1" }, "c": { "kind": "C", "capacitance": 1, "initial": { "q": 1 } },
+                    "r": { "kind": "R", "resistance": 1 } },
+      "bonds": [{ "from": "j", "to": "c" }, { "from": "j", "to": "r" }],
+      "outputs": { "q": "c.q" }, "scenes": { "s": { "stop": 2, "interval": 0.125 } } })",
+                                    fixed(method, h));
+  const std::span<const double> q = result.trace["q"];
+  REQUIRE(q.size() == 17);
+  for (std::size_t row = 0; row < q.size(); row += 2) {
+    CAPTURE(method_name(method), row);
+    CHECK(q[row] == Approx(std::pow(factor, static_cast<double>(row / 2))).epsilon(1e-14));
+  }
+  // Between the ends a straight line for methods of order one.
+  if (method != Method::rk4) CHECK(q[1] == Approx((q[0] + q[2]) / 2.0).epsilon(1e-14));
 }
 
 TEST_CASE("Runge-Kutta methods reach the tolerance with the steps that their order lets expect") {

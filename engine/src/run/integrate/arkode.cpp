@@ -99,8 +99,9 @@ class ArkodeIntegrator final : public OdeBy<Arkode> {
     memory_ = make_arkode(context_.get(), implicit ? nullptr : &on_rates, implicit ? &on_rates : nullptr, s, y_.get());
     set_up();
     // ARKODE uses the order for nothing but the degree of the polynomial between the steps, one below it. With a
-    // straight line for a method of order two, the state at an event would be wrong by what no error control has seen.
-    if (facts_.order > 1) table_->q = std::max(facts_.order, kCubic + 1);
+    // straight line for a method of order two, the state at an event would be wrong by what no error control has seen;
+    // and the polynomial of degree 0, of order one, is the mean of the step's ends at all its points.
+    table_->q = facts_.order > 1 ? std::max(facts_.order, kCubic + 1) : 2;
     ARKStepSetTables(memory(), table_->q, table_->p, implicit ? table_.get() : nullptr,
                      implicit ? nullptr : table_.get());
     if (!facts_.fixed_step()) set_longest_step();
