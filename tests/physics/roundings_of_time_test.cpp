@@ -1,4 +1,5 @@
 // What the roundings of the time part: the first steps of a scene that starts far from 0, a row and an event.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -35,6 +36,43 @@ TEST_CASE("a scene starts at 1e8 s with a source that begins at 0") {
         // Fifty tolerances; the tolerance allows for twenty roundings of the time, by which v moves at 1/tau at most.
         CHECK(std::abs(result.trace["v"][k] - right) < 5e-5 + 20.0 * kEps * t0 / kTau);
       }
+    }
+}
+
+TEST_CASE("two samplers whose common instants are doubles beside each other") {
+  // 3*0.1 and 0.3, 3*0.07 and 0.21: a stretch of one rounding of the time, in which the second circuit, at rest until
+  // then, begins to move. Its first scale was taken again without end (BG605).
+  struct Pair {
+    double first, second;
+  };
+  const auto held = [](double every, double (*of)(double), double stop) {
+    double v = 0.0;
+    for (int k = 0; k * every < stop; ++k) {
+      const double length = std::min(every, stop - k * every), u = of(k * every);
+      v = u + (v - u) * std::exp(-length);
+    }
+    return v;
+  };
+  for (const Pair pair : {Pair{0.1, 0.3}, Pair{0.3, 0.1}, Pair{0.1, 0.15}, Pair{0.21, 0.07}, Pair{0.21, 0.14}})
+    for (const Method method : {Method::automatic, Method::bdf, Method::adams, Method::ida, Method::radau13,
+                                Method::rodas5p, Method::erk5, Method::dirk5}) {
+      INFO(pair.first << ' ' << pair.second << ' ' << method_name(method));
+      const RunResult result = run_text(
+          R"x({"bgsim": 1, "name": "samplers",
+            "signals": {"u": {"value": "cos(t)", "every": )x" +
+              std::to_string(pair.first) + R"x(}, "w": {"value": "sin(t)", "every": )x" + std::to_string(pair.second) +
+              R"x(}},
+            "elements": {"su": {"kind": "MSe", "effort": "u"}, "j": {"kind": "1"}, "r": {"kind": "R", "resistance": 1},
+              "c": {"kind": "C", "capacitance": 1}, "sw": {"kind": "MSe", "effort": "w"}, "k": {"kind": "1"},
+              "s": {"kind": "R", "resistance": 1}, "d": {"kind": "C", "capacitance": 1}},
+            "bonds": [{"from": "su", "to": "j"}, {"from": "j", "to": "r"}, {"from": "j", "to": "c"},
+              {"from": "sw", "to": "k"}, {"from": "k", "to": "s"}, {"from": "k", "to": "d"}],
+            "outputs": {"u": "c.e", "w": "d.e"}, "scenes": {"s": {"stop": 2.02, "samples": 2}}})x",
+          with_method(method));
+      REQUIRE(result.stop == StopReason::completed);
+      // A hundred tolerances, for twenty restarts.
+      CHECK(std::abs(result.trace["u"][1] - held(pair.first, std::cos, 2.02)) < 1e-4);
+      CHECK(std::abs(result.trace["w"][1] - held(pair.second, std::sin, 2.02)) < 1e-4);
     }
 }
 

@@ -6,9 +6,9 @@
 
 #include "bgsim/program.hpp"
 #include "program/freeze.hpp"
+#include "program/joined_laws.hpp"
 #include "program/partial_lists.hpp"
 #include "program/patterns.hpp"
-#include "program/signless_roots.hpp"
 #include "program/strips.hpp"
 
 namespace bgsim {
@@ -557,8 +557,8 @@ class Compiler {
 
 Program compile(std::shared_ptr<const Model> model, const EquationSystem& system, const BlockOrder& order,
                 const CompileOptions& options) {
-  const std::optional<BlockOrder> signless = with_signless_roots(system, order);
-  const BlockOrder& of = signless ? *signless : order;
+  const std::optional<BlockOrder> joined = with_joined_laws(system, order);
+  const BlockOrder& of = joined ? *joined : order;
   if (options.columns == nullptr) return Compiler(std::move(model), system, of, options, nullptr).run();
   BlockOrder with = of;
   const SystemPartials plain = take_plain_partials(system, with, options);

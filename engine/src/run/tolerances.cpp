@@ -255,7 +255,9 @@ double Tolerances::absolute(std::size_t unknown, double size) const {
 bool Tolerances::begin_with(std::size_t state, double scale) {
   stages_.front()[state] = std::max(stages_.front()[state], scale / kOfEulerStep);
   floor_[state] = std::max(floor_[state], scale);
-  return relative_ * scale > 0.0;
+  if (!(relative_ * scale > 0.0)) return false;
+  watched_[state] = true;  // also where no weights are asked for: a step of a rounding of the time
+  return true;
 }
 
 /// What rounding leaves open of an unknown over one step.
