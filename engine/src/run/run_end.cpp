@@ -115,8 +115,8 @@ void Run::report() {
     if (result_.stop == StopReason::completed && !left_mode_) look_beyond_end();
     report.why_not_measured = measures_.why_not();
     for (const std::size_t output : measures_.coarse())
-      note("the integral of \"" + program_.output_names[output] +
-           "\" is less accurate than the tolerance: it varies too fast within the steps");
+      note("the integral and the extremes of \"" + program_.output_names[output] +
+           "\" are less accurate than the tolerance: it varies too fast within the steps");
   }
   for (std::size_t i = 0; i < program_.events.size(); ++i)
     report.set_events.push_back({program_.events[i].name, jumps_.memory().counts[i], jumps_.memory().energies[i]});

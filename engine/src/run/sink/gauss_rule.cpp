@@ -23,6 +23,15 @@ GaussRule rule_with() {
     rule.position.push_back(0.5 + abscissa[i] / 2);
     rule.weight.push_back(weights[i] / 2);
   }
+  std::vector<double> points;
+  for (const double half : {0.0, 0.5})
+    for (const double position : rule.position) points.push_back(half + position / 2);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    double weight = 1.0;  // Lagrange's
+    for (std::size_t k = 0; k < points.size(); ++k)
+      if (k != i) weight *= points[k] / (points[k] - points[i]);
+    rule.at_begin.push_back(weight);
+  }
   return rule;
 }
 

@@ -7,6 +7,9 @@ namespace bgsim {
 
 struct GaussRule {
   std::vector<double> position, weight;  ///< from left to right; of equal length
+  /// Of the points of the rule over [0, 1/2] and then over [1/2, 1]: with these the polynomial through them is that at
+  /// 0.
+  std::vector<double> at_begin;
 };
 
 constexpr int kMostGaussPoints = 7;

@@ -7,21 +7,25 @@
 #include <tuple>
 #include <utility>
 
-#include "run/sink/gauss_rule.hpp"
-
 namespace bgsim {
 
-OutputMeasures::OutputMeasures(const Program& program, Evaluator& evaluator, bool wanted)
+OutputMeasures::OutputMeasures(const Program& program, std::span<const double> parameters, Evaluator& evaluator,
+                               bool wanted)
     : evaluator_(evaluator),
       measuring_(wanted && !program.output_names.empty()),
       x_(program.state_names.size() + program.tear_names.size()),
       row_(program.output_names.size()),
+      hidden_(program.output_names.size(), false),
+      room_(program.output_names.size(), 0.0),
       measures_(measuring_ ? program.output_names.size() : 0),
       integral_(measures_.size()),
       square_(measures_.size()),
       size_(measures_.size()),
       left_(measures_.size()),
-      peaks_(measures_.size()) {}
+      peaks_(measures_.size()) {
+  if (measuring_) bounds_.emplace(program, parameters);
+  if (bounds_ && !bounds_->any()) bounds_.reset();
+}
 
 bool OutputMeasures::evaluate(double t, const double* x, std::vector<double>& row) {
   if (measuring_ && evaluator_.outputs(t, x, branch_, row.data())) return true;
@@ -50,6 +54,10 @@ void OutputMeasures::add(double to, int order, const Branch& branch, const Solut
   const double from = std::exchange(measured_, to);
   if (!measuring_ || !(to > from)) return;
   branch_ = branch;
+  if (bounds_ && modes_ != branch.modes) {
+    modes_ = branch.modes;
+    bounds_->set_modes(modes_);
+  }
   // Where the solution is a straight line a step may be most of the run, but outputs need not be polynomials of it.
   const double pieces = longest_ > 0.0 ? std::max(1.0, std::ceil((to - from) / longest_)) : 1.0;
   const double length = (to - from) / pieces;
@@ -95,6 +103,10 @@ bool OutputMeasures::measure(Piece& piece, double from, double to, int order, co
     samples[k].row.resize(row_.size());
     solution(samples[k].t, x_.data(), branch_);
     if (!evaluate(samples[k].t, x_.data(), samples[k].row)) return false;
+    if (bounds_) {
+      piece.states.resize(samples.size());
+      piece.states[k] = x_;
+    }
   }
   piece.integral.assign(measures_.size(), 0.0);
   piece.square.assign(measures_.size(), 0.0);
@@ -109,22 +121,70 @@ bool OutputMeasures::measure(Piece& piece, double from, double to, int order, co
   return true;
 }
 
+double OutputMeasures::off_at_ends(const std::array<Piece, 2>& halves, std::size_t output, const GaussRule& rule) {
+  const std::size_t points = rule.position.size();
+  double begin = 0.0, end = 0.0;
+  for (std::size_t half = 0; half < 2; ++half)
+    for (std::size_t k = 0; k < points; ++k) {
+      const double weight = rule.at_begin[half * points + k];
+      begin += weight * halves[half].samples[k + 2].row[output];
+      end += weight * halves[1 - half].samples[points + 1 - k].row[output];
+    }
+  return std::max(std::abs(begin - halves[0].samples.front().row[output]),
+                  std::abs(end - halves[1].samples.back().row[output]));
+}
+
 bool OutputMeasures::differ(const Piece& whole, const std::array<Piece, 2>& halves) const {
   constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
   const double length = whole.to - whole.from, share = span_ > 0.0 ? length / span_ : 0.0;
+  const GaussRule& rule = gauss_rule(static_cast<int>(halves[0].samples.size()) - 4);
+  const double unseen = length * rule.position.front() / 2.0;  // before the first point of the halves
   for (std::size_t i = 0; i < measures_.size(); ++i) {
-    const double largest = std::max(std::abs(measures_[i].least), std::abs(measures_[i].most));
+    const double largest = std::max({std::abs(measures_[i].least), std::abs(measures_[i].most), room_[i]});
     // Of the piece, or of its share in what came before: tails of a pulse need no digits of their own.
     const auto apart = [&](double one, double two, double size, double before, double most) {
       return std::abs(one - two) > relative_ * std::max(size, before * share) + kRounding * most * length;
     };
-    const double square = halves[0].square[i] + halves[1].square[i];
-    if (apart(whole.integral[i], halves[0].integral[i] + halves[1].integral[i], halves[0].size[i] + halves[1].size[i],
-              size_[i].value(), largest) ||
-        apart(whole.square[i], square, square, square_[i].value(), largest * largest))
+    const double size = halves[0].size[i] + halves[1].size[i], square = halves[0].square[i] + halves[1].square[i];
+    const double off = unseen * off_at_ends(halves, i, rule);
+    if (apart(whole.integral[i], halves[0].integral[i] + halves[1].integral[i], size, size_[i].value(), largest) ||
+        apart(whole.square[i], square, square, square_[i].value(), largest * largest) ||
+        apart(off, 0.0, size, size_[i].value(), largest) ||
+        apart(2.0 * largest * off, 0.0, square, square_[i].value(), largest * largest))
       return true;
   }
   return false;
+}
+
+bool OutputMeasures::hide(const std::array<Piece, 2>& halves, bool whole) {
+  if (!bounds_) return false;
+  times_.clear();
+  states_.clear();
+  for (const Piece& half : halves)
+    for (std::size_t k = 0; k < half.samples.size(); ++k) {
+      if (!times_.empty() && !(half.samples[k].t > times_.back())) continue;
+      times_.push_back(half.samples[k].t);
+      states_.push_back(half.states[k]);
+    }
+  if (!bounds_->enclose(halves[0].from, halves[1].to, times_, states_)) return false;
+  if (whole) std::fill(room_.begin(), room_.end(), 0.0);
+  bool any = false;
+  for (std::size_t k = 0; k < bounds_->outputs().size(); ++k) {
+    const std::size_t output = bounds_->outputs()[k];
+    const Range all = bounds_->of(k);
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const Piece& half : halves)
+      for (const Sample& sample : half.samples) {
+        least = std::min(least, sample.row[output]);
+        most = std::max(most, sample.row[output]);
+      }
+    const double more = std::max(least - all.lower(), all.upper() - most);
+    room_[output] = std::max({room_[output], std::abs(all.lower()), std::abs(all.upper())});
+    if (!std::isfinite(more) || more <= most - least + relative_ * room_[output]) continue;
+    any = true;
+    if (spare_here_ == 0) hidden_[output] = true;
+  }
+  return any;
 }
 
 void OutputMeasures::add_piece(const Piece& piece, int order, std::size_t depth, const Solution& solution) {
@@ -138,7 +198,8 @@ void OutputMeasures::add_piece(const Piece& piece, int order, std::size_t depth,
     if (!measure(halves[0], piece.from, middle, order, solution) ||
         !measure(halves[1], middle, piece.to, order, solution))
       return;
-    if (differ(piece, halves)) {
+    const bool hides = hide(halves, depth == 0);  // first: it takes what an output may be on the whole piece
+    if (hides || differ(piece, halves)) {
       if (spare_here_ > 0) {
         --spare_here_;
         for (const Piece& half : halves)
@@ -213,7 +274,7 @@ std::vector<OutputMeasure> OutputMeasures::finish(double t, const double* x, con
     measures_[i].final = row_[i];
     measures_[i].integral = integral_[i].value();
     measures_[i].square = square_[i].value();
-    if (left_[i].value() > relative_ * size_[i].value()) coarse_.push_back(i);
+    if (hidden_[i] || left_[i].value() > relative_ * size_[i].value()) coarse_.push_back(i);
     if (!measures_[i].nonzero_at && row_[i] != 0.0) measures_[i].nonzero_at = t;
   }
   return std::move(measures_);

@@ -4,24 +4,29 @@
 #include <array>
 #include <deque>
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "bgsim/evaluator.hpp"
 #include "bgsim/simulate.hpp"
 #include "run/sink/energy_audit.hpp"
+#include "run/sink/gauss_rule.hpp"
+#include "run/sink/output_bounds.hpp"
 
 namespace bgsim {
 
 /// Measures each output on the dense output. Integrals by Gauss' rule with as many points as the energy audit takes,
 /// over parts of a step on which it agrees with the same rule over both halves: an output may vary faster than the
-/// states, for which the step is made. Extremes are looked for among these points and the ends of each step; where one
-/// may be the largest so far, the dense output between its neighbours is searched by Brent's method, so that what lies
-/// between the points is found, too. Of several peaks that are as high to the run's tolerance the first gives the time:
-/// which of them is higher by a rounding says nothing.
+/// states, for which the step is made, and on which its enclosure leaves no room for more than they show. Extremes are
+/// looked for among these points and the ends of each step; where one may be the largest so far, the dense output
+/// between its neighbours is searched by Brent's method, so that what lies between the points is found, too. Of several
+/// peaks that are as high to the run's tolerance the first gives the time: which of them is higher by a rounding says
+/// nothing.
 class OutputMeasures {
  public:
-  OutputMeasures(const Program& program, Evaluator& evaluator, bool wanted);
+  OutputMeasures(const Program& program, std::span<const double> parameters, Evaluator& evaluator, bool wanted);
 
   /// Puts the solution at a time into the states, with the branch of a point nearby.
   using Solution = std::function<void(double t, double* x, Branch& branch)>;
@@ -47,12 +52,21 @@ class OutputMeasures {
   struct Piece {
     double from = 0.0, to = 0.0;
     std::vector<Sample> samples;                 ///< its beginning, the rule's points, its end
+    std::vector<std::vector<double>> states;     ///< at these, where outputs are enclosed
     std::vector<double> integral, square, size;  ///< by output; of the magnitude
   };
   bool evaluate(double t, const double* x, std::vector<double>& row);
   bool measure(Piece& piece, double from, double to, int order, const Solution& solution);
-  /// Whether an output's integrals over the whole and over its halves differ.
+  /// Whether an output's integrals over the whole and over its halves differ, or its values at the ends from those of
+  /// the polynomial through the points of both halves: a kink before the first point or behind the last one is seen by
+  /// neither rule.
   [[nodiscard]] bool differ(const Piece& whole, const std::array<Piece, 2>& halves) const;
+  /// By how much the output's values at the piece's ends differ from that polynomial, at most.
+  [[nodiscard]] static double off_at_ends(const std::array<Piece, 2>& halves, std::size_t output,
+                                          const GaussRule& rule);
+  /// Whether an output may be something else between the points of the halves: by more than they differ, and than
+  /// matters beside what it may be on all of the piece that is halved first.
+  bool hide(const std::array<Piece, 2>& halves, bool whole);
   void add_piece(const Piece& piece, int order, std::size_t depth, const Solution& solution);
   void look_for_extreme(const std::vector<Sample>& samples, std::size_t output, double sign, const Solution& solution);
   void take(std::size_t output, double t, double value);
@@ -67,11 +81,16 @@ class OutputMeasures {
 
   Evaluator& evaluator_;
   bool measuring_;
+  std::optional<OutputBounds> bounds_;
+  std::vector<double> modes_, times_;        ///< of the bounds: modes; points of two halves
+  std::vector<std::vector<double>> states_;  ///< there
   std::string why_not_;
   double measured_ = 0.0;
   double longest_ = 0.0;  ///< stretch that the rule is applied to in one piece
   Branch branch_;
   std::vector<double> x_, row_;
+  std::vector<bool> hidden_;  ///< by output: what it is between points was left open
+  std::vector<double> room_;  ///< by output: the largest that its bounds allow on the piece that is halved first
   Piece piece_;
   std::deque<std::array<Piece, 2>> halves_;  ///< of the present piece, of one of these, ...
   int spare_ = 0, spare_here_ = 0;           ///< parts that may still be halved: of the run, of a step's piece
