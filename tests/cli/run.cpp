@@ -171,6 +171,8 @@ TEST_CASE("wrong usage ends with exit code 2, naming what is wrong") {
   refused("decay.json --relative small", "--relative");
   refused("decay.json --absolute inf", "--absolute");
   refused("decay.json --method euler", "\"euler\"");
+  refused("decay.json --step 1e-4", "bgsim: error BG146");
+  refused("decay.json --max-order 6", "bgsim: error BG146");
   refused("decay.json --all-scenes -o x.csv", "--all-scenes");
   refused("decay.json -o - --report-json -", "standard output");
   refused("decay.json -o - --events -", "standard output");

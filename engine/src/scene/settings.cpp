@@ -30,7 +30,9 @@ void choose_method(const Scene& scene, const SceneOverrides& overrides, RunInput
   const auto max_order = overrides.max_order || !of_scene ? overrides.max_order : scene.max_order;
   const MethodFacts& facts = facts_of(inputs.method);
   const std::string method = "the method " + in_quotes(facts.name);
-  const std::optional<Place> place = overrides.method ? std::nullopt : std::optional(scene.method_place);
+  // What was asked for beside the scene has no place in it.
+  const bool asked = overrides.method || overrides.step || overrides.max_order;
+  const std::optional<Place> place = asked ? std::nullopt : std::optional(scene.method_place);
   const auto refuse = [&](std::string situation, std::string help = {}) {
     problems.push_back(diagnostic_of("BG146", std::move(situation), place, {}, std::move(help)));
   };
