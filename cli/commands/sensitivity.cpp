@@ -236,7 +236,7 @@ Exit sensitivity_command(const Arguments& arguments) {
       table = options.differences ? difference_sensitivities(study, given.scene, given.overrides, to, norm, how,
                                                              options.threads, lenient)
               : options.adjoint
-                  ? adjoint_sensitivities(study, given.scene, given.overrides, to, norm, how, errors)
+                  ? adjoint_sensitivities(study, given.scene, given.overrides, to, norm, how, errors, lenient)
                   : sensitivities(study, given.scene, given.overrides, to, norm, how, options.threads, errors, lenient);
     } catch (const ModelError& error) {
       // A name of the command line.

@@ -100,11 +100,12 @@ SensitivityTable sensitivities(const Study& study, const std::string& scene, con
 /// @note Memory: the states at some six points of each step of the run.
 SensitivityTable adjoint_sensitivities(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                                        const std::vector<std::string>& to, SensitivityNorm norm,
-                                       const SimulateOptions& how = {}, bool errors = true);
+                                       const SimulateOptions& how = {}, bool errors = true,
+                                       RefusedParameters* refused = nullptr);
 
 /// The same by central differences of runs, extrapolated twice: of all that runs, ideal switches, diodes, contacts and
 /// delays among it. OutputSensitivity::error is by how much the last two extrapolations disagree, rounding and errors
-/// of the runs included. No derivatives over time. Cost: 6 to 18 runs for each parameter, at a relative tolerance of
+/// of the runs included. No derivatives over time. Cost: 10 to 30 runs for each parameter, at a relative tolerance of
 /// 1e-10 unless @p overrides give one.
 /// @throws ModelError as Study::scene; the failure of a run; BG413; BG414 where the slopes to both sides differ, and
 ///         for a parameter that is 0.

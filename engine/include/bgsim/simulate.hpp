@@ -135,6 +135,12 @@ struct Stored {
 
 enum class StopReason { completed, interrupted, failed };
 
+/// The other side of an event at the end of a run, whose instant moves with what is varied.
+struct BesideEnd {
+  std::vector<double> outputs;  ///< NaN: not known, in another mode or where the equations have no value
+  bool sets = false;            ///< an event of the model would set states there, and what comes behind is not known
+};
+
 struct RunResult {
   Trace trace;             ///< names and units alone if the rows went to SimulateOptions::rows
   std::uint64_t rows = 0;  ///< times recorded
@@ -143,8 +149,8 @@ struct RunResult {
   std::optional<Diagnostic> failure;  ///< BG6xx, set if stop is not completed
   Stored stored;                      ///< where the run ended: after its last accepted step
   Mode mode;                          ///< in which it ended; empty without switches
-  /// Of a run with sensitivities: the outputs on the other side of each event at its end, NaN where they are not known.
-  std::vector<std::vector<double>> beside_end;
+  /// Of a run with sensitivities.
+  std::vector<BesideEnd> beside_end;
 };
 
 /// Something that happened at one instant of a run.

@@ -7,6 +7,7 @@
 
 #include "base/codes.hpp"
 #include "bgsim/text.hpp"
+#include "run/adjoint_guards.hpp"
 #include "run/adjoint_step.hpp"
 #include "run/clock.hpp"
 #include "run/failures.hpp"
@@ -26,62 +27,6 @@ std::span<double> of(VectorXd& values) { return {values.data(), static_cast<std:
 /// Where 0 is as good a unit as any.
 double unit_of(double largest) { return largest > 0.0 ? largest : 1.0; }
 
-/// Slopes of guards by all states, then all parameters; or by seeds.
-class FreeGuards : public GuardSlopes {
- public:
-  /// @param units  of states, then parameters
-  /// @param seeds  null: by states and parameters
-  FreeGuards(const Program& program, const RunInputs& inputs, const std::vector<double>& units,
-             const std::vector<AdjointSeed>* seeds)
-      : evaluator_(program, inputs.parameters),
-        units_(units),
-        seeds_(seeds),
-        rates_(program.state_names.size()),
-        weights_(program.relations.size(), 0.0),
-        by_states_(rates_.size()),
-        by_columns_(program.transposed.columns.size() + 1) {}
-
-  bool at(double t, const std::vector<double>& x, Branch& branch) override {
-    return evaluator_.rates(t, x.data(), branch, rates_.data()) &&
-           evaluator_.take_partials(t, x.data(), branch, Evaluator::Rows::guards);
-  }
-  double by_time(std::size_t relation) override {
-    pull_back(relation);
-    double sum = by_columns_.back();
-    for (std::size_t i = 0; i < rates_.size(); ++i) sum += by_states_[i] * rates_[i];
-    return sum;
-  }
-  std::vector<double> by_variation(std::size_t relation) override {
-    pull_back(relation);
-    std::vector<double> result;
-    if (seeds_ == nullptr) {
-      result = by_states_;
-      result.insert(result.end(), by_columns_.begin(), by_columns_.end() - 1);
-      return result;
-    }
-    for (const AdjointSeed& seed : *seeds_) {
-      double sum = 0.0;
-      for (std::size_t i = 0; i < rates_.size(); ++i) sum += by_states_[i] * seed.states[i];
-      for (std::size_t i = 0; i < seed.columns.size(); ++i) sum += by_columns_[i] * seed.columns[i];
-      result.push_back(sum);
-    }
-    return result;
-  }
-  [[nodiscard]] double unit(std::size_t of) const override { return seeds_ == nullptr ? units_[of] : 1.0; }
-
- private:
-  void pull_back(std::size_t relation) {
-    weights_[relation] = 1.0;
-    evaluator_.pull_back({}, weights_, by_states_, by_columns_);
-    weights_[relation] = 0.0;
-  }
-
-  Evaluator evaluator_;
-  const std::vector<double>& units_;
-  const std::vector<AdjointSeed>* seeds_;
-  std::vector<double> rates_, weights_, by_states_, by_columns_;
-};
-
 /// The run back.
 class Backward {
  public:
@@ -91,6 +36,7 @@ class Backward {
         inputs_(inputs),
         trajectory_(trajectory),
         figures_(figures),
+        asked_(figures.size()),
         seeds_(seeds),
         evaluator_(program, inputs.parameters),
         stages_(program.jacobian_pattern),
@@ -116,9 +62,9 @@ class Backward {
   }
 
   AdjointResult run() {
-    result_.slope.assign(figures_.size(), 0.0);
+    result_.slope.assign(asked_, 0.0);
     result_.value = result_.slope;
-    if (look_at_events()) go_back();
+    if (look_at_events() && look_beyond_end()) go_back();
     if (!result_.failure) gather();
     return std::move(result_);
   }
@@ -163,6 +109,105 @@ class Backward {
         jumps_.push_back(VariationEvents::Jump{std::move(*instant), {}});
       }
       if (refused) return fail(std::move(*refused));
+      instants_.push_back(events_.instant(guards, event.t));
+    }
+    return true;
+  }
+
+  /// Derivatives by state and parameter of the figures that are values at the run's end, at this point; of integrals,
+  /// which have nothing of it, 0. False if they are not known.
+  bool figures_at(double t, const std::vector<double>& x, const Branch& branch, Adjoints& figures,
+                  std::vector<double>& values) {
+    figures = {MatrixXd::Zero(now_.states.rows(), now_.states.cols()),
+               MatrixXd::Zero(now_.columns.rows(), now_.columns.cols())};
+    values.assign(asked_, 0.0);
+    VectorXd by_states;
+    std::vector<double> by_columns;
+    Branch here = branch;
+    for (std::size_t k = 0; k < asked_; ++k) {
+      if (figures_[k].kind != AdjointFigure::Kind::value || figures_[k].time < t) continue;
+      if (!slopes_of(figures_[k].output, t, x, here, by_states, by_columns)) return false;
+      const auto column = static_cast<Index>(k);
+      values[k] = outputs_[figures_[k].output];
+      figures.states.col(column) = by_states;
+      figures.columns.col(column) = Eigen::Map<const VectorXd>(by_columns.data(), figures.columns.rows());
+    }
+    return figures.states.allFinite() && figures.columns.allFinite();
+  }
+
+  /// A further column, which is followed back from here on.
+  std::size_t add_column(const AdjointFigure& figure, const VectorXd& states, const VectorXd& parameters) {
+    const Index column = now_.states.cols();
+    for (Adjoints* each : {&now_, &largest_}) {
+      each->states.conservativeResize(Eigen::NoChange, column + 1);
+      each->columns.conservativeResize(Eigen::NoChange, column + 1);
+      each->states.col(column) = states;
+      each->columns.col(column) = parameters;
+    }
+    largest_.states.col(column) = states.cwiseAbs();
+    largest_.columns.col(column) = parameters.cwiseAbs();
+    by_instant_.conservativeResize(column + 1);
+    by_instant_[column] = 0.0;
+    figures_.push_back({figure.output, AdjointFigure::Kind::value, figure.time});
+    pending_.push_back(false);
+    begun_ = false;
+    return figures_.size() - 1;
+  }
+
+  /// The other side of an event at the end of the run. From here on the event's instant, and by how much the figures
+  /// differ on both sides, are followed back as well: the difference is as exact as a figure, however small it is
+  /// beside one.
+  /// @param instant  t' by states and parameters; none: not known
+  /// @param other    null: not known
+  void add_side(const std::optional<std::vector<double>>& instant, const Adjoints& here, const Adjoints* other,
+                std::vector<double> values) {
+    if (instant && std::all_of(instant->begin(), instant->end(), [](double by) { return by == 0.0; })) return;
+    const Index n = now_.states.rows(), m = now_.columns.rows();
+    Side side;
+    side.values = std::move(values);
+    if (instant)
+      side.instant = add_column(figures_.front(), Eigen::Map<const VectorXd>(instant->data(), n),
+                                Eigen::Map<const VectorXd>(instant->data() + n, m));
+    for (std::size_t k = 0; k < asked_ && other != nullptr; ++k) {
+      const auto from = static_cast<Index>(k);
+      side.figures.push_back(add_column(figures_[k], here.states.col(from) - other->states.col(from),
+                                        here.columns.col(from) - other->columns.col(from)));
+    }
+    sides_.push_back(std::move(side));
+  }
+
+  /// An event at the end of the run, behind which figures have been followed: those of a run that ends before it.
+  /// Between what is set at one instant no run ends.
+  bool look_beside(std::size_t event) {
+    const Trajectory::Event& at = trajectory_.events()[event];
+    if (instant_ != nullptr || !is_end(at.t, inputs_.start, inputs_.stop)) return true;
+    Adjoints other;
+    std::vector<double> values;
+    if (!figures_at(at.t, at.x, at.before, other, values)) return fail_with_fault();
+    const Adjoints here = now_;
+    add_side(instants_[event], here, &other, std::move(values));
+    return true;
+  }
+
+  /// Conditions at their borders as the run ends: the figures of a run that ends behind their changes.
+  bool look_beyond_end() {
+    const std::vector<Trajectory::Stretch>& stretches = trajectory_.stretches();
+    if (!stretches.back().steps.empty())
+      trajectory_.interpolate(stretches.back().steps.back(), inputs_.stop, x_);
+    else
+      x_ = trajectory_.events().empty() ? trajectory_.start() : trajectory_.events().back().behind();
+    FreeGuards guards(program_, inputs_, units_, nullptr);
+    const Branch& end = stretches.back().end;
+    const std::vector<VariationEvents::Ahead> ahead = events_.ahead(evaluator_, guards, inputs_.stop, x_, end);
+    if (ahead.empty()) return true;
+    Adjoints here, other;
+    std::vector<double> values;
+    if (!figures_at(inputs_.stop, x_, end, here, values)) return fail_with_fault();
+    for (const VariationEvents::Ahead& each : ahead) {
+      const bool known =
+          !each.sets && !each.jump.rates.empty() && figures_at(inputs_.stop, x_, each.behind, other, values);
+      if (known) cross(other, each.jump, inputs_.stop, x_, end, each.behind);
+      add_side(each.jump.instant, here, known ? &other : nullptr, values);
     }
     return true;
   }
@@ -195,7 +240,22 @@ class Backward {
       else if (!cross_set(s - 1))
         return false;
       if (s == 1 || trajectory_.events()[s - 2].t < begins) move_instant();
+      if (!look_beside(s - 1)) return false;
     }
+    return true;
+  }
+
+  /// What an output, which outputs_ has then, changes by with the states, and with the parameters and the time.
+  bool slopes_of(std::size_t output, double t, const std::vector<double>& x, Branch& branch, VectorXd& by_states,
+                 std::vector<double>& by_columns) {
+    std::vector<double> weights(outputs_.size(), 0.0);
+    weights[output] = 1.0;
+    by_states.resize(now_.states.rows());
+    by_columns.resize(columns() + 1);
+    if (!evaluator_.outputs(t, x.data(), branch, outputs_.data()) ||
+        !evaluator_.take_partials(t, x.data(), branch, Evaluator::Rows::outputs))
+      return false;
+    evaluator_.pull_back({}, weights, of(by_states), by_columns);
     return true;
   }
 
@@ -204,14 +264,11 @@ class Backward {
     for (std::size_t k = 0; k < figures_.size(); ++k) {
       if (!pending_[k] || figures_[k].time < t) continue;
       pending_[k] = false;
-      std::vector<double> rates(x_.size()), weights(outputs_.size(), 0.0), by_columns(columns() + 1);
-      VectorXd by_states(now_.states.rows());
-      weights[figures_[k].output] = 1.0;
+      std::vector<double> rates(x_.size()), by_columns;
+      VectorXd by_states;
       if (!evaluator_.rates(t, x_.data(), branch_, rates.data()) ||
-          !evaluator_.outputs(t, x_.data(), branch_, outputs_.data()) ||
-          !evaluator_.take_partials(t, x_.data(), branch_, Evaluator::Rows::outputs))
+          !slopes_of(figures_[k].output, t, x_, branch_, by_states, by_columns))
         return fail_with_fault();
-      evaluator_.pull_back({}, weights, of(by_states), by_columns);
       const auto column = static_cast<Index>(k);
       now_.states.col(column) += by_states;
       for (std::size_t i = 0; i < columns(); ++i) now_.columns(static_cast<Index>(i), column) += by_columns[i];
@@ -234,18 +291,22 @@ class Backward {
   void cross(std::size_t event) {
     begun_ = false;
     if (!jumps_[event]) return;
-    const VariationEvents::Jump& jump = *jumps_[event];
-    const Index n = now_.states.rows();
-    for (Index k = 0; k < now_.states.cols(); ++k) {
-      double gain = now_.states.col(k).dot(Eigen::Map<const VectorXd>(jump.rates.data(), n));
+    const Trajectory::Event& at = trajectory_.events()[event];
+    cross(now_, *jumps_[event], at.t, at.x, at.before, at.after);
+    grow(now_);
+  }
+  void cross(Adjoints& adjoints, const VariationEvents::Jump& jump, double t, const std::vector<double>& x,
+             const Branch& before, const Branch& after) {
+    const Index n = adjoints.states.rows();
+    for (Index k = 0; k < adjoints.states.cols(); ++k) {
+      double gain = adjoints.states.col(k).dot(Eigen::Map<const VectorXd>(jump.rates.data(), n));
       const AdjointFigure& figure = figures_[static_cast<std::size_t>(k)];
       const std::size_t output = static_cast<std::size_t>(n) + figure.output;
       if (figure.kind == AdjointFigure::Kind::integral) gain += jump.rates[output];
-      if (figure.kind == AdjointFigure::Kind::square) gain += square_jump(event, figure.output);
-      now_.states.col(k) += gain * Eigen::Map<const VectorXd>(jump.instant.data(), n);
-      now_.columns.col(k) += gain * Eigen::Map<const VectorXd>(jump.instant.data() + n, now_.columns.rows());
+      if (figure.kind == AdjointFigure::Kind::square) gain += square_jump(t, x, before, after, figure.output);
+      adjoints.states.col(k) += gain * Eigen::Map<const VectorXd>(jump.instant.data(), n);
+      adjoints.columns.col(k) += gain * Eigen::Map<const VectorXd>(jump.instant.data() + n, adjoints.columns.rows());
     }
-    grow(now_);
   }
 
   /// Back over what events set: x+ = h(x-, z, p, t) of the states that are set, at an instant that follows x- and p.
@@ -299,13 +360,13 @@ class Backward {
     instant_ = nullptr;
   }
 
-  double square_jump(std::size_t event, std::size_t output) {
-    const Trajectory::Event& at = trajectory_.events()[event];
+  double square_jump(double t, const std::vector<double>& x, const Branch& before, const Branch& after,
+                     std::size_t output) {
     double sides[2] = {};
-    for (const bool after : {false, true}) {
-      Branch branch = after ? at.after : at.before;
-      evaluator_.outputs(at.t, at.x.data(), branch, outputs_.data());
-      sides[after ? 1 : 0] = outputs_[output] * outputs_[output];
+    for (const bool behind : {false, true}) {
+      Branch branch = behind ? after : before;
+      evaluator_.outputs(t, x.data(), branch, outputs_.data());
+      sides[behind ? 1 : 0] = outputs_[output] * outputs_[output];
     }
     return sides[0] - sides[1];
   }
@@ -445,31 +506,70 @@ class Backward {
     return error;
   }
 
+  /// What a column comes to by a seed, and the sum of the magnitudes that this is a sum of.
+  struct Gathered {
+    double sum = 0.0, terms = 0.0;
+  };
+  [[nodiscard]] Gathered gathered(std::size_t k, const AdjointSeed& seed) const {
+    Gathered result;
+    const auto add = [&](double term) {
+      result.sum += term;
+      result.terms += std::abs(term);
+    };
+    const auto column = static_cast<Index>(k);
+    for (std::size_t i = 0; i < seed.states.size(); ++i)
+      add(seed.states[i] * now_.states(static_cast<Index>(i), column));
+    for (std::size_t i = 0; i < seed.columns.size(); ++i)
+      add(seed.columns[i] * now_.columns(static_cast<Index>(i), column));
+    return result;
+  }
+
   void gather() {
-    result_.gradient.assign(figures_.size(), std::vector<double>(seeds_.size(), 0.0));
-    for (std::size_t k = 0; k < figures_.size(); ++k)
-      for (std::size_t s = 0; s < seeds_.size(); ++s) {
-        const auto column = static_cast<Index>(k);
-        const AdjointSeed& seed = seeds_[s];
-        double& sum = result_.gradient[k][s];
-        for (std::size_t i = 0; i < seed.states.size(); ++i)
-          sum += seed.states[i] * now_.states(static_cast<Index>(i), column);
-        for (std::size_t i = 0; i < seed.columns.size(); ++i)
-          sum += seed.columns[i] * now_.columns(static_cast<Index>(i), column);
+    constexpr double kRoundings = 64.0 * 2.3e-16;
+    for (std::size_t k = 0; k < asked_; ++k) {
+      result_.gradient.emplace_back();
+      result_.terms.emplace_back();
+      for (const AdjointSeed& seed : seeds_) {
+        const Gathered found = gathered(k, seed);
+        result_.gradient.back().push_back(found.sum);
+        result_.terms.back().push_back(found.terms);
       }
+    }
+    for (Side& side : sides_) {
+      AdjointBeside beside;
+      beside.values = std::move(side.values);
+      for (const AdjointSeed& seed : seeds_) {
+        const Gathered found = side.instant ? gathered(*side.instant, seed) : Gathered{1.0, 0.0};
+        beside.moves.push_back(std::abs(found.sum) > kRoundings * found.terms);
+      }
+      for (const std::size_t column : side.figures) {
+        beside.difference.emplace_back();
+        for (const AdjointSeed& seed : seeds_) beside.difference.back().push_back(gathered(column, seed).sum);
+      }
+      result_.beside.push_back(std::move(beside));
+    }
   }
 
   const Program& program_;
   const RunInputs& inputs_;
   const Trajectory& trajectory_;
-  const std::vector<AdjointFigure>& figures_;
+  std::vector<AdjointFigure> figures_;  ///< those asked for, then further columns for sides_
+  std::size_t asked_;
   const std::vector<AdjointSeed>& seeds_;
   Evaluator evaluator_;
   AdjointStages stages_;
   bool integrals_;
   VariationEvents events_;
-  std::vector<std::optional<VariationEvents::Jump>> jumps_;  ///< by event
-  std::vector<double> units_;                                ///< of states, then parameters
+  std::vector<std::optional<VariationEvents::Jump>> jumps_;   ///< by event
+  std::vector<std::optional<std::vector<double>>> instants_;  ///< by event: t' of all at its instant; none: not known
+  /// See add_side().
+  struct Side {
+    std::optional<std::size_t> instant;  ///< column; none: not known
+    std::vector<std::size_t> figures;    ///< columns by figure; empty: not known
+    std::vector<double> values;          ///< by figure
+  };
+  std::vector<Side> sides_;
+  std::vector<double> units_;  ///< of states, then parameters
   AdjointResult result_;
   Adjoints now_, next_, largest_;
   VectorXd by_instant_;                           ///< by figure: what it grows by with the instant of what was set

@@ -26,10 +26,20 @@ struct AdjointSeed {
   std::vector<double> columns, states;
 };
 
+/// The other side of an event at the end of the run, whose instant moves with some seed.
+struct AdjointBeside {
+  std::vector<bool> moves;                      ///< by seed: whether it does with this one
+  std::vector<double> values;                   ///< by figure that is a value: what the output is there
+  std::vector<std::vector<double>> difference;  ///< by figure, then seed: of the derivatives on this side less those
+                                                ///< there; empty: not known
+};
+
 struct AdjointResult {
   std::optional<Diagnostic> failure;          ///< BG414, BG606, BG618, or an evaluation that failed
   std::vector<std::vector<double>> gradient;  ///< by figure, then seed
-  std::vector<double> value, slope;           ///< by figure that is a value: its output, and the slope of it by time
+  std::vector<std::vector<double>> terms;     ///< the same: the sum of the magnitudes that a derivative is a sum of
+  std::vector<AdjointBeside> beside;
+  std::vector<double> value, slope;  ///< by figure that is a value: its output, and the slope of it by time
   std::uint64_t steps = 0;
 };
 

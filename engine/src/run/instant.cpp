@@ -16,7 +16,6 @@ bool Run::take_time_event() {
   jumped_at_ = t_;
   continuity_.before(t_, x_.data(), branch_);
   const Branch before = differentiates() ? branch_ : Branch{};
-  if (!look_before_end(before)) return false;
   if (auto singularity = schedule_.pass(t_, branch_)) return fail(std::move(*singularity));
   delays_.pass(t_);
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
@@ -43,7 +42,6 @@ bool Run::take_state_event() {
   continuity_.before(t_, x_.data(), branch_);
   if (!at_once) errors_.before_event(t_, x_, branch_);
   const Branch before = differentiates() ? branch_ : Branch{};
-  if (!look_before_end(before)) return false;
   if (!events_.cross(x_.data(), branch_)) return fail(*events_.failure());
   delays_.pass(t_);
   if (delays_.any() && !events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());

@@ -150,7 +150,7 @@ class Run {
   bool audit_to(double t);
   bool follow_grid();
   [[nodiscard]] bool at_end() const;
-  bool look_before_end(const Branch& before);
+  bool look_before_end(const GuardSlopes& guards, const Branch& before);
   void look_beyond_end();
   bool vary_event(const Branch& before, std::optional<std::size_t> crossed);
   bool vary_sets(const std::vector<double>& before);

@@ -256,6 +256,12 @@ std::optional<std::vector<double>> VariationEvents::instant_at(const GuardSlopes
   return first == nullptr ? std::nullopt : std::optional(first->instant);
 }
 
+std::optional<std::vector<double>> VariationEvents::instant(const GuardSlopes& guards, double t) const {
+  if (t != time_ || changes_.empty())
+    return touched_ && t == time_ ? std::nullopt : std::optional(std::vector<double>{});
+  return instant_at(guards, t, [](std::size_t, double) { return true; });
+}
+
 Diagnostic VariationEvents::no_instant(const std::string& what, double t, std::optional<Place> place,
                                        std::string rule) const {
   const bool apart = t == time_ && !changes_.empty();
@@ -313,17 +319,54 @@ Diagnostic ended_law_failure(double t) {
                        "write a law with a bounded slope (ssqrt(x, d))");
 }
 
-bool Run::at_end() const {
-  return inputs_.stop - t_ <= kAtOnce * (inputs_.stop - inputs_.start) + kLocated * std::abs(t_);
+bool is_end(double t, double start, double stop) {
+  return stop - t <= kAtOnce * (stop - start) + kLocated * std::abs(t);
 }
 
-/// An event at the end of the run: the derivatives before it may be others than those after it.
-bool Run::look_before_end(const Branch& before) {
-  if (program_.varied_states == 0 || !at_end()) return true;
+bool Run::at_end() const { return is_end(t_, inputs_.start, inputs_.stop); }
+
+std::vector<VariationEvents::Ahead> VariationEvents::ahead(Evaluator& evaluator, GuardSlopes& guards, double t,
+                                                           const std::vector<double>& x, const Branch& branch) const {
+  const Program& program = evaluator.program();
+  std::vector<Ahead> result;
+  Branch here = branch;
+  std::vector<double> own, others;
+  if (!guards.at(t, x, here) || !rates(evaluator, t, x, here, own)) return result;
+  const double within = kAtOnce * span_ + kLocated * std::abs(t);
+  for (std::size_t r = 0; r < program.relations.size(); ++r) {
+    const Relation& relation = program.relations[r];
+    if (relation.kind == Relation::Kind::denominator) continue;
+    const double by_time = guards.by_time(r);
+    std::vector<double> instant = guards.by_variation(r);
+    if (by_time == 0.0 || std::all_of(instant.begin(), instant.end(), [](double by) { return by == 0.0; }) ||
+        !at_border(evaluator, relation, t, x, here, by_time, within))
+      continue;
+    for (double& by : instant) by = -by / by_time;
+    for (Branch& other : other_sides(relation, r, branch)) {
+      std::vector<double> jump;
+      if (rates(evaluator, t, x, other, others))
+        for (std::size_t i = 0; i < own.size(); ++i) jump.push_back(own[i] - others[i]);
+      std::vector<double> holds(program.events.size()), behind(holds.size());
+      const bool sets = !holds.empty() && evaluator.event_conditions(t, x.data(), here, holds.data()) &&
+                        evaluator.event_conditions(t, x.data(), other, behind.data()) &&
+                        !std::equal(holds.begin(), holds.end(), behind.begin(),
+                                    [](double one, double two) { return one != 0.0 || two == 0.0; });
+      result.push_back({std::move(other), {instant, std::move(jump)}, sets});
+    }
+  }
+  return result;
+}
+
+/// An event at the end of the run, which has just been taken: the derivatives before it may be others than those after
+/// it.
+bool Run::look_before_end(const GuardSlopes& guards, const Branch& before) {
+  if (!at_end()) return true;
+  const auto instant = variations_.instant(guards, t_);
+  if (instant && (instant->empty() || instant->front() == 0.0)) return true;
   std::vector<double> outputs(program_.output_names.size());
   Branch branch = before;
   if (!evaluator_.outputs(t_, x_.data(), branch, outputs.data())) return fail_with_fault();
-  result_.beside_end.push_back(std::move(outputs));
+  result_.beside_end.push_back({std::move(outputs)});
   return true;
 }
 
@@ -333,27 +376,17 @@ void Run::look_beyond_end() {
   if (follows_another_ && !(t_ > inputs_.start)) return;  // conditions at their borders have just been passed
   const std::size_t n = program_.varied_states;
   VariedGuards guards(evaluator_);
-  Branch here = branch_;
-  std::vector<double> own(x_.size()), others(x_.size()), outputs(program_.output_names.size());
-  std::vector<double> leaves(program_.switch_elements.size());
-  if (!guards.at(t_, x_, here) || !evaluator_.rates(t_, x_.data(), here, own.data())) return;
-  const double within = kAtOnce * (inputs_.stop - inputs_.start) + kLocated * std::abs(t_);
-  for (std::size_t r = 0; r < program_.relations.size(); ++r) {
-    const Relation& relation = program_.relations[r];
-    if (relation.kind == Relation::Kind::denominator) continue;
-    const double by_time = guards.by_time(r), moves = guards.by_variation(r).front();
-    if (moves == 0.0 || by_time == 0.0 || !at_border(evaluator_, relation, t_, x_, here, by_time, within)) continue;
-    for (Branch& other : other_sides(relation, r, branch_)) {
-      bool known = evaluator_.rates(t_, x_.data(), other, others.data());
-      std::vector<double> x = x_;
-      for (std::size_t i = 0; known && i < n; ++i) x[n + i] += (own[i] - others[i]) * -moves / by_time;
-      known = known && evaluator_.outputs(t_, x.data(), other, outputs.data()) &&
-              (leaves.empty() || evaluator_.switches(t_, x.data(), other, leaves.data()));
-      // Of another mode of the switches the derivatives are not known here.
-      if (!known || std::any_of(leaves.begin(), leaves.end(), [](double l) { return l != 0.0; }))
-        std::fill(outputs.begin(), outputs.end(), std::nan(""));
-      result_.beside_end.push_back(outputs);
-    }
+  std::vector<double> outputs(program_.output_names.size()), leaves(program_.switch_elements.size());
+  for (VariationEvents::Ahead& each : variations_.ahead(evaluator_, guards, t_, x_, branch_)) {
+    bool known = !each.jump.rates.empty() && !each.sets;
+    std::vector<double> x = x_;
+    for (std::size_t i = 0; known && i < n; ++i) x[n + i] += each.jump.rates[i] * each.jump.instant.front();
+    known = known && evaluator_.outputs(t_, x.data(), each.behind, outputs.data()) &&
+            (leaves.empty() || evaluator_.switches(t_, x.data(), each.behind, leaves.data()));
+    // Of another mode of the switches the derivatives are not known here.
+    if (!known || std::any_of(leaves.begin(), leaves.end(), [](double l) { return l != 0.0; }))
+      std::fill(outputs.begin(), outputs.end(), std::nan(""));
+    result_.beside_end.push_back({outputs, each.sets});
   }
 }
 
@@ -367,6 +400,7 @@ bool Run::vary_event(const Branch& before, std::optional<std::size_t> crossed) {
   VariedGuards guards(evaluator_);
   const auto jump = variations_.take(evaluator_, guards, t_, x_, before, branch_, relation, refused);
   if (refused) return fail(std::move(*refused));
+  if (!look_before_end(guards, before)) return false;
   if (!jump) return true;
   const std::size_t n = program_.varied_states;
   for (std::size_t i = 0; i < n; ++i) x_[n + i] += jump->rates[i] * jump->instant.front();

@@ -81,6 +81,20 @@ class VariationEvents {
                            const Branch& before, const Branch& after, std::optional<std::size_t> crossed,
                            std::optional<Diagnostic>& refused);
 
+  /// A condition at its border as the run ends, which has not changed yet.
+  struct Ahead {
+    Branch behind;      ///< where it has
+    Jump jump;          ///< `rates` is empty where these have no value there
+    bool sets = false;  ///< an event of the model is due behind it
+  };
+  /// Those whose instants move with what is varied.
+  std::vector<Ahead> ahead(Evaluator& evaluator, GuardSlopes& guards, double t, const std::vector<double>& x,
+                           const Branch& branch) const;
+
+  /// t', by what is varied, of all that has changed at @p t; empty: nothing has. None: they are not the same, or not
+  /// known.
+  std::optional<std::vector<double>> instant(const GuardSlopes& guards, double t) const;
+
   /// What t', by what is varied, of the event that was last taken is for what is set there; empty: 0 by all.
   /// @param event  that sets it, at @p t
   /// @param refused  BG414 if that is not known, or does not exist: conditions that another value of the parameter
@@ -120,6 +134,9 @@ class VariationEvents {
   std::vector<Change> changes_;
   bool touched_ = false;  ///< a condition changed whose border is touched and not passed
 };
+
+/// Whether an event at @p t is one at the end of a run: which of the two comes first, rounding says.
+bool is_end(double t, double start, double stop);
 
 /// Where a run with variations has left its mode.
 struct Departure {

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "bgsim/sensitivity.hpp"
 #include "linear/variations.hpp"
+#include "run/variation.hpp"
 #include "study/sensitivity_parts.hpp"
 
 namespace bgsim {
@@ -32,8 +34,11 @@ class AdjointScene {
     GivenValues given = given_of(model_, inputs_.scene, overrides);
     std::vector<SeedSlopes> slopes;
     std::vector<char> moves(model_.parameters.size(), 0);
-    for (const Seed& seed : seeds_) {
-      refuse_kinks(model_, system, order, order.rates.size(), inputs_.outputs, given, seed, inputs_);
+    refused_.resize(seeds_.size());
+    for (std::size_t s = 0; s < seeds_.size(); ++s) {
+      const Seed& seed = seeds_[s];
+      try_seed(refused_, s,
+               [&] { refuse_kinks(model_, system, order, order.rates.size(), inputs_.outputs, given, seed, inputs_); });
       slopes.push_back(seed_slopes(model_, given, seed, inputs_));
       for (std::size_t i = 0; i < moves.size(); ++i)
         if (slopes.back().parameters[i] != 0.0) moves[i] = 1;
@@ -68,9 +73,12 @@ class AdjointScene {
                          "the adjoint equations are those of the states alone", "ask for --method forward");
   }
 
+  /// By seed: why there is no derivative.
+  using Refused = std::vector<std::optional<ModelError>>;
   struct Derived {
     std::vector<double> values, times;             ///< by output
     std::vector<std::vector<double>> derivatives;  ///< by output, then seed
+    Refused refused;
     RunResult run;
   };
 
@@ -87,17 +95,20 @@ class AdjointScene {
     how.energy_audit = false;
     how.trajectory = &trajectory;
     Derived made;
+    made.refused = refused_;
     made.run = simulate(program_, inputs, how);
     throw_failure(made.run, model_);
     const std::size_t n = inputs.outputs.size();
     const std::vector<Peak> peaks = peaks_of(made.run, n, inputs.relative, model_);
     std::vector<AdjointFigure> figures;
     std::vector<std::size_t> opposite(n, 0);  // figure of the peak to the other side; 0: none
-    for (std::size_t i = 0; i < n; ++i)
-      figures.push_back(norm == SensitivityNorm::final  ? AdjointFigure{i, AdjointFigure::Kind::value, inputs.stop}
-                        : norm == SensitivityNorm::peak ? AdjointFigure{i, AdjointFigure::Kind::value, peaks[i].time}
-                        : norm == SensitivityNorm::rms  ? AdjointFigure{i, AdjointFigure::Kind::square, 0.0}
-                                                        : AdjointFigure{i, AdjointFigure::Kind::integral, 0.0});
+    for (std::size_t i = 0; i < n; ++i) {
+      const bool at_stop = norm == SensitivityNorm::final || is_end(peaks[i].time, inputs.start, inputs.stop);
+      figures.push_back(norm == SensitivityNorm::rms ? AdjointFigure{i, AdjointFigure::Kind::square, 0.0}
+                        : norm == SensitivityNorm::integral || norm == SensitivityNorm::mean
+                            ? AdjointFigure{i, AdjointFigure::Kind::integral, 0.0}
+                            : AdjointFigure{i, AdjointFigure::Kind::value, at_stop ? inputs.stop : peaks[i].time});
+    }
     for (std::size_t i = 0; i < n && norm == SensitivityNorm::peak; ++i) {
       if (!peaks[i].opposite) continue;
       opposite[i] = figures.size();
@@ -105,6 +116,7 @@ class AdjointScene {
     }
     AdjointResult back = run_back(program_, inputs, trajectory, figures, directions_, how);
     if (back.failure) throw ModelError({*back.failure}, model_.sources);
+    constexpr double kRoundings = 64.0 * std::numeric_limits<double>::epsilon();
     const double span = inputs.stop - inputs.start;
     for (std::size_t i = 0; i < n; ++i) {
       const OutputMeasure& measured = made.run.report.measures[i];
@@ -122,10 +134,27 @@ class AdjointScene {
         refuse_corner(model_, inputs, i, peaks[i], {back.value[i], back.slope[i]});
         for (std::size_t s = 0; s < seeds_.size() && opposite[i] > 0; ++s) {
           const double one = derivatives[s], other = back.gradient[opposite[i]][s];
-          refuse_two_sides(model_, inputs, i, peaks[i], one, other, std::max(std::abs(one), std::abs(other)),
-                           seeds_[s].name);
+          try_seed(made.refused, s, [&] {
+            refuse_two_sides(model_, inputs, i, peaks[i], one, other, std::max(std::abs(one), std::abs(other)),
+                             seeds_[s].name);
+          });
         }
       }
+      const bool at_end = figures[i].kind == AdjointFigure::Kind::value && figures[i].time == inputs.stop;
+      for (const AdjointBeside& beside : back.beside)
+        for (std::size_t s = 0; s < seeds_.size(); ++s) {
+          if (!beside.moves[s]) continue;
+          try_seed(made.refused, s, [&] {
+            const std::string& name = model_.outputs[inputs.outputs[i]].name;
+            const double difference =
+                beside.difference.empty() ? std::numeric_limits<double>::quiet_NaN() : beside.difference[i][s];
+            if (at_end)
+              refuse_end_jump(model_, name, seeds_[s].name, back.value[i], beside.values[i],
+                              std::max(std::abs(measured.least), std::abs(measured.most)));
+            refuse_end(model_, name, seeds_[s].name, factor * derivatives[s], factor * (derivatives[s] - difference),
+                       factor * kRoundings * back.terms[i][s]);
+          });
+        }
       for (double& derivative : derivatives) derivative *= factor;
       made.values.push_back(value);
       made.times.push_back(time);
@@ -142,10 +171,21 @@ class AdjointScene {
   }
 
  private:
+  static void try_seed(Refused& refused, std::size_t seed, const std::function<void()>& work) {
+    if (refused[seed]) return;
+    try {
+      work();
+    } catch (const ModelError& error) {
+      if (error.diagnostics.front().code != "BG414") throw;
+      refused[seed] = error;
+    }
+  }
+
   const Model& model_;
   SceneOverrides overrides_;
   RunInputs inputs_;
   std::vector<Seed> seeds_;
+  Refused refused_;  ///< at the start already
   std::vector<double> values_;
   std::vector<AdjointSeed> directions_;
   Program program_;
@@ -155,10 +195,16 @@ class AdjointScene {
 
 SensitivityTable adjoint_sensitivities(const Study& study, const std::string& scene, const SceneOverrides& overrides,
                                        const std::vector<std::string>& to, SensitivityNorm norm,
-                                       const SimulateOptions& how, bool errors) {
+                                       const SimulateOptions& how, bool errors, RefusedParameters* refused) {
   const Model& model = study.model();
   const AdjointScene varied(study, scene, overrides, to);
   AdjointScene::Derived derived = varied.derive(false, norm, how);
+  const std::vector<std::size_t> known = derive_each(
+      to, 1,
+      [&](std::size_t s) {
+        if (derived.refused[s]) throw ModelError(*derived.refused[s]);
+      },
+      refused);
   std::optional<AdjointScene::Derived> other;
   if (errors) try {
       other = varied.derive(true, norm, how);
@@ -171,7 +217,7 @@ SensitivityTable adjoint_sensitivities(const Study& study, const std::string& sc
   table.times = derived.times;
   table.notes = derived.run.report.notes;
   table.trace = std::move(derived.run.trace);
-  for (std::size_t s = 0; s < to.size(); ++s) {
+  for (const std::size_t s : known) {
     table.parameters.push_back(to[s]);
     table.parameter_units.push_back(varied.unit(s));
     table.parameter_values.push_back(varied.value(s));
@@ -182,10 +228,11 @@ SensitivityTable adjoint_sensitivities(const Study& study, const std::string& sc
     table.outputs.push_back(output.name);
     table.output_units.push_back(output.unit);
     std::vector<OutputSensitivity>& row = table.of.emplace_back();
-    for (std::size_t s = 0; s < to.size(); ++s) {
+    for (const std::size_t s : known) {
       const double derivative = derived.derivatives[i][s];
+      const bool compared = other && !other->refused[s];
       row.push_back({derivative, relative_sensitivity(derivative, varied.value(s), derived.values[i]),
-                     other ? std::abs(other->derivatives[i][s] - derivative) : unknown});
+                     compared ? std::abs(other->derivatives[i][s] - derivative) : unknown});
     }
   }
   return table;

@@ -53,32 +53,55 @@ RunNumbers numbers_of(const Simulation& simulation, const RunInputs& times, Sens
   return made;
 }
 
+/// The slopes to smaller and to larger values.
+using Sides = std::array<double, 2>;
+
 /// A derivative, and by how much what it was extrapolated from disagrees.
 struct Extrapolated {
   double derivative = 0.0, error = std::numeric_limits<double>::infinity();
-  double h = 0.0;  ///< the largest step taken
-  /// Where the second differences do not fall with the square of the step: the slopes to both sides.
-  std::optional<std::array<double, 2>> sides;
+  double h = 0.0;                ///< the largest step taken
+  std::array<Sides, 3> sides{};  ///< over h, h/2 and h/4
 };
 
 /// Of one output, from its numbers at -h, h, -h/2, h/2, -h/4, h/4 beside the middle.
-/// @param unknown  what the numbers may be wrong by
-Extrapolated extrapolate(double middle, const std::array<double, 6>& around, double h, double unknown) {
-  std::array<double, 3> slope{}, bend{};
+Extrapolated extrapolate(double middle, const std::array<double, 6>& around, double h) {
+  Extrapolated made;
+  made.h = h;
+  std::array<double, 3> slope{};
   for (std::size_t k = 0; k < 3; ++k) {
     const double step = std::ldexp(h, -static_cast<int>(k)), below = around[2 * k], above = around[2 * k + 1];
     slope[k] = (above - below) / (2.0 * step);
-    bend[k] = std::abs((above - middle) - (middle - below));
+    made.sides[k] = {(middle - below) / step, (above - middle) / step};
   }
-  const double coarse = (4.0 * slope[1] - slope[0]) / 3.0, fine = (4.0 * slope[2] - slope[1]) / 3.0;
-  Extrapolated made{fine, std::abs(fine - coarse), h, {}};
-  // Of a smooth output each is a quarter of the one before, at a corner a half, at a jump as large.
-  constexpr double kCorner = 0.375, kClearly = 0.01;
-  const double step = 0.25 * h;
-  const bool corner = bend[2] > kCorner * bend[1] && bend[1] > kCorner * bend[0];
-  if (corner && bend[2] > std::max(unknown, kClearly * step * std::abs(fine)))
-    made.sides = {{(middle - around[4]) / step, (around[5] - middle) / step}};
+  const double coarse = (4.0 * slope[1] - slope[0]) / 3.0;
+  made.derivative = (4.0 * slope[2] - slope[1]) / 3.0;
+  made.error = std::abs(made.derivative - coarse);
   return made;
+}
+
+/// The slopes to both sides of the value itself, from those over one step and over its half.
+Sides at_value(const Sides& step, const Sides& half) { return {2.0 * half[0] - step[0], 2.0 * half[1] - step[1]}; }
+
+/// Slopes to both sides that are not the same. What they differ by, extrapolated, falls to an eighth from one pair of
+/// steps to the next for a smooth output, to a quarter where third derivatives differ; at a corner it stays, at a jump
+/// it grows.
+/// @param looser  of runs at ten times the tolerance: what both differ by, in each of the slopes, is not known
+/// @param wrong   what a number of a run may be wrong by. What is more than that, and clear beside the slope, is none
+/// of
+///                the runs' errors: near a jump looser runs may be on its other side
+std::optional<Sides> corner_of(const Extrapolated& found, const std::array<Sides, 3>& looser, double wrong,
+                               double rounding) {
+  constexpr double kStays = 0.5, kSame = 1e-6, kClearly = 0.01;
+  const auto apart = [](const Sides& sides) { return sides[1] - sides[0]; };
+  const Sides coarse = at_value(found.sides[0], found.sides[1]), fine = at_value(found.sides[1], found.sides[2]);
+  const auto unknown = [&](std::size_t k) { return std::abs(apart(looser[k]) - apart(found.sides[k])); };
+  const double seen = 2.0 * unknown(2) + unknown(1), step = 0.25 * found.h,
+               clear = std::max(wrong / step, kClearly * std::abs(found.derivative));
+  const double by = std::abs(apart(fine));
+  const bool corner = by > kStays * std::abs(apart(coarse)) &&
+                      by > std::max(kSame * std::max(std::abs(fine[0]), std::abs(fine[1])), rounding / step) &&
+                      by > std::min(seen, clear);
+  return corner ? std::optional(fine) : std::nullopt;
 }
 
 /// One parameter of a table.
@@ -87,31 +110,55 @@ struct Difference {
   std::vector<Extrapolated> of;  ///< by output
 };
 
+/// A scene's runs at a looser tolerance.
+struct LooserRuns {
+  const Simulation& simulation;
+  const RunNumbers& middle;
+};
+
 /// What runs are wrong by moves with the parameter, too, and as smoothly: no extrapolation shows it. What the
 /// derivatives of looser runs differ by is some times as much.
-void add_errors_of_runs(const Simulation& looser, const Seed& seed, SensitivityNorm norm, const SimulateOptions& how,
-                        Difference& made) {
+/// @param middle  the run at the value itself
+/// @throws ModelError BG414 where the slopes to both sides differ by more than what runs are wrong by
+void compare_with_looser(const LooserRuns& looser, const RunNumbers& middle, const Seed& seed, SensitivityNorm norm,
+                         const SimulateOptions& how, Difference& made) {
+  constexpr double kRoundings = 64.0 * std::numeric_limits<double>::epsilon();
+  constexpr double kWrong = 100.0;  // tolerances
+  const double tight = middle.run.report.relative;
+  const RunInputs& inputs = looser.simulation.inputs();
+  const Model& model = looser.simulation.model();
   std::map<double, std::array<std::vector<double>, 4>> runs;  // by h: the numbers at -h/2, h/2, -h/4, h/4
   for (Extrapolated& of : made.of) {
     auto& around = runs[of.h];
     for (std::size_t k = 0; k < 4 && around[3].empty(); ++k) {
       const double step = std::ldexp(of.h, -1 - static_cast<int>(k / 2));
-      around[k] = numbers_of(looser.with(seed.name, k % 2 == 0 ? made.value - step : made.value + step),
-                             looser.inputs(), norm, how)
+      around[k] = numbers_of(looser.simulation.with(seed.name, k % 2 == 0 ? made.value - step : made.value + step),
+                             inputs, norm, how)
                       .values;
     }
     const auto i = static_cast<std::size_t>(&of - made.of.data());
-    const double coarse = (around[1][i] - around[0][i]) / of.h, fine = 2.0 * (around[3][i] - around[2][i]) / of.h;
-    of.error += std::abs((4.0 * fine - coarse) / 3.0 - of.derivative);
+    const Extrapolated other =
+        extrapolate(looser.middle.values[i],
+                    {around[0][i], around[1][i], around[0][i], around[1][i], around[2][i], around[3][i]}, of.h);
+    const OutputMeasure& m = middle.run.report.measures[i];
+    const double largest = std::max(std::abs(m.least), std::abs(m.most)),
+                 length = norm == SensitivityNorm::integral ? inputs.stop - inputs.start : 1.0;
+    const double size = largest * length;
+    if (const auto sides = corner_of(of, other.sides, kWrong * tight * size, kRoundings * size))
+      refuse_sensitivity(model,
+                         in_quotes(model.outputs[inputs.outputs[i]].name) + " changes with " +
+                             in_quotes(short_name(seed.name)) + " by " + number_text((*sides)[0], 6) +
+                             " to smaller values and by " + number_text((*sides)[1], 6) + " to larger ones",
+                         "a derivative exists where both sides have the same one",
+                         "ask for it at a slightly different value");
+    of.error += std::abs(other.derivative - of.derivative);
   }
 }
 
-/// @param looser  the same scene at a looser tolerance
-Difference difference_by(const Simulation& simulation, const Simulation& looser, const Seed& seed, double value,
+Difference difference_by(const Simulation& simulation, const LooserRuns& looser, const Seed& seed, double value,
                          const RunNumbers& middle, SensitivityNorm norm, const SimulateOptions& how) {
   constexpr std::array<double, 3> kSteps = {1e-3, 1e-4, 1e-5};  // of the parameter
   constexpr double kEnough = 1e-6;                              // of a derivative
-  constexpr double kWrong = 100.0;                              // tolerances that a run is wrong by
   const Model& model = simulation.model();
   if (!(std::abs(value) > 0.0))
     refuse_sensitivity(model, in_quotes(short_name(seed.name)) + " is 0, or not known, at the start",
@@ -132,23 +179,13 @@ Difference difference_by(const Simulation& simulation, const Simulation& looser,
     }
     bool enough = true;
     for (std::size_t i = 0; i < around.size(); ++i) {
-      const OutputMeasure& m = middle.run.report.measures[i];
-      const double unknown = kWrong * simulation.inputs().relative * std::max(std::abs(m.least), std::abs(m.most));
-      const Extrapolated found = extrapolate(middle.values[i], around[i], h, unknown);
+      const Extrapolated found = extrapolate(middle.values[i], around[i], h);
       if (found.error < made.of[i].error) made.of[i] = found;
       enough = enough && made.of[i].error <= kEnough * std::abs(made.of[i].derivative);
     }
     if (enough) break;
   }
-  for (std::size_t i = 0; i < made.of.size(); ++i)
-    if (const auto& sides = made.of[i].sides)
-      refuse_sensitivity(model,
-                         in_quotes(model.outputs[simulation.inputs().outputs[i]].name) + " changes with " +
-                             in_quotes(short_name(seed.name)) + " by " + number_text((*sides)[0], 6) +
-                             " to smaller values and by " + number_text((*sides)[1], 6) + " to larger ones",
-                         "a derivative exists where both sides have the same one",
-                         "ask for it at a slightly different value");
-  add_errors_of_runs(looser, seed, norm, alone, made);
+  compare_with_looser(looser, middle, seed, norm, alone, made);
   return made;
 }
 
@@ -166,14 +203,17 @@ SensitivityTable difference_sensitivities(const Study& study, const std::string&
   const RunInputs& inputs = simulation.inputs();
   const Simulation other = study.scene(scene, looser(tight, inputs), {false, false});
   RunNumbers middle = numbers_of(simulation, inputs, norm, how);
+  SimulateOptions alone = how;
+  alone.rows = {};
+  const RunNumbers looser_middle = numbers_of(other, inputs, norm, alone);
 
   std::vector<Difference> derived(to.size());
   const std::vector<std::size_t> known = derive_each(
       to, threads,
       [&](std::size_t i) {
         GivenValues given = given_of(model, inputs.scene, tight);
-        derived[i] =
-            difference_by(simulation, other, seeds[i], value_of(model, given, seeds[i], inputs), middle, norm, how);
+        derived[i] = difference_by(simulation, {other, looser_middle}, seeds[i],
+                                   value_of(model, given, seeds[i], inputs), middle, norm, how);
       },
       refused);
 

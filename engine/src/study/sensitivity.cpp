@@ -12,6 +12,7 @@
 #include "linear/variations.hpp"
 #include "run/clock.hpp"
 #include "run/stored.hpp"
+#include "run/variation.hpp"
 #include "study/mode_programs.hpp"
 #include "study/sensitivity_parts.hpp"
 
@@ -181,24 +182,20 @@ struct Derived {
   std::string unit;
 };
 
-/// @throws ModelError BG414 there is an event at the end of the run, and the derivative @p of output @p i is another
-/// one on its other side.
-void refuse_end(const Model& model, const RunResult& run, const std::string& parameter, std::size_t i, std::size_t of,
-                bool final) {
-  constexpr double kSame = 1e-6;
-  const double here = run.report.measures[of].final;
-  for (const std::vector<double>& beside : run.beside_end) {
-    const double other = beside[of];
-    // What takes place at the end alone changes no integral.
-    if (std::isnan(other) ? !final : std::abs(other - here) <= kSame * std::max(std::abs(other), std::abs(here)))
-      continue;
-    refuse_sensitivity(model,
-                       "there is an event at the end of the run, and " + in_quotes(run.trace.names[i]) +
-                           " changes with " + in_quotes(short_name(parameter)) + " by " + number_text(here) +
-                           " on one side of it" +
-                           (std::isnan(other) ? ", with another mode of the switches on the other"
-                                              : " and by " + number_text(other) + " on the other"),
-                       "a derivative exists where both sides have the same one", "let the run end at another time");
+/// @throws ModelError BG414 there is an event at the end of the run, and the derivative of output @p i, which is output
+/// @p of of the run, is another one on its other side.
+/// @param factor  of that derivative in the number's
+void refuse_ends(const Model& model, const RunResult& run, const std::string& parameter, std::size_t i, std::size_t of,
+                 double factor, bool at_end) {
+  const OutputMeasure& own = run.report.measures[i];
+  for (const BesideEnd& beside : run.beside_end) {
+    if (at_end)
+      refuse_end_jump(model, run.trace.names[i], parameter, own.final, beside.outputs[i],
+                      std::max(std::abs(own.most), std::abs(own.least)));
+    // What takes place in another mode at the end alone changes no integral.
+    if (at_end || beside.sets || !std::isnan(beside.outputs[of]))
+      refuse_end(model, run.trace.names[i], parameter, factor * run.report.measures[of].final,
+                 factor * beside.outputs[of]);
   }
 }
 
@@ -221,23 +218,19 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
   if (!peak) {
     for (std::size_t i = 0; i < n; ++i) {
       made.times.push_back(inputs.stop);
-      refuse_end(model, made.run, varied.parameter(), i, norm == SensitivityNorm::final ? n + i : 3 * n + i,
-                 norm == SensitivityNorm::final);
       if (norm == SensitivityNorm::final) {
+        refuse_ends(model, made.run, varied.parameter(), i, n + i, 1.0, true);
         made.values.push_back(measures[i].final);
         made.derivatives.push_back(measures[n + i].final);
         continue;
       }
       const double integral = measures[2 * n + i].final, derivative = measures[3 * n + i].final;
-      const double over = norm == SensitivityNorm::mean ? span : 1.0;
-      if (norm == SensitivityNorm::rms) {
-        const double rms = root_mean_square(model, inputs, i, integral);
-        made.values.push_back(rms);
-        made.derivatives.push_back(derivative / (2.0 * span * rms));
-      } else {
-        made.values.push_back(integral / over);
-        made.derivatives.push_back(derivative / over);
-      }
+      const bool root = norm == SensitivityNorm::rms;
+      const double rms = root ? root_mean_square(model, inputs, i, integral) : 0.0;
+      const double over = root ? 2.0 * span * rms : norm == SensitivityNorm::mean ? span : 1.0;
+      refuse_ends(model, made.run, varied.parameter(), i, 3 * n + i, 1.0 / over, false);
+      made.values.push_back(root ? rms : integral / over);
+      made.derivatives.push_back(derivative / over);
     }
     return made;
   }
@@ -265,6 +258,8 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
       refuse_two_sides(model, inputs, i, peaks[i], derivative[row], derivative[row_at(*peaks[i].opposite)],
                        std::max(std::abs(all.most), std::abs(all.least)), varied.parameter());
     }
+    if (is_end(peaks[i].time, inputs.start, inputs.stop))
+      refuse_ends(model, made.run, varied.parameter(), i, n + i, 1.0, true);
     made.times.push_back(peaks[i].time);
     made.values.push_back(peaks[i].value);
     made.derivatives.push_back(derivative[row]);

@@ -130,6 +130,34 @@ void refuse_two_sides(const Model& model, const RunInputs& inputs, std::size_t o
       "ask for other parameters (--to), or take the differences of max(...) and min(...) by bgsim sweep");
 }
 
+namespace {
+
+/// Of a number: what lies on two sides of an event at the end of a run, found with the run's errors, is the same.
+constexpr double kSame = 1e-6;
+
+}  // namespace
+
+void refuse_end_jump(const Model& model, const std::string& output, const std::string& parameter, double here,
+                     double other, double largest) {
+  if (std::isnan(other) || std::abs(other - here) <= kSame * largest) return;
+  refuse_sensitivity(model,
+                     "there is an event at the end of the run, whose instant changes with " +
+                         in_quotes(short_name(parameter)) + ", and " + in_quotes(output) + " jumps there from " +
+                         number_text(other, 6) + " to " + number_text(here, 6),
+                     "a derivative exists where both sides have the same one", "let the run end at another time");
+}
+
+void refuse_end(const Model& model, const std::string& output, const std::string& parameter, double here, double other,
+                double rounding) {
+  if (std::abs(other - here) <= kSame * std::max(std::abs(other), std::abs(here)) + rounding) return;
+  refuse_sensitivity(model,
+                     "there is an event at the end of the run, and " + in_quotes(output) + " changes with " +
+                         in_quotes(short_name(parameter)) + " by " + number_text(here) + " on one side of it" +
+                         (std::isnan(other) ? ", and what it changes by on the other is not known"
+                                            : " and by " + number_text(other) + " on the other"),
+                     "a derivative exists where both sides have the same one", "let the run end at another time");
+}
+
 double root_mean_square(const Model& model, const RunInputs& inputs, std::size_t output, double square) {
   const double rms = std::sqrt(square / (inputs.stop - inputs.start));
   if (!(rms > 0.0))

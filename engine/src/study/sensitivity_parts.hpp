@@ -57,6 +57,21 @@ void refuse_corner(const Model& model, const RunInputs& inputs, std::size_t outp
 void refuse_two_sides(const Model& model, const RunInputs& inputs, std::size_t output, const Peak& peak, double one,
                       double other, double scale, const std::string& parameter);
 
+/// Of an event at the end of the run whose instant moves with @p parameter: what an output is on the side that the run
+/// ends on, and on the other one.
+/// @param other    NaN: not known
+/// @param largest  magnitude of the output
+/// @throws ModelError BG414 if they differ.
+void refuse_end_jump(const Model& model, const std::string& output, const std::string& parameter, double here,
+                     double other, double largest);
+
+/// The same of a derivative.
+/// @param other     NaN: not known
+/// @param rounding  of the difference of the two
+/// @throws ModelError BG414 if they differ.
+void refuse_end(const Model& model, const std::string& output, const std::string& parameter, double here, double other,
+                double rounding = 0.0);
+
 /// The root of the mean square, from the integral of the square.
 /// @throws ModelError BG414 if it is 0.
 double root_mean_square(const Model& model, const RunInputs& inputs, std::size_t output, double square);
