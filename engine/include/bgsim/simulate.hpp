@@ -149,8 +149,9 @@ struct RunResult {
   std::optional<Diagnostic> failure;  ///< BG6xx, set if stop is not completed
   Stored stored;                      ///< where the run ended: after its last accepted step
   Mode mode;                          ///< in which it ended; empty without switches
-  /// Of a run with sensitivities.
+  /// Of a run with sensitivities; and when conditions, events and modes changed: outputs are smooth between these.
   std::vector<BesideEnd> beside_end;
+  std::vector<double> instants;
 };
 
 /// Something that happened at one instant of a run.

@@ -62,8 +62,7 @@ class Backward {
   }
 
   AdjointResult run() {
-    result_.slope.assign(asked_, 0.0);
-    result_.value = result_.slope;
+    result_.value.assign(asked_, 0.0);
     if (look_at_events() && look_beyond_end()) go_back();
     if (!result_.failure) gather();
     return std::move(result_);
@@ -264,16 +263,13 @@ class Backward {
     for (std::size_t k = 0; k < figures_.size(); ++k) {
       if (!pending_[k] || figures_[k].time < t) continue;
       pending_[k] = false;
-      std::vector<double> rates(x_.size()), by_columns;
+      std::vector<double> by_columns;
       VectorXd by_states;
-      if (!evaluator_.rates(t, x_.data(), branch_, rates.data()) ||
-          !slopes_of(figures_[k].output, t, x_, branch_, by_states, by_columns))
-        return fail_with_fault();
+      if (!slopes_of(figures_[k].output, t, x_, branch_, by_states, by_columns)) return fail_with_fault();
       const auto column = static_cast<Index>(k);
       now_.states.col(column) += by_states;
       for (std::size_t i = 0; i < columns(); ++i) now_.columns(static_cast<Index>(i), column) += by_columns[i];
       result_.value[k] = outputs_[figures_[k].output];
-      result_.slope[k] = by_columns.back() + by_states.dot(Eigen::Map<const VectorXd>(rates.data(), by_states.size()));
       if (!now_.states.allFinite() || !now_.columns.allFinite())
         return fail_to(t, "have no value: an output has no slope");
       begun_ = false;

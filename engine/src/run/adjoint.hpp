@@ -39,7 +39,7 @@ struct AdjointResult {
   std::vector<std::vector<double>> gradient;  ///< by figure, then seed
   std::vector<std::vector<double>> terms;     ///< the same: the sum of the magnitudes that a derivative is a sum of
   std::vector<AdjointBeside> beside;
-  std::vector<double> value, slope;  ///< by figure that is a value: its output, and the slope of it by time
+  std::vector<double> value;  ///< by figure that is a value: its output
   std::uint64_t steps = 0;
 };
 

@@ -27,6 +27,10 @@ void SwitchedRun::add(const RunResult& part) {
     result_.failure = time_limit_failure(own.reached, inputs_.stop, options_.time_limit);
   result_.rows += part.rows;
   result_.beside_end.insert(result_.beside_end.end(), part.beside_end.begin(), part.beside_end.end());
+  if (variation_) {
+    result_.instants.insert(result_.instants.end(), part.instants.begin(), part.instants.end());
+    result_.instants.push_back(own.reached);
+  }
   report.model = own.model;
   report.scene = own.scene;
   if (!own.method.empty() &&

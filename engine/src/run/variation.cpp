@@ -396,6 +396,7 @@ bool Run::vary_event(const Branch& before, std::optional<std::size_t> crossed) {
   if (crossed) relation = evaluator_.guard_relation(*crossed);
   if (options_.trajectory != nullptr) options_.trajectory->event(t_, x_, before, branch_, relation);
   if (program_.varied_states == 0) return true;
+  result_.instants.push_back(t_);
   std::optional<Diagnostic> refused;
   VariedGuards guards(evaluator_);
   const auto jump = variations_.take(evaluator_, guards, t_, x_, before, branch_, relation, refused);
@@ -434,6 +435,7 @@ std::optional<Departure> Run::departure(std::optional<Diagnostic>& refused) {
 
 /// The sensitivities where events have set states. @param before  the rates before.
 bool Run::vary_sets(const std::vector<double>& before) {
+  result_.instants.push_back(t_);
   std::optional<Diagnostic> refused;
   const VariedGuards guards(evaluator_);
   const auto found = variations_.instant_of_set(guards, program_.events[jumps_.due().front()], t_, refused);

@@ -8,7 +8,9 @@
 
 #include "bgsim/sensitivity.hpp"
 #include "linear/variations.hpp"
+#include "run/outputs_along.hpp"
 #include "run/variation.hpp"
+#include "study/peak_top.hpp"
 #include "study/sensitivity_parts.hpp"
 
 namespace bgsim {
@@ -102,17 +104,31 @@ class AdjointScene {
     const std::vector<Peak> peaks = peaks_of(made.run, n, inputs.relative, model_);
     std::vector<AdjointFigure> figures;
     std::vector<std::size_t> opposite(n, 0);  // figure of the peak to the other side; 0: none
-    for (std::size_t i = 0; i < n; ++i) {
-      const bool at_stop = norm == SensitivityNorm::final || is_end(peaks[i].time, inputs.start, inputs.stop);
-      figures.push_back(norm == SensitivityNorm::rms ? AdjointFigure{i, AdjointFigure::Kind::square, 0.0}
-                        : norm == SensitivityNorm::integral || norm == SensitivityNorm::mean
-                            ? AdjointFigure{i, AdjointFigure::Kind::integral, 0.0}
-                            : AdjointFigure{i, AdjointFigure::Kind::value, at_stop ? inputs.stop : peaks[i].time});
-    }
+    std::vector<double> instants;
+    for (const Trajectory::Event& event : trajectory.events()) instants.push_back(event.t);
+    const auto top = [&](std::size_t i, const Peak& peak) {
+      const auto rows_at = [&](double t) {
+        std::vector<PeakRow> rows;
+        const std::vector<double> times = times_around(t, inputs);
+        const OutputsAlong along = output_along(program_, inputs, trajectory, i, times);
+        if (along.failure) throw ModelError({*along.failure}, model_.sources);
+        for (std::size_t k = 0; k < times.size(); ++k) rows.push_back({times[k], along.values[k], along.slopes[k]});
+        return rows;
+      };
+      return top_of(model_, inputs, model_.outputs[inputs.outputs[i]].name, peak, instants, rows_at).time;
+    };
+    for (std::size_t i = 0; i < n; ++i)
+      figures.push_back(norm == SensitivityNorm::final  ? AdjointFigure{i, AdjointFigure::Kind::value, inputs.stop}
+                        : norm == SensitivityNorm::peak ? AdjointFigure{i, AdjointFigure::Kind::value, top(i, peaks[i])}
+                        : norm == SensitivityNorm::rms  ? AdjointFigure{i, AdjointFigure::Kind::square, 0.0}
+                                                        : AdjointFigure{i, AdjointFigure::Kind::integral, 0.0});
     for (std::size_t i = 0; i < n && norm == SensitivityNorm::peak; ++i) {
       if (!peaks[i].opposite) continue;
+      Peak other = peaks[i];
+      other.time = *peaks[i].opposite;
+      other.value = -peaks[i].value;
       opposite[i] = figures.size();
-      figures.push_back({i, AdjointFigure::Kind::value, *peaks[i].opposite});
+      figures.push_back({i, AdjointFigure::Kind::value, top(i, other)});
     }
     AdjointResult back = run_back(program_, inputs, trajectory, figures, directions_, how);
     if (back.failure) throw ModelError({*back.failure}, model_.sources);
@@ -130,8 +146,7 @@ class AdjointScene {
         value = measured.integral * factor;
       } else if (norm == SensitivityNorm::peak) {
         value = peaks[i].value;
-        time = peaks[i].time;
-        refuse_corner(model_, inputs, i, peaks[i], {back.value[i], back.slope[i]});
+        time = figures[i].time;
         for (std::size_t s = 0; s < seeds_.size() && opposite[i] > 0; ++s) {
           const double one = derivatives[s], other = back.gradient[opposite[i]][s];
           try_seed(made.refused, s, [&] {
@@ -206,16 +221,21 @@ SensitivityTable adjoint_sensitivities(const Study& study, const std::string& sc
       },
       refused);
   std::optional<AdjointScene::Derived> other;
+  UnknownErrors not_known;
   if (errors) try {
       other = varied.derive(true, norm, how);
     } catch (const ModelError& error) {
       if (error.diagnostics.front().code == "BG606") throw;
+      for (const std::size_t s : known) not_known.emplace_back(to[s], error.diagnostics.front().situation);
     }
+  for (const std::size_t s : known)
+    if (other && other->refused[s]) not_known.emplace_back(to[s], other->refused[s]->diagnostics.front().situation);
   SensitivityTable table;
   table.scene = varied.inputs().scene;
   table.values = derived.values;
   table.times = derived.times;
   table.notes = derived.run.report.notes;
+  note_unknown(not_known, table.notes);
   table.trace = std::move(derived.run.trace);
   for (const std::size_t s : known) {
     table.parameters.push_back(to[s]);

@@ -14,6 +14,7 @@
 #include "run/stored.hpp"
 #include "run/variation.hpp"
 #include "study/mode_programs.hpp"
+#include "study/peak_top.hpp"
 #include "study/sensitivity_parts.hpp"
 
 namespace bgsim {
@@ -177,6 +178,7 @@ namespace {
 struct Derived {
   std::vector<double> values, times, derivatives;  ///< by output
   std::vector<double> errors;                      ///< of the derivatives; empty: not asked for
+  std::optional<std::string> unknown;              ///< why the errors are not known
   RunResult run;
   double value = 0.0;
   std::string unit;
@@ -196,6 +198,69 @@ void refuse_ends(const Model& model, const RunResult& run, const std::string& pa
     if (at_end || beside.sets || !std::isnan(beside.outputs[of]))
       refuse_end(model, run.trace.names[i], parameter, factor * run.report.measures[of].final,
                  factor * beside.outputs[of]);
+  }
+}
+
+/// Derivatives where the outputs are largest: of runs that are recorded around these times.
+/// @param made  whose run has found the peaks
+void derive_peaks(const SensitivityScene& varied, const Model& model, const SceneOverrides& overrides,
+                  SimulateOptions how, const std::vector<Peak>& peaks, Derived& made) {
+  how.rows = {};
+  how.measures = false;
+  RunInputs inputs = varied.inputs();
+  inputs.relative = overrides.relative.value_or(inputs.relative);
+  const std::size_t n = inputs.outputs.size();
+  std::vector<double> all;
+  for (const Peak& each : peaks)
+    for (const std::optional<double>& at : {std::optional(each.time), each.opposite})
+      if (at) {
+        const std::vector<double> around = times_around(*at, inputs);
+        all.insert(all.end(), around.begin(), around.end());
+      }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  const auto run_at = [&](const std::vector<double>& times) {
+    RunResult run = varied.run(overrides, times, how);
+    throw_failure(run, model);
+    return run;
+  };
+  const RunResult first = run_at(all);
+  RunResult second;
+  struct Found {
+    double time = 0.0, derivative = 0.0;
+  };
+  const auto top = [&](std::size_t i, const Peak& peak) {
+    const Trace* trace = &first.trace;
+    const auto rows_at = [&](double t) {
+      if (!std::binary_search(all.begin(), all.end(), t)) {
+        second = run_at(times_around(t, inputs));
+        trace = &second.trace;
+      }
+      std::vector<PeakRow> rows;
+      for (std::size_t k = 0; k < trace->times.size(); ++k)
+        rows.push_back({trace->times[k], trace->columns[i][k], trace->columns[2 * n + i][k]});
+      return rows;
+    };
+    const PeakTop at = top_of(model, inputs, made.run.trace.names[i], peak, first.instants, rows_at);
+    const std::vector<double>& derivative = trace->columns[n + i];
+    return Found{at.time,
+                 at.share > 0.0 ? std::lerp(derivative[at.row], derivative[at.row + 1], at.share) : derivative[at.row]};
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    const Found found = top(i, peaks[i]);
+    if (peaks[i].opposite) {
+      Peak other = peaks[i];
+      other.time = *peaks[i].opposite;
+      other.value = -peaks[i].value;
+      const OutputMeasure& all_times = made.run.report.measures[n + i];
+      refuse_two_sides(model, inputs, i, peaks[i], found.derivative, top(i, other).derivative,
+                       std::max(std::abs(all_times.most), std::abs(all_times.least)), varied.parameter());
+    }
+    if (is_end(peaks[i].time, inputs.start, inputs.stop))
+      refuse_ends(model, made.run, varied.parameter(), i, n + i, 1.0, true);
+    made.times.push_back(found.time);
+    made.values.push_back(peaks[i].value);
+    made.derivatives.push_back(found.derivative);
   }
 }
 
@@ -234,36 +299,7 @@ Derived derive(const SensitivityScene& varied, const Model& model, const SceneOv
     }
     return made;
   }
-  std::vector<double> times;
-  for (const Peak& each : peaks) {
-    times.push_back(each.time);
-    if (each.opposite) times.push_back(*each.opposite);
-  }
-  std::sort(times.begin(), times.end());
-  times.erase(std::unique(times.begin(), times.end()), times.end());
-  SimulateOptions again = how;
-  again.rows = {};
-  again.measures = false;
-  const RunResult at = varied.run(overrides, times, again);
-  throw_failure(at, model);
-  const auto row_at = [&](double t) {
-    return static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), t) - times.begin());
-  };
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t row = row_at(peaks[i].time);
-    const std::vector<double>& derivative = at.trace.columns[n + i];
-    refuse_corner(model, inputs, i, peaks[i], {at.trace.columns[i][row], at.trace.columns[2 * n + i][row]});
-    if (peaks[i].opposite) {
-      const OutputMeasure& all = measures[n + i];
-      refuse_two_sides(model, inputs, i, peaks[i], derivative[row], derivative[row_at(*peaks[i].opposite)],
-                       std::max(std::abs(all.most), std::abs(all.least)), varied.parameter());
-    }
-    if (is_end(peaks[i].time, inputs.start, inputs.stop))
-      refuse_ends(model, made.run, varied.parameter(), i, n + i, 1.0, true);
-    made.times.push_back(peaks[i].time);
-    made.values.push_back(peaks[i].value);
-    made.derivatives.push_back(derivative[row]);
-  }
+  derive_peaks(varied, model, overrides, how, peaks, made);
   return made;
 }
 
@@ -286,6 +322,7 @@ Derived derive_and_compare(const Study& study, const std::string& scene, const S
       made.errors[i] = std::abs(other.derivatives[i] - made.derivatives[i]);
   } catch (const ModelError& error) {
     if (error.diagnostics.front().code == "BG606") throw;
+    made.unknown = error.diagnostics.front().situation;
   }
   return made;
 }
@@ -312,11 +349,13 @@ SensitivityTable sensitivities(const Study& study, const std::string& scene, con
     table.output_units.push_back(model.outputs[i].unit);
   }
   table.of.resize(n);
+  UnknownErrors unknown;
   for (const std::size_t p : known) {
     Derived& each = derived[p];
     table.parameters.push_back(to[p]);
     table.parameter_units.push_back(each.unit);
     table.parameter_values.push_back(each.value);
+    if (each.unknown) unknown.emplace_back(to[p], *each.unknown);
     const Trace& trace = each.run.trace;
     if (p == known.front()) {
       table.values = each.values;
@@ -338,6 +377,7 @@ SensitivityTable sensitivities(const Study& study, const std::string& scene, con
     for (const std::string& note : each.run.report.notes)
       if (std::find(table.notes.begin(), table.notes.end(), note) == table.notes.end()) table.notes.push_back(note);
   }
+  note_unknown(unknown, table.notes);
   return table;
 }
 

@@ -101,22 +101,6 @@ std::string output_name(const Model& model, const RunInputs& inputs, std::size_t
 
 }  // namespace
 
-void refuse_corner(const Model& model, const RunInputs& inputs, std::size_t output, const Peak& peak, AtPeak at) {
-  const bool inside = peak.time > inputs.start && peak.time < inputs.stop;
-  const bool flat = std::abs(at.slope) * (inputs.stop - inputs.start) <= kFlat * peak.range;
-  // At an event what the output is after it is another value than the one that it came up to.
-  const double rounding = 64.0 * std::numeric_limits<double>::epsilon() * std::abs(peak.value);
-  const bool reached = std::abs(at.value - peak.value) <= 10.0 * inputs.relative * peak.range + rounding;
-  if (reached && (flat || !inside)) return;
-  refuse_sensitivity(
-      model,
-      "the peak of " + output_name(model, inputs, output) + " at t = " + number_text(peak.time, 6) + " is a corner: " +
-          (reached ? "its slope there is " + number_text(at.slope, 3)
-                   : "it jumps there, from " + number_text(peak.value, 6) + " to " + number_text(at.value, 6)),
-      "a peak changes with a parameter as the output does where it is flat",
-      "ask for --norm final, with --stop at the corner");
-}
-
 void refuse_two_sides(const Model& model, const RunInputs& inputs, std::size_t output, const Peak& peak, double one,
                       double other, double scale, const std::string& parameter) {
   // The magnitudes change by d and -d: apart from each other by their sum.
@@ -165,6 +149,21 @@ double root_mean_square(const Model& model, const RunInputs& inputs, std::size_t
                        "a root has no derivative where it is 0",
                        "ask for --norm final, or leave the output out (--of)");
   return rms;
+}
+
+void note_unknown(const UnknownErrors& unknown, std::vector<std::string>& notes) {
+  std::vector<std::pair<std::string, std::string>> names;  // by reason
+  for (const auto& [name, why] : unknown) {
+    const auto same = [&reason = why](const auto& each) { return each.first == reason; };
+    const auto found = std::find_if(names.begin(), names.end(), same);
+    if (found == names.end())
+      names.emplace_back(why, in_quotes(short_name(name)));
+    else
+      found->second += ", " + in_quotes(short_name(name));
+  }
+  for (const auto& [why, of] : names)
+    notes.push_back("how far the derivatives by " + of +
+                    " are off (within) is not known: the second run, at ten times the tolerance, failed: " + why);
 }
 
 SceneOverrides looser(const SceneOverrides& overrides, const RunInputs& inputs) {

@@ -42,14 +42,6 @@ struct Peak {
 /// @param relative  tolerance of the run
 std::vector<Peak> peaks_of(const RunResult& run, std::size_t count, double relative, const Model& model);
 
-/// What is known of the output where it is largest.
-struct AtPeak {
-  double value = 0.0, slope = 0.0;
-};
-/// @param inputs  of the run, whose output @p output is
-/// @throws ModelError BG414 a peak at a corner: the output jumps there, or is not flat.
-void refuse_corner(const Model& model, const RunInputs& inputs, std::size_t output, const Peak& peak, AtPeak at);
-
 /// Of two peaks to both sides, that are as large: whether they change alike.
 /// @param one, other  their derivatives by @p parameter
 /// @param scale       how large such a derivative is
@@ -77,6 +69,11 @@ void refuse_end(const Model& model, const std::string& output, const std::string
 double root_mean_square(const Model& model, const RunInputs& inputs, std::size_t output, double square);
 
 double relative_sensitivity(double derivative, double parameter, double value);
+
+/// Parameters whose errors are not known, with what is wrong with the second run.
+using UnknownErrors = std::vector<std::pair<std::string, std::string>>;
+/// Why `within` is blank; one line for those of the same reason.
+void note_unknown(const UnknownErrors& unknown, std::vector<std::string>& notes);
 
 /// The settings of a run by which errors are judged: ten times the tolerance, twice the step.
 SceneOverrides looser(const SceneOverrides& overrides, const RunInputs& inputs);
