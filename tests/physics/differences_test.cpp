@@ -124,3 +124,24 @@ TEST_CASE("differences of runs refuse corners and jumps, and parameters that are
                     Contains("BG414") && Contains("\"zero\" is 0, or not known"));
   CHECK(differences(body("a^2"), "run", {"a"}).of[0][0].derivative == Approx(4.0).epsilon(kWithin));
 }
+
+TEST_CASE("what differences are said to be known to covers the flights that a contact leaves out when it closes") {
+  // A ball rests from T = sqrt(2h/g)(1 + e)/(1 - e) on, and its force until then is that of impacts: the mean force is
+  // m g (3 - T)/3. The run closes the contact some flights before T, a part of 2e-6 of the longest.
+  ReadOptions reading;
+  reading.record = {"force"};
+  const Study force(BGSIM_SOURCE_DIR "/models/ball_contact.json", reading);
+  const double m = 0.2, g = 9.81, h = 1.0, fall = std::sqrt(2.0 * h / g);
+  for (const double e : {0.7, 0.69, 0.5}) {
+    SceneOverrides overrides = with_parameters({"e=" + number_text(e)});
+    const SensitivityTable table = difference_sensitivities(force, "", overrides, {"e", "h"}, SensitivityNorm::mean);
+    const double T = fall * (1.0 + e) / (1.0 - e);
+    const std::vector<double> exact{-m * g / 3.0 * fall * 2.0 / ((1.0 - e) * (1.0 - e)), -m * g / 3.0 * T / (2.0 * h)};
+    for (std::size_t p = 0; p < exact.size(); ++p) {
+      INFO(table.parameters[p] << ", e = " << e << ": " << table.of[0][p].derivative << " for " << exact[p]);
+      CHECK(std::abs(table.of[0][p].derivative - exact[p]) <= table.of[0][p].error);
+      // Runs that leave out ten times as much are off by ten times as much: some 1e-4 of the derivatives.
+      CHECK(table.of[0][p].error <= 1e-3 * std::abs(exact[p]));
+    }
+  }
+}

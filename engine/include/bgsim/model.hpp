@@ -362,7 +362,10 @@ struct RunInputs {
   double step = 0.0;  ///< of a fixed-step method; else 0
   int max_order = 0;  ///< of a multistep method; 0: the method's own
   std::optional<Reference> reference;
-  bool close_zeno = true;           ///< a contact whose impacts accumulate closes; else the run ends
+  bool close_zeno = true;  ///< a contact whose impacts accumulate closes; else the run ends
+  /// It does from flights on that are so many times as long as those that can be resolved: more shows what the flights
+  /// that are left out do.
+  double early_closing = 1.0;
   bool sequential_impacts = false;  ///< impacts of one instant take place one after the other; else at once
   std::uint64_t max_events = 0;     ///< a run with more events ends; 0: no limit
   std::optional<Place> max_events_place;

@@ -109,10 +109,11 @@ struct RunReport {
     double energy = 0.0;
   };
   std::vector<SetEvent> set_events;
-  bool switches = false;                                      ///< the model has ideal switches
-  bool contacts = false;                                      ///< the model has contacts
-  std::uint64_t impacts = 0;                                  ///< impulses that contacts took
-  std::uint64_t mode_changes = 0, modes = 0;                  ///< how often they changed sides; how many modes were met
+  bool switches = false;                      ///< the model has ideal switches
+  bool contacts = false;                      ///< the model has contacts
+  std::size_t accumulations = 0;              ///< how often one closed where infinitely many impacts add up
+  std::uint64_t impacts = 0;                  ///< impulses that contacts took
+  std::uint64_t mode_changes = 0, modes = 0;  ///< how often they changed sides; how many modes were met
   std::vector<std::pair<std::string, double>> stage_seconds;  ///< wall time by stage, in order
   EnergyAudit energy;
   OutputErrors errors;

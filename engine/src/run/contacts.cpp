@@ -28,7 +28,7 @@ std::string series_words(const ContactHistory& history, const Accumulation& seri
 
 }  // namespace
 
-std::optional<Accumulation> came_to_gap(ContactHistory& history, double t, double start, double stop) {
+std::optional<Accumulation> came_to_gap(ContactHistory& history, double t, double start, double stop, double early) {
   std::vector<double>& times = history.times;
   if (!times.empty() && times.back() == t) return std::nullopt;
   if (!times.empty()) history.longest = std::max(history.longest, t - times.back());
@@ -38,7 +38,7 @@ std::optional<Accumulation> came_to_gap(ContactHistory& history, double t, doubl
   // A flight of 2e-6 of the longest has 4e-12 of its height. Changes of the mode 1e-9 of the scene apart end a run.
   constexpr double kSteady = 1e-3, kShrinks = 1.0 - 1e-6, kResolved = 2e-6, kOfScene = 4e-9;
   const double last = t - times[kKept - 2];
-  if (!(last < std::max(kResolved * history.longest, kOfScene * (stop - start)))) return std::nullopt;
+  if (!(last < early * std::max(kResolved * history.longest, kOfScene * (stop - start)))) return std::nullopt;
   double least = kShrinks, most = 0.0;
   for (std::size_t k = 2; k < kKept; ++k) {
     const double ratio = (times[k] - times[k - 1]) / (times[k - 1] - times[k - 2]);

@@ -26,7 +26,8 @@ struct Accumulation {
 
 /// Notes that a contact has come to its gap at @p t. Where the intervals shrink in a steady ratio, the limit is before
 /// @p stop and what is left is too short to be resolved, that series.
-std::optional<Accumulation> came_to_gap(ContactHistory& history, double t, double start, double stop);
+/// @param early  flights count as too short that are by this factor longer
+std::optional<Accumulation> came_to_gap(ContactHistory& history, double t, double start, double stop, double early);
 
 /// A line for the report: the contact closes for good.
 std::string accumulation_note(const Element& contact, const ContactHistory& history, const Accumulation& series);

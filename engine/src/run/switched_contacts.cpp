@@ -129,8 +129,10 @@ bool SwitchedRun::look_at_contacts(const Program& program) {
     contact.touches = !contact.conducts || tripped_[i];
     contact.sticks = false;
     if (!contact.conducts || !tripped_[i]) continue;
-    std::optional<Accumulation> series = came_to_gap(contacts_[i], stored_.t, inputs_.start, inputs_.stop);
-    const bool lost = !flight_.empty() && flight_[i] > 0.0 && flight_[i] < least_flight_[i];
+    std::optional<Accumulation> series =
+        came_to_gap(contacts_[i], stored_.t, inputs_.start, inputs_.stop, inputs_.early_closing);
+    const double early = inputs_.early_closing * inputs_.early_closing;  // of the height
+    const bool lost = !flight_.empty() && flight_[i] > 0.0 && flight_[i] < early * least_flight_[i];
     if (lost && !series) series = Accumulation{0.0, stored_.t};
     if (!series) continue;
     if (!inputs_.close_zeno) return fail(accumulation_failure(element, contacts_[i], *series));

@@ -140,6 +140,7 @@ void SwitchedRun::finish() {
   report.relative = inputs_.relative;
   report.reached = std::max(report.reached, inputs_.start);
   report.modes = met_.size();
+  report.accumulations = accumulations_;
   report.contacts = names_ && std::any_of(names_->elements.begin(), names_->elements.end(),
                                           [](const Element& element) { return element.contact.has_value(); });
   if (estimates_) {

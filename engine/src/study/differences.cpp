@@ -18,6 +18,9 @@ namespace {
 /// The tolerance of the runs, if none is given: what they are wrong by is divided by the steps below.
 constexpr double kRelative = 1e-10;
 
+/// How much longer the last flights are, of impacts that accumulate, that looser runs leave out: as their tolerances.
+constexpr double kEarlier = 10.0;
+
 /// The numbers of one run's outputs, and when the peaks are.
 struct RunNumbers {
   std::vector<double> values, times;
@@ -35,6 +38,7 @@ RunNumbers numbers_of(const Simulation& simulation, const RunInputs& times, Sens
   inputs.start = times.start;
   inputs.stop = times.stop;
   inputs.output_times = times.output_times;
+  inputs.early_closing = times.early_closing;
   RunNumbers made;
   made.run = simulation.simulate(inputs, how);
   throw_failure(made.run, model);
@@ -86,11 +90,12 @@ Sides at_value(const Sides& step, const Sides& half) { return {2.0 * half[0] - s
 /// steps to the next for a smooth output, to a quarter where third derivatives differ; at a corner it stays, at a jump
 /// it grows.
 /// @param looser  of runs at ten times the tolerance: what both differ by, in each of the slopes, is not known
-/// @param wrong   what a number of a run may be wrong by. What is more than that, and clear beside the slope, is none
-/// of
-///                the runs' errors: near a jump looser runs may be on its other side
+/// @param wrong   of a number of a run: what is more than that, and clear beside the slope, is none of the runs'
+/// errors.
+///                Near a jump looser runs may be on its other side
+/// @param jumps   by which numbers of runs may jump with the parameter, rounding among it
 std::optional<Sides> corner_of(const Extrapolated& found, const std::array<Sides, 3>& looser, double wrong,
-                               double rounding) {
+                               double jumps) {
   constexpr double kStays = 0.5, kSame = 1e-6, kClearly = 0.01;
   const auto apart = [](const Sides& sides) { return sides[1] - sides[0]; };
   const Sides coarse = at_value(found.sides[0], found.sides[1]), fine = at_value(found.sides[1], found.sides[2]);
@@ -99,7 +104,7 @@ std::optional<Sides> corner_of(const Extrapolated& found, const std::array<Sides
                clear = std::max(wrong / step, kClearly * std::abs(found.derivative));
   const double by = std::abs(apart(fine));
   const bool corner = by > kStays * std::abs(apart(coarse)) &&
-                      by > std::max(kSame * std::max(std::abs(fine[0]), std::abs(fine[1])), rounding / step) &&
+                      by > std::max(kSame * std::max(std::abs(fine[0]), std::abs(fine[1])), jumps / step) &&
                       by > std::min(seen, clear);
   return corner ? std::optional(fine) : std::nullopt;
 }
@@ -110,9 +115,11 @@ struct Difference {
   std::vector<Extrapolated> of;  ///< by output
 };
 
-/// A scene's runs at a looser tolerance.
+/// A scene's runs at a looser tolerance, that leave out the last flights of impacts that accumulate from longer ones
+/// on.
 struct LooserRuns {
   const Simulation& simulation;
+  const RunInputs& inputs;
   const RunNumbers& middle;
 };
 
@@ -125,7 +132,7 @@ void compare_with_looser(const LooserRuns& looser, const RunNumbers& middle, con
   constexpr double kRoundings = 64.0 * std::numeric_limits<double>::epsilon();
   constexpr double kWrong = 100.0;  // tolerances
   const double tight = middle.run.report.relative;
-  const RunInputs& inputs = looser.simulation.inputs();
+  const RunInputs& inputs = looser.inputs;
   const Model& model = looser.simulation.model();
   std::map<double, std::array<std::vector<double>, 4>> runs;  // by h: the numbers at -h/2, h/2, -h/4, h/4
   for (Extrapolated& of : made.of) {
@@ -144,7 +151,10 @@ void compare_with_looser(const LooserRuns& looser, const RunNumbers& middle, con
     const double largest = std::max(std::abs(m.least), std::abs(m.most)),
                  length = norm == SensitivityNorm::integral ? inputs.stop - inputs.start : 1.0;
     const double size = largest * length;
-    if (const auto sides = corner_of(of, other.sides, kWrong * tight * size, kRoundings * size))
+    // How many impacts are made before a contact closes goes by whole numbers.
+    const double closing =
+        middle.run.report.accumulations > 0 ? 2.0 * std::abs(looser.middle.values[i] - middle.values[i]) : 0.0;
+    if (const auto sides = corner_of(of, other.sides, kWrong * tight * size, kRoundings * size + closing))
       refuse_sensitivity(model,
                          in_quotes(model.outputs[inputs.outputs[i]].name) + " changes with " +
                              in_quotes(short_name(seed.name)) + " by " + number_text((*sides)[0], 6) +
@@ -205,14 +215,16 @@ SensitivityTable difference_sensitivities(const Study& study, const std::string&
   RunNumbers middle = numbers_of(simulation, inputs, norm, how);
   SimulateOptions alone = how;
   alone.rows = {};
-  const RunNumbers looser_middle = numbers_of(other, inputs, norm, alone);
+  RunInputs looser_inputs = other.inputs();
+  looser_inputs.early_closing = kEarlier;
+  const RunNumbers looser_middle = numbers_of(other, looser_inputs, norm, alone);
 
   std::vector<Difference> derived(to.size());
   const std::vector<std::size_t> known = derive_each(
       to, threads,
       [&](std::size_t i) {
         GivenValues given = given_of(model, inputs.scene, tight);
-        derived[i] = difference_by(simulation, {other, looser_middle}, seeds[i],
+        derived[i] = difference_by(simulation, {other, looser_inputs, looser_middle}, seeds[i],
                                    value_of(model, given, seeds[i], inputs), middle, norm, how);
       },
       refused);
