@@ -30,9 +30,9 @@ class Rewriting {
       const ExprId e(i);
       note(e);
       ExprId image = rebuilt_of(e);
-      // What a root is a part of has been looked at with it.
+      // What such a law is a part of has been looked at with it.
       if (const auto border = image == e ? border_of(e) : std::nullopt) {
-        image = root_of(e, *border);
+        image = without_condition(e, *border);
         made_.origins.resize(made_.pool.size(), Origin(made_.origins[border->said.index()]));  // whose law it is
       }
       changed_ = changed_ || image != e;
@@ -42,7 +42,7 @@ class Rewriting {
   }
 
   [[nodiscard]] bool changed() const { return changed_; }
-  /// Of laws that were left with their condition.
+  /// Laws that meet in a kink between stores, left with their condition or not.
   [[nodiscard]] std::size_t kinks() const { return kinks_; }
 
   BlockOrder take() && {
@@ -125,8 +125,8 @@ class Rewriting {
     return border;
   }
 
-  /// @p e without a condition; with a sign alone where it follows a single state; or as it is.
-  ExprId root_of(ExprId e, const Border& border) {
+  /// @p e without a condition; a root with a sign alone where it follows a single state; or as it is.
+  ExprId without_condition(ExprId e, const Border& border) {
     ExprPool& pool = made_.pool;
     const ExprId x = border.x;
     const auto law = signed_power(pool, e, x, stand_in_);

@@ -136,6 +136,8 @@ double OutputMeasures::off_at_ends(const std::array<Piece, 2>& halves, std::size
 
 bool OutputMeasures::differ(const Piece& whole, const std::array<Piece, 2>& halves) const {
   constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
+  // Where a narrow pulse begins it is small, and as noisy as where it is not: rounding of a state over the width.
+  constexpr double kBesideLargest = 1e-3;
   const double length = whole.to - whole.from, share = span_ > 0.0 ? length / span_ : 0.0;
   const GaussRule& rule = gauss_rule(static_cast<int>(halves[0].samples.size()) - 4);
   const double unseen = length * rule.position.front() / 2.0;  // before the first point of the halves
@@ -143,7 +145,8 @@ bool OutputMeasures::differ(const Piece& whole, const std::array<Piece, 2>& halv
     const double largest = std::max({std::abs(measures_[i].least), std::abs(measures_[i].most), room_[i]});
     // Of the piece, or of its share in what came before: tails of a pulse need no digits of their own.
     const auto apart = [&](double one, double two, double size, double before, double most) {
-      return std::abs(one - two) > relative_ * std::max(size, before * share) + kRounding * most * length;
+      const double least = kRounding + kBesideLargest * relative_;
+      return std::abs(one - two) > relative_ * std::max(size, before * share) + least * most * length;
     };
     const double size = halves[0].size[i] + halves[1].size[i], square = halves[0].square[i] + halves[1].square[i];
     const double off = unseen * off_at_ends(halves, i, rule);
@@ -168,6 +171,8 @@ bool OutputMeasures::hide(const std::array<Piece, 2>& halves, bool whole) {
     }
   if (!bounds_->enclose(halves[0].from, halves[1].to, times_, states_)) return false;
   if (whole) std::fill(room_.begin(), room_.end(), 0.0);
+  // The enclosed states leave what they are at the points by as much again, to both sides; a product of two doubles it.
+  constexpr double kWider = 4.0;
   bool any = false;
   for (std::size_t k = 0; k < bounds_->outputs().size(); ++k) {
     const std::size_t output = bounds_->outputs()[k];
@@ -180,7 +185,7 @@ bool OutputMeasures::hide(const std::array<Piece, 2>& halves, bool whole) {
       }
     const double more = std::max(least - all.lower(), all.upper() - most);
     room_[output] = std::max({room_[output], std::abs(all.lower()), std::abs(all.upper())});
-    if (!std::isfinite(more) || more <= most - least + relative_ * room_[output]) continue;
+    if (!std::isfinite(more) || more <= kWider * (most - least) + relative_ * room_[output]) continue;
     any = true;
     if (spare_here_ == 0) hidden_[output] = true;
   }
