@@ -159,11 +159,13 @@ void note_unknown(const UnknownErrors& unknown, std::vector<std::string>& notes)
     if (found == names.end())
       names.emplace_back(why, in_quotes(short_name(name)));
     else
-      found->second += ", " + in_quotes(short_name(name));
+      found->second.append(", ").append(in_quotes(short_name(name)));
   }
-  for (const auto& [why, of] : names)
-    notes.push_back("how far the derivatives by " + of +
-                    " are off (within) is not known: the second run, at ten times the tolerance, failed: " + why);
+  for (const auto& [why, of] : names) {
+    std::string& note = notes.emplace_back("how far the derivatives by ");
+    note.append(of).append(" are off (within) is not known: the second run, at ten times the tolerance, failed: ");
+    note.append(why);
+  }
 }
 
 SceneOverrides looser(const SceneOverrides& overrides, const RunInputs& inputs) {

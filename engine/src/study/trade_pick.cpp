@@ -336,7 +336,7 @@ class Search {
     throw TradeFailure(std::move(diagnostic));
   }
 
-  [[noreturn]] void fail_for_undecided(const Point& point) {
+  [[noreturn]] void fail_for_undecided(const Point& point) const {
     Diagnostic diagnostic = diagnostic_of("BG612");
     const RunReport& report = point.run.result.report;
     diagnostic.situation = "the accuracy " + number_text(accuracy_, 3) + " cannot be verified: with " +

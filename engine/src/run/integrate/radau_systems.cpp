@@ -35,7 +35,7 @@ class SmallSystems final : public RadauSystems {
     for (std::size_t i = 0; i < N; ++i)
       for (std::size_t j = 0; j < N; ++j)
         real_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? gamma_ * mass_[i] : 0.0);
-    std::array<double, N> scales;
+    std::array<double, N> scales{};
     row_scales::of_full(N, states_, gamma_, h, jacobian, weight, scales.data());
     if (!real_.factor(scales)) return false;
     for (std::size_t k = 0; k < pairs_.size(); ++k) {

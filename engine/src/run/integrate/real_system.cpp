@@ -25,7 +25,7 @@ class SmallReal final : public RealSystem {
     for (std::size_t i = 0; i < N; ++i)
       for (std::size_t j = 0; j < N; ++j)
         lu_.a[i * N + j] = -h * jacobian[j * N + i] + (i == j ? shift * mass_[i] : 0.0);
-    std::array<double, N> scales;
+    std::array<double, N> scales{};
     row_scales::of_full(N, states_, shift, h, jacobian, weight, scales.data());
     return lu_.factor(scales);
   }
