@@ -4,10 +4,18 @@
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <limits>
+#include <queue>
 #include <tuple>
 #include <utility>
 
 namespace bgsim {
+
+namespace {
+
+/// The enclosed states leave what they are at the points by as much again, to both sides; a product of two doubles it.
+constexpr double kWider = 4.0;
+
+}  // namespace
 
 OutputMeasures::OutputMeasures(const Program& program, std::span<const double> parameters, Evaluator& evaluator,
                                bool wanted)
@@ -16,7 +24,7 @@ OutputMeasures::OutputMeasures(const Program& program, std::span<const double> p
       x_(program.state_names.size() + program.tear_names.size()),
       row_(program.output_names.size()),
       hidden_(program.output_names.size(), false),
-      room_(program.output_names.size(), 0.0),
+      found_(program.output_names.size(), 0.0),
       measures_(measuring_ ? program.output_names.size() : 0),
       integral_(measures_.size()),
       square_(measures_.size()),
@@ -121,6 +129,10 @@ bool OutputMeasures::measure(Piece& piece, double from, double to, int order, co
   return true;
 }
 
+double OutputMeasures::largest(std::size_t output) const {
+  return std::max({std::abs(measures_[output].least), std::abs(measures_[output].most), found_[output]});
+}
+
 double OutputMeasures::off_at_ends(const std::array<Piece, 2>& halves, std::size_t output, const GaussRule& rule) {
   const std::size_t points = rule.position.size();
   double begin = 0.0, end = 0.0;
@@ -137,59 +149,103 @@ double OutputMeasures::off_at_ends(const std::array<Piece, 2>& halves, std::size
 bool OutputMeasures::differ(const Piece& whole, const std::array<Piece, 2>& halves) const {
   constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
   // Where a narrow pulse begins it is small, and as noisy as where it is not: rounding of a state over the width.
-  constexpr double kBesideLargest = 1e-3;
+  constexpr double kBesidePulse = 1e-3;
   const double length = whole.to - whole.from, share = span_ > 0.0 ? length / span_ : 0.0;
   const GaussRule& rule = gauss_rule(static_cast<int>(halves[0].samples.size()) - 4);
   const double unseen = length * rule.position.front() / 2.0;  // before the first point of the halves
   for (std::size_t i = 0; i < measures_.size(); ++i) {
-    const double largest = std::max({std::abs(measures_[i].least), std::abs(measures_[i].most), room_[i]});
+    const double largest = this->largest(i);
     // Of the piece, or of its share in what came before: tails of a pulse need no digits of their own.
-    const auto apart = [&](double one, double two, double size, double before, double most) {
-      const double least = kRounding + kBesideLargest * relative_;
-      return std::abs(one - two) > relative_ * std::max(size, before * share) + least * most * length;
+    const auto apart = [&](double one, double two, double size, double before, double most, double pulse) {
+      const double least = kRounding * most + kBesidePulse * relative_ * pulse;
+      return std::abs(one - two) > relative_ * std::max(size, before * share) + least * length;
     };
     const double size = halves[0].size[i] + halves[1].size[i], square = halves[0].square[i] + halves[1].square[i];
     const double off = unseen * off_at_ends(halves, i, rule);
-    if (apart(whole.integral[i], halves[0].integral[i] + halves[1].integral[i], size, size_[i].value(), largest) ||
-        apart(whole.square[i], square, square, square_[i].value(), largest * largest) ||
-        apart(off, 0.0, size, size_[i].value(), largest) ||
-        apart(2.0 * largest * off, 0.0, square, square_[i].value(), largest * largest))
+    const double found = found_[i];
+    if (apart(whole.integral[i], halves[0].integral[i] + halves[1].integral[i], size, size_[i].value(), largest,
+              found) ||
+        apart(whole.square[i], square, square, square_[i].value(), largest * largest, found * found) ||
+        apart(off, 0.0, size, size_[i].value(), largest, found) ||
+        apart(2.0 * largest * off, 0.0, square, square_[i].value(), largest * largest, found * found))
       return true;
   }
   return false;
 }
 
-bool OutputMeasures::hide(const std::array<Piece, 2>& halves, bool whole) {
-  if (!bounds_) return false;
+/// What holds the values of the bounds' outputs over pieces that follow each other. False: their points show these.
+bool OutputMeasures::enclose(std::span<const Piece> pieces) {
   times_.clear();
   states_.clear();
-  for (const Piece& half : halves)
-    for (std::size_t k = 0; k < half.samples.size(); ++k) {
-      if (!times_.empty() && !(half.samples[k].t > times_.back())) continue;
-      times_.push_back(half.samples[k].t);
-      states_.push_back(half.states[k]);
+  for (const Piece& piece : pieces)
+    for (std::size_t k = 0; k < piece.samples.size(); ++k) {
+      if (!times_.empty() && !(piece.samples[k].t > times_.back())) continue;
+      times_.push_back(piece.samples[k].t);
+      states_.push_back(piece.states[k]);
     }
-  if (!bounds_->enclose(halves[0].from, halves[1].to, times_, states_)) return false;
-  if (whole) std::fill(room_.begin(), room_.end(), 0.0);
-  // The enclosed states leave what they are at the points by as much again, to both sides; a product of two doubles it.
-  constexpr double kWider = 4.0;
-  bool any = false;
-  for (std::size_t k = 0; k < bounds_->outputs().size(); ++k) {
-    const std::size_t output = bounds_->outputs()[k];
-    const Range all = bounds_->of(k);
-    double least = std::numeric_limits<double>::infinity(), most = -least;
-    for (const Piece& half : halves)
-      for (const Sample& sample : half.samples) {
-        least = std::min(least, sample.row[output]);
-        most = std::max(most, sample.row[output]);
-      }
-    const double more = std::max(least - all.lower(), all.upper() - most);
-    room_[output] = std::max({room_[output], std::abs(all.lower()), std::abs(all.upper())});
-    if (!std::isfinite(more) || more <= kWider * (most - least) + relative_ * room_[output]) continue;
-    any = true;
-    if (spare_here_ == 0) hidden_[output] = true;
+  return bounds_->enclose(pieces.front().from, pieces.back().to, times_, states_);
+}
+
+/// The largest magnitude found where the bounds leave most room, until the points show as much as is left.
+double OutputMeasures::found_in(double from, double to, std::size_t which, const Solution& solution) {
+  constexpr int kParts = 400, kOnePoint = 0;
+  const std::size_t output = bounds_->outputs()[which];
+  struct Part {
+    double room, from, to;
+    bool operator<(const Part& other) const { return room < other.room; }
+  };
+  std::priority_queue<Part> parts;
+  parts.push({std::numeric_limits<double>::infinity(), from, to});
+  double found = 0.0;
+  for (int k = 0; k < kParts && !parts.empty() && parts.top().room > kWider * found; ++k) {
+    const Part part = parts.top();
+    parts.pop();
+    const double middle = part.from + 0.5 * (part.to - part.from);
+    if (!(middle > part.from && middle < part.to)) continue;
+    for (const bool second : {false, true}) {
+      const double begin = second ? middle : part.from, end = second ? part.to : middle;
+      if (!measure(probe_, begin, end, kOnePoint, solution)) return found;
+      for (const Sample& sample : probe_.samples) found = std::max(found, std::abs(sample.row[output]));
+      enclose({&probe_, 1});
+      const Range all = bounds_->of(which);
+      parts.push({std::max(std::abs(all.lower()), std::abs(all.upper())), begin, end});
+    }
   }
-  return any;
+  return found;
+}
+
+bool OutputMeasures::hide(const std::array<Piece, 2>& halves, bool whole, const Solution& solution) {
+  if (!bounds_) return false;
+  if (whole) std::fill(found_.begin(), found_.end(), 0.0);
+  if (!enclose(halves)) return false;
+  std::vector<std::size_t> open;
+  const auto look = [&] {
+    open.clear();
+    for (std::size_t k = 0; k < bounds_->outputs().size(); ++k) {
+      const std::size_t output = bounds_->outputs()[k];
+      double least = std::numeric_limits<double>::infinity(), most = -least;
+      for (const Piece& half : halves)
+        for (const Sample& sample : half.samples) {
+          least = std::min(least, sample.row[output]);
+          most = std::max(most, sample.row[output]);
+        }
+      const Range all = bounds_->of(k);
+      const double more = std::max(least - all.lower(), all.upper() - most);
+      if (std::isfinite(more) && more > kWider * (most - least) + relative_ * largest(output)) open.push_back(k);
+    }
+    return !open.empty();
+  };
+  if (!look()) return false;
+  if (whole) {
+    // What a pulse comes to is looked for first: its tails need no digits of their own.
+    for (const std::size_t k : open)
+      found_[bounds_->outputs()[k]] = found_in(halves[0].from, halves[1].to, k, solution);
+    enclose(halves);
+    if (!look()) return false;
+  }
+  if (spare_here_ == 0)
+    for (const std::size_t k : open) hidden_[bounds_->outputs()[k]] = true;
+  return true;
 }
 
 void OutputMeasures::add_piece(const Piece& piece, int order, std::size_t depth, const Solution& solution) {
@@ -203,7 +259,7 @@ void OutputMeasures::add_piece(const Piece& piece, int order, std::size_t depth,
     if (!measure(halves[0], piece.from, middle, order, solution) ||
         !measure(halves[1], middle, piece.to, order, solution))
       return;
-    const bool hides = hide(halves, depth == 0);  // first: it takes what an output may be on the whole piece
+    const bool hides = hide(halves, depth == 0, solution);  // first: it finds what differences matter beside
     if (hides || differ(piece, halves)) {
       if (spare_here_ > 0) {
         --spare_here_;

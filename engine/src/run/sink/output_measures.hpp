@@ -64,9 +64,13 @@ class OutputMeasures {
   /// By how much the output's values at the piece's ends differ from that polynomial, at most.
   [[nodiscard]] static double off_at_ends(const std::array<Piece, 2>& halves, std::size_t output,
                                           const GaussRule& rule);
+  bool enclose(std::span<const Piece> pieces);
+  double found_in(double from, double to, std::size_t which, const Solution& solution);
   /// Whether an output may be something else between the points of the halves: by more than they differ, and than
-  /// matters beside what it may be on all of the piece that is halved first.
-  bool hide(const std::array<Piece, 2>& halves, bool whole);
+  /// matters beside the largest that it is known to be.
+  bool hide(const std::array<Piece, 2>& halves, bool whole, const Solution& solution);
+  /// Magnitude of an output so far, or in a pulse of the piece that is being halved.
+  [[nodiscard]] double largest(std::size_t output) const;
   void add_piece(const Piece& piece, int order, std::size_t depth, const Solution& solution);
   void look_for_extreme(const std::vector<Sample>& samples, std::size_t output, double sign, const Solution& solution);
   void take(std::size_t output, double t, double value);
@@ -89,9 +93,9 @@ class OutputMeasures {
   double longest_ = 0.0;  ///< stretch that the rule is applied to in one piece
   Branch branch_;
   std::vector<double> x_, row_;
-  std::vector<bool> hidden_;  ///< by output: what it is between points was left open
-  std::vector<double> room_;  ///< by output: the largest that its bounds allow on the piece that is halved first
-  Piece piece_;
+  std::vector<bool> hidden_;   ///< by output: what it is between points was left open
+  std::vector<double> found_;  ///< by output: the largest in a pulse of the piece that is halved first
+  Piece piece_, probe_;
   std::deque<std::array<Piece, 2>> halves_;  ///< of the present piece, of one of these, ...
   int spare_ = 0, spare_here_ = 0;           ///< parts that may still be halved: of the run, of a step's piece
   double relative_ = 0.0, span_ = 0.0;
