@@ -41,16 +41,11 @@ OutputBounds::OutputBounds(const Program& program, std::span<const double> param
   for (const std::uint32_t slot : program.outputs.results) roots.push_back(program.slot_expression[slot]);
   const std::vector<ExprId> nodes = reachable(pool, roots);
   const IdMap<std::uint32_t> position = positions(nodes);
-  std::vector<char> varies(program.symbol_names.size(), 0), tear(program.symbol_names.size(), 0);
-  for (std::uint32_t slot = program.time_slot; slot < program.first_mode; ++slot) {
-    const std::size_t symbol = pool.symbol_of(program.slot_expression[slot]).index();
-    varies[symbol] = 1;
-    if (slot >= program.first_tear) tear[symbol] = 1;
-  }
+  const VaryingSymbols varying = varying_symbols(program);
   const auto depend = [&](const std::vector<char>& on) {
     return depends_on(pool, nodes, position, [&](SymbolId symbol) { return on[symbol.index()] != 0; });
   };
-  const std::vector<char> moves = depend(varies), of_loops = depend(tear);
+  const std::vector<char> moves = depend(varying.any), of_loops = depend(varying.tears);
   std::vector<char> sharp(nodes.size(), 0);
   std::vector<ExprId> watched;
   for (std::size_t i = 0; i < nodes.size(); ++i) {

@@ -50,6 +50,17 @@ bool may_be_sharp(const ExprPool& pool, const ExprNode& node) {
   }
 }
 
+VaryingSymbols varying_symbols(const Program& program) {
+  VaryingSymbols varying{std::vector<char>(program.symbol_names.size(), 0), {}};
+  varying.tears = varying.any;
+  for (std::uint32_t slot = program.time_slot; slot < program.first_mode; ++slot) {
+    const std::size_t symbol = program.pool.symbol_of(program.slot_expression[slot]).index();
+    varying.any[symbol] = 1;
+    if (slot >= program.first_tear) varying.tears[symbol] = 1;
+  }
+  return varying;
+}
+
 SharpLaws::SharpLaws(const Program& program, std::span<const double> parameters)
     : program_(program), largest_(program.state_names.size(), 0.0) {
   const ExprPool& pool = program.pool;
@@ -60,14 +71,9 @@ SharpLaws::SharpLaws(const Program& program, std::span<const double> parameters)
     for (const std::uint32_t slot : block.residual.results) roots.push_back(program.slot_expression[slot]);
   const std::vector<ExprId> nodes = reachable(pool, roots);
   const IdMap<std::uint32_t> position = positions(nodes);
-  std::vector<char> varies(program.symbol_names.size(), 0), tear(program.symbol_names.size(), 0);
-  for (std::uint32_t slot = program.time_slot; slot < program.first_mode; ++slot) {
-    const std::size_t symbol = pool.symbol_of(program.slot_expression[slot]).index();
-    varies[symbol] = 1;
-    if (slot >= program.first_tear) tear[symbol] = 1;
-  }
+  const VaryingSymbols varying = varying_symbols(program);
   const std::vector<char> moves =
-      depends_on(pool, nodes, position, [&](SymbolId symbol) { return varies[symbol.index()] != 0; });
+      depends_on(pool, nodes, position, [&](SymbolId symbol) { return varying.any[symbol.index()] != 0; });
   std::vector<char> sharp(nodes.size(), 0);
   bool in_loops = false;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -87,7 +93,7 @@ SharpLaws::SharpLaws(const Program& program, std::span<const double> parameters)
   if (sharp_.empty()) return;
   for (std::size_t i = states; i < roots.size(); ++i) in_loops = in_loops || sharp[*position.find(roots[i])] != 0;
   const std::vector<char> by_loops =
-      depends_on(pool, nodes, position, [&](SymbolId symbol) { return tear[symbol.index()] != 0; });
+      depends_on(pool, nodes, position, [&](SymbolId symbol) { return varying.tears[symbol.index()] != 0; });
   std::vector<ExprId> both = sharp_;
   for (std::uint32_t i = 0; i < states; ++i) {
     const std::uint32_t root = *position.find(roots[i]);

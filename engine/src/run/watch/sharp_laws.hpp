@@ -17,6 +17,12 @@ namespace bgsim {
 /// Whether an operator is neither a sum, nor a product, nor a low power, nor a choice.
 [[nodiscard]] bool may_be_sharp(const ExprPool& pool, const ExprNode& node);
 
+/// By symbol: whether it is the time, a state or a loop's variable; and whether it is a loop's variable.
+struct VaryingSymbols {
+  std::vector<char> any, tears;
+};
+VaryingSymbols varying_symbols(const Program& program);
+
 /// An accepted step, as far as this watch needs it.
 struct SharpStep {
   double begin = 0.0, end = 0.0;
