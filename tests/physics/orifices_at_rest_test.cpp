@@ -58,6 +58,15 @@ std::string series(int tanks, const std::string& law) {
          R"(.q"}, "scenes": {"s": {"stop": 10, "samples": 11}}})";
 }
 
+/// The first and the last of tanks, to what is noted.
+void check_ends(const RunResult& result, const RunResult& reference) {
+  for (const char* output : {"first", "last"}) {
+    const std::vector<double> right = column(reference, output), is = column(result, output);
+    const double range = *std::max_element(right.begin(), right.end());
+    for (std::size_t k = 0; k < right.size(); ++k) CHECK(std::abs(is[k] - right[k]) < 1e-4 * range);
+  }
+}
+
 }  // namespace
 
 TEST_CASE("an empty store begins to fill behind an orifice, by every method", "[long]") {
@@ -253,12 +262,7 @@ TEST_CASE("empty tanks in series fill by roots of any degree, a number or a para
         REQUIRE(result.stop == StopReason::completed);
         CHECK(result.report.steps < 500);
         CHECK(result.report.state_events < 20);  // of the first orifice, which follows one store alone
-        for (const char* output : {"first", "last"}) {
-          const std::vector<double> right = column(reference, output), is = column(result, output);
-          const double range = *std::max_element(right.begin(), right.end());
-          for (std::size_t k = 0; k < right.size(); ++k)
-            CHECK(std::abs(is[k] - right[k]) < 1e-4 * range);  // as is noted
-        }
+        check_ends(result, reference);
       }
     }
 }
@@ -291,11 +295,7 @@ TEST_CASE("laws by sides whose parts meet between empty stores have no condition
       REQUIRE(result.stop == StopReason::completed);
       CHECK(result.report.steps < 1500);
       CHECK(result.report.state_events < 20);  // of the first law, which follows one store alone
-      for (const char* output : {"first", "last"}) {
-        const std::vector<double> right = column(reference, output), is = column(result, output);
-        const double range = *std::max_element(right.begin(), right.end());
-        for (std::size_t k = 0; k < right.size(); ++k) CHECK(std::abs(is[k] - right[k]) < 1e-4 * range);  // as is noted
-      }
+      check_ends(result, reference);
     }
   }
 }

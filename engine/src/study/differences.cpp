@@ -90,8 +90,7 @@ Sides at_value(const Sides& step, const Sides& half) { return {2.0 * half[0] - s
 /// steps to the next for a smooth output, to a quarter where third derivatives differ; at a corner it stays, at a jump
 /// it grows.
 /// @param looser  of runs at ten times the tolerance: what both differ by, in each of the slopes, is not known
-/// @param wrong   of a number of a run: what is more than that, and clear beside the slope, is none of the runs'
-/// errors.
+/// @param wrong   of a number of a run: what is more than that, and clear beside the slope, is no error of the runs.
 ///                Near a jump looser runs may be on its other side
 /// @param jumps   by which numbers of runs may jump with the parameter, rounding among it
 std::optional<Sides> corner_of(const Extrapolated& found, const std::array<Sides, 3>& looser, double wrong,

@@ -9,27 +9,29 @@
 namespace bgsim {
 namespace {
 
-/// Of a state at points of a stretch: what lies between them leaves what they span by less than that.
+/// Of a state at points of a stretch. Between two points it leaves the line through them, and its slope theirs, by less
+/// than what the slopes of neighbouring lines differ by.
 Jet jet_of(double from, double to, std::span<const double> times, const std::vector<std::vector<double>>& states,
            std::size_t state) {
   const auto at = [&](std::size_t k) { return states[k][state]; };
   const auto slope = [&](std::size_t k) { return (at(k + 1) - at(k)) / (times[k + 1] - times[k]); };
-  double least = at(0), most = at(0), slowest = slope(0), fastest = slope(0);
-  for (std::size_t k = 0; k < times.size(); ++k) {
-    least = std::min(least, at(k));
-    most = std::max(most, at(k));
-    if (k + 1 == times.size()) break;
+  const std::size_t lines = times.size() - 1;
+  double least = at(0), most = at(0), slowest = slope(0), fastest = slope(0), turns = 0.0, longest = 0.0;
+  for (std::size_t k = 0; k < lines; ++k) {
+    least = std::min(least, at(k + 1));
+    most = std::max(most, at(k + 1));
     slowest = std::min(slowest, slope(k));
     fastest = std::max(fastest, slope(k));
+    longest = std::max(longest, times[k + 1] - times[k]);
+    if (k > 0) turns = std::max(turns, std::abs(slope(k) - slope(k - 1)));
   }
-  const std::size_t next = static_cast<std::size_t>(
+  const auto next = static_cast<std::size_t>(
       std::lower_bound(times.begin() + 1, times.end() - 1, from + 0.5 * (to - from)) - times.begin());
   Jet jet;
   jet.middle_slope = slope(next - 1);
   jet.middle = at(next - 1) + (from + 0.5 * (to - from) - times[next - 1]) * jet.middle_slope;
-  const double spread = fastest - slowest, moved = most - least;
-  jet.slope = Range(slowest - spread, fastest + spread);
-  jet.value = Range(least - moved, most + moved);
+  jet.slope = Range(slowest - turns, fastest + turns);
+  jet.value = Range(least - turns * longest, most + turns * longest);
   return jet;
 }
 
@@ -68,10 +70,15 @@ OutputBounds::OutputBounds(const Program& program, std::span<const double> param
 
 void OutputBounds::set_modes(std::span<const double> modes) { bounds_->set_modes(modes); }
 
+void OutputBounds::keep(const std::vector<double>& x, std::vector<double>& kept) const {
+  kept.clear();
+  for (const std::uint32_t state : bounds_->states()) kept.push_back(x[state]);
+}
+
 bool OutputBounds::enclose(double from, double to, std::span<const double> times,
                            const std::vector<std::vector<double>>& states) {
   jets_.clear();
-  for (const std::uint32_t state : bounds_->states()) jets_.push_back(jet_of(from, to, times, states, state));
+  for (std::size_t i = 0; i < bounds_->states().size(); ++i) jets_.push_back(jet_of(from, to, times, states, i));
   bounds_->evaluate(from, to, jets_, {});
   for (std::size_t i = 0; i < operators_; ++i)
     if (bounds_->bends(i)) return true;

@@ -20,8 +20,10 @@ class OutputBounds {
   [[nodiscard]] bool any() const { return !outputs_.empty(); }
   void set_modes(std::span<const double> modes);
 
+  /// Of the states @p x those that enclose() asks for.
+  void keep(const std::vector<double>& x, std::vector<double>& kept) const;
   /// Over [@p from, @p to], in which the states are near those at some points of it.
-  /// @param times, states  points from beginning to end, and the states at each.
+  /// @param times, states  points from beginning to end, and what keep() gave at each.
   /// @return  whether an operator bends there: else the points show what the outputs are.
   bool enclose(double from, double to, std::span<const double> times, const std::vector<std::vector<double>>& states);
   /// After that: by which positions of Program::output_names, and what holds all their values.

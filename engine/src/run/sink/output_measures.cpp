@@ -12,7 +12,7 @@ namespace bgsim {
 
 namespace {
 
-/// The enclosed states leave what they are at the points by as much again, to both sides; a product of two doubles it.
+/// What an enclosure may be wider than the values are, of which a sum or a product takes one state twice.
 constexpr double kWider = 4.0;
 
 }  // namespace
@@ -113,7 +113,7 @@ bool OutputMeasures::measure(Piece& piece, double from, double to, int order, co
     if (!evaluate(samples[k].t, x_.data(), samples[k].row)) return false;
     if (bounds_) {
       piece.states.resize(samples.size());
-      piece.states[k] = x_;
+      bounds_->keep(x_, piece.states[k]);
     }
   }
   piece.integral.assign(measures_.size(), 0.0);
