@@ -317,6 +317,8 @@ TEST_CASE("laws by sides that do not meet, or that other stores end, keep their 
     REQUIRE(result.stop == StopReason::completed);
     CHECK(result.report.state_events > 0);
   }
+  // Below 0 the power has no value, and 0 times it neither.
+  CHECK(run(between("e = 0.1*f + 0.2*step(x)*x^1.5"), Method::automatic, 1e-8).failure->code == "BG601");
   const RunResult met = run(between("e = 0.1*f + if(x > 0, 0.4*x^2, -0.4*x^2)"), Method::automatic, 1e-8);
   REQUIRE(met.stop == StopReason::completed);
   CHECK(met.report.state_events == 0);

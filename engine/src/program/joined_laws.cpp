@@ -166,6 +166,8 @@ class Rewriting {
     if (!of_above.above_zero.empty() || !of_below.above_zero.empty() || !ends_by_x_alone(above) ||
         !ends_by_x_alone(below))
       return e;
+    // 0 times what has no value has none: step(x) x^1.5 below 0.
+    if (border.above == border.below && may_end(e) && !(may_end(above) && may_end(below))) return e;
     const std::optional<ExprId> meets = at_border(above), other = at_border(below);
     if (!meets || other != meets || of_above.at_zero != *meets || of_below.at_zero != *meets) return e;
     const bool ends = of_above.power.valid() || of_below.power.valid();
@@ -188,6 +190,11 @@ class Rewriting {
     };
     const std::optional<ExprId> one = slope(above);
     return one && one == slope(below);
+  }
+
+  [[nodiscard]] bool may_end(ExprId side) const {
+    const std::vector<ExprId> parts = reachable(made_.pool, {&side, 1});
+    return std::any_of(parts.begin(), parts.end(), [this](ExprId part) { return is_partial(made_.pool, part); });
   }
 
   /// Whether what may have no value is of x and of parameters alone: a side is evaluated where it was not before.
