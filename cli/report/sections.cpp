@@ -252,13 +252,19 @@ const Statistic kStatistics[] = {
     {"Events by conditions", [](const ReportedScene& s) { return count(s.result.report.state_events); }},
 };
 
-/// Wall time by stage: the stages are the same in every scene.
+/// Wall time by stage; blank for a stage that a scene does not have: of two scenes one may need a second run.
 void add_stage_times(std::vector<Cells>& rows, const ReportContent& content) {
-  const auto& stages = content.scenes.front().result.report.stage_seconds;
-  for (std::size_t i = 0; i < stages.size(); ++i) {
-    Cells row{"Wall time: " + xml_text(stages[i].first)};
-    for (const ReportedScene& scene : content.scenes)
-      row.push_back(short_number(1e3 * scene.result.report.stage_seconds[i].second, 3) + " ms");
+  std::vector<std::string> stages;
+  for (const ReportedScene& scene : content.scenes)
+    for (const auto& [stage, seconds] : scene.result.report.stage_seconds)
+      if (std::find(stages.begin(), stages.end(), stage) == stages.end()) stages.push_back(stage);
+  for (const std::string& stage : stages) {
+    Cells row{"Wall time: " + xml_text(stage)};
+    for (const ReportedScene& scene : content.scenes) {
+      const auto& own = scene.result.report.stage_seconds;
+      const auto found = std::find_if(own.begin(), own.end(), [&](const auto& entry) { return entry.first == stage; });
+      row.push_back(found == own.end() ? "" : short_number(1e3 * found->second, 3) + " ms");
+    }
     rows.push_back(std::move(row));
   }
 }

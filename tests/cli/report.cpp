@@ -99,6 +99,31 @@ TEST_CASE("a scene that fails is on the page up to there, and the exit code says
   CHECK_THAT(page, Contains("\"scene\":1,\"t\":7,\"v\":8,\"of\":6}"));  // t = 0 to 0.91
 }
 
+TEST_CASE("the wall time of a stage that only one scene of a report has is blank for the others") {
+  const Workplace here;
+  // With a diode each run has a second one for its errors, unless it has failed.
+  here.write("charge.json", R"json({ "bgsim": 1, "name": "charge",
+    "elements": { "feed": { "kind": "MSf", "flow": "1 + k*c.q^2" }, "level": { "kind": "0" },
+      "c": { "kind": "C", "capacitance": 1 }, "branch": { "kind": "1" }, "d": { "kind": "D" },
+      "r": { "kind": "R", "resistance": 1 } },
+    "parameters": { "k": 0 },
+    "bonds": [ { "from": "feed", "to": "level" }, { "from": "level", "to": "c" }, { "from": "level", "to": "branch" },
+      { "from": "branch", "to": "d" }, { "from": "branch", "to": "r" } ],
+    "outputs": { "q": "c.q" },
+    "scenes": { "tame": { "stop": 1, "samples": 3 },
+      "wild": { "stop": 10, "samples": 3, "parameters": { "k": 5 } } } })json");
+  const Outcome run = here.bgsim("report charge.json --all");
+  CHECK(run.code == 3);
+  const std::string texts = main_of(here.read("charge.report.html"));
+  const auto cells_of = [&](const std::string& stage) {
+    const std::size_t at = texts.find("Wall time: " + stage);
+    return at == std::string::npos ? std::size_t{0} : count(texts.substr(at, texts.find("</tr>", at) - at), " ms<");
+  };
+  CHECK(cells_of("second run") == 1);
+  CHECK(cells_of("integration") == 2);
+  CHECK(cells_of("modes") == 2);
+}
+
 TEST_CASE("studies are on a report's page with what they print and draw, and stay what they are when called alone") {
   const Workplace here;
   const Outcome run = here.bgsim(

@@ -25,6 +25,7 @@ RunResult SwitchedRun::execute() {
   log_.reach(reached);
   if (auto full = log_.full(reached); full && result_.stop == StopReason::completed) fail(std::move(*full));
   offer_end();
+  add_mode_seconds();
   finish();
   result_.mode = mode_;
   return std::move(result_);

@@ -256,6 +256,8 @@ class SwitchedRun {
 
   void add_energy(const EnergyAudit& own);
 
+  /// Wall time outside of stretches: modes derived, sides found, jumps.
+  void add_mode_seconds();
   void finish();
 
   struct Departure {

@@ -133,6 +133,12 @@ void SwitchedRun::add_energy(const EnergyAudit& own) {
   }
 }
 
+void SwitchedRun::add_mode_seconds() {
+  double rest = clock_() - begin_;
+  for (const auto& [stage, seconds] : result_.report.stage_seconds) rest -= seconds;
+  result_.report.stage_seconds.insert(result_.report.stage_seconds.begin(), {"modes", std::max(0.0, rest)});
+}
+
 void SwitchedRun::finish() {
   RunReport& report = result_.report;
   report.start = inputs_.start;

@@ -35,8 +35,8 @@ class Trial {
 
   /// For how many of the times (the instant itself and kSmallTimes more, the shortest first) all diodes keep within
   /// their borders.
-  int lasts(const std::vector<bool>& conducts, double shortest, TriedSides& sides) {
-    if (!possible_ || !keeps(t_, x_, conducts, &sides)) return 0;
+  int lasts(const std::vector<bool>& conducts, double shortest) {
+    if (!possible_ || !keeps(t_, x_, conducts)) return 0;
     double h = shortest;
     for (int k = 1; k <= kSmallTimes; ++k, h *= 10.0) {
       std::vector<double> x = x_, slope(x_.size());
@@ -44,9 +44,22 @@ class Trial {
       for (std::size_t i = 0; i < x.size(); ++i) x[i] = x_[i] + 0.5 * h * slope[i];
       if (!rates(t_ + 0.5 * h, x, slope)) return k;
       for (std::size_t i = 0; i < x.size(); ++i) x[i] = x_[i] + h * slope[i];
-      if (!keeps(t_ + h, x, conducts, nullptr)) return k;
+      if (!keeps(t_ + h, x, conducts)) return k;
     }
     return kSmallTimes + 1;
+  }
+
+  /// The sides with what their efforts and flows may be off by at the instant itself; after lasts() has found that
+  /// they hold there.
+  TriedSides sides(const std::vector<bool>& conducts) {
+    TriedSides result{conducts, {}, {}};
+    if (!diodes(t_, x_, values_)) return result;
+    const std::vector<double> error = errors(t_, x_);
+    for (std::size_t i = 0; i < conducts.size(); ++i) {
+      result.effort_error.push_back(error[2 * i]);
+      result.flow_error.push_back(error[2 * i + 1]);
+    }
+    return result;
   }
 
   /// Of energy, in the jump into the mode.
@@ -68,17 +81,16 @@ class Trial {
     return evaluator_.initialize_modes(t, x.data(), branch) && evaluator_.diodes(t, x.data(), branch, values.data());
   }
 
-  bool keeps(double t, const std::vector<double>& x, const std::vector<bool>& conducts, TriedSides* sides) {
+  bool keeps(double t, const std::vector<double>& x, const std::vector<bool>& conducts) {
     if (!diodes(t, x, values_)) return false;
-    const std::vector<double> error = errors(t, x);
+    std::vector<double> error;  // as many evaluations as there are states: only where something is beyond its border
     for (std::size_t i = 0; i < conducts.size(); ++i) {
       const bool fires = values_[4 * i + 3] != 0.0;
       if (conducts[i] && !before_[i].conducts && !fires) return false;
       const double beyond = conducts[i] ? -values_[4 * i + 1] : values_[4 * i] - values_[4 * i + 2];
-      if ((conducts[i] || fires) && beyond > error[2 * i + (conducts[i] ? 1 : 0)]) return false;
-      if (sides == nullptr) continue;
-      sides->effort_error.push_back(error[2 * i]);
-      sides->flow_error.push_back(error[2 * i + 1]);
+      if ((!conducts[i] && !fires) || !(beyond > 0.0)) continue;
+      if (error.empty()) error = errors(t, x);
+      if (beyond > error[2 * i + (conducts[i] ? 1 : 0)]) return false;
     }
     return true;
   }
@@ -148,14 +160,14 @@ std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mod
     for (std::size_t i = 0; i < tried.size(); ++i)
       if (is_diode[i]) tried[i] = conducts[next++];
     try {
-      TriedSides sides{conducts, {}, {}};
       Trial trial(program_of(tried, {}), inputs, stored, before, resolution);
-      const int lasts = trial.lasts(conducts, shortest, sides);
+      const int lasts = trial.lasts(conducts, shortest);
       // A diode that blocks would take away the momentum of what it lets pass, and keep within its border afterwards.
       if (lasts < longest || (lasts == longest && !(trial.loss() < loss))) continue;
       longest = lasts;
       loss = trial.loss();
-      best = std::move(sides);
+      best = trial.sides(conducts);
+      if (longest > kSmallTimes && loss == 0.0) break;  // no other is better, and the nearer ones were before
     } catch (const ModelError&) {
       continue;  // the graph does not allow this mode
     }

@@ -19,10 +19,10 @@ struct TriedSides {
 /// f = k*sqrt(e) at 0), where diode_sides() has no linear problem to solve, or of those that it cannot decide. Each
 /// mode of the diodes is entered, with its jump, and followed over small times, ever longer ones: of all modes the one
 /// in which no flow and no effort goes beyond its border for longest, and of equal ones that nearest to the present
-/// sides.
+/// sides. The nearest come first, so a mode that holds for all of these times and loses no energy ends the search.
 ///
 /// Cost: at most 256 modes, each derived once; ten steps of two evaluations in each, and as many as it has states to
-/// know what rounding makes of the borders.
+/// know what rounding makes of the borders, where something is beyond one.
 /// @param mode        of all switches; that of the diodes is the present one
 /// @param is_diode    by switch
 /// @param before      by diode: those that may not begin to conduct stay as they are
