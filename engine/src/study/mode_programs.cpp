@@ -180,6 +180,21 @@ bool free_of_switches(const Model& model, const EquationSystem& system, ExprId r
   return true;
 }
 
+template <class Make>
+bool is_possible(const Make& make) {
+  try {
+    make();
+    return true;
+  } catch (const ModelError&) {
+    return false;
+  }
+}
+
+Model without_outputs(Model model) {
+  model.outputs.clear();
+  return model;
+}
+
 /// What @p make makes of the model, or, where the graph refuses it, of the same with idle switches.
 template <class Make>
 auto allowed(const std::shared_ptr<const Model>& model, const Make& make) {
@@ -287,12 +302,21 @@ SwitchedStart ModePrograms::start(const RunInputs& inputs, DelayedPrograms& own)
   {
     const std::scoped_lock lock(mutex_);
     if (!looked_without_) {
-      looked_without_ = true;
+      const auto with_these = [](Model model) {
+        return make(std::make_shared<const Model>(with_resistors(std::move(model))), plain({{}, false}));
+      };
       try {
-        without_switches_ = make(std::make_shared<const Model>(with_resistors(*model_)), plain({{}, false}));
-      } catch (const ModelError&) {
-        // The graph does not allow resistors there. The run finds its first mode from that of the model as read.
+        without_switches_ = with_these(*model_);
+      } catch (const ModelError& error) {
+        // Resistors connect what any mode connects: what outputs alone ask for and nothing determines (BG411), no mode
+        // does. Else the graph does not allow resistors there, and the run finds its first mode from that of the model
+        // as read.
+        const auto undetermined = [](const Diagnostic& diagnostic) { return diagnostic.code == "BG411"; };
+        if (std::all_of(error.diagnostics.begin(), error.diagnostics.end(), undetermined) &&
+            is_possible([&] { with_these(without_outputs(*model_)); }))
+          throw;
       }
+      looked_without_ = true;
     }
   }
   if (without_switches_) begin_without_switches(*without_switches_, inputs, own, start);
