@@ -1,4 +1,4 @@
-// Switches that set what others set already: open in series, closed in parallel.
+// Switches that set what others set already: open in series, closed in parallel; and what such diodes leave indefinite.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -190,6 +190,80 @@ TEST_CASE("what switches leave indefinite is refused where something depends on 
   CHECK(code_of(model_of(kSource + R"(, "a": {"kind": "Sw", "closed": "sin(2*t) > -0.3"},
       "b": {"kind": "Sw", "close": "b.e > 1", "open": "b.f < 0"})",
                          "u>j j>r j>c j>a j>b", kOutputs)) == "BG619");
+}
+
+TEST_CASE("what diodes leave indefinite is noted where an output shows it, and nothing else is") {
+  const std::string series = R"x("u": {"kind": "Se", "effort": "sin(t)"}, "j": {"kind": "1"},
+      "r": {"kind": "R", "resistance": 1}, "a": {"kind": "D"}, "b": {"kind": "D"})x";
+  const std::string beside = R"x("u": {"kind": "Se", "effort": "sin(t)"}, "j": {"kind": "1"},
+      "r": {"kind": "R", "resistance": 1}, "n": {"kind": "0"}, "a": {"kind": "D"}, )x";
+  // Four diodes between a source and a capacitor with a leak, one end of which is the reference: between two charges
+  // all of them block, and the source floats.
+  const std::string bridge = R"x("u": {"kind": "Se", "effort": "sin(t)"}, "line": {"kind": "1"},
+      "left": {"kind": "0"}, "right": {"kind": "0"}, "plus": {"kind": "0"}, "w1": {"kind": "1"}, "w2": {"kind": "1"},
+      "w3": {"kind": "1"}, "w4": {"kind": "1"}, "d1": {"kind": "D"}, "d2": {"kind": "D"}, "d3": {"kind": "D"},
+      "d4": {"kind": "D"}, "c": {"kind": "C", "capacitance": 1}, "r": {"kind": "R", "resistance": 10})x";
+  const std::string wires =
+      "u>line line>left right>line left>w1 w1>d1 w1>plus right>w3 w3>d3 w3>plus "
+      "w2>d2 w2>left w4>d4 w4>right plus>c plus>r";
+  struct Case {
+    const char* what;
+    std::string elements, bonds, outputs;
+    std::vector<std::string> indefinite, definite;
+  };
+  const Case cases[] = {
+      {"in series",
+       series,
+       "u>j j>r j>a j>b",
+       R"("i": "r.f", "va": "a.e", "vb": "b.e", "both": "a.e + b.e")",
+       {"va", "vb"},
+       {"i", "both"}},
+      {"in series, of other thresholds",
+       series + R"(, "extra": {"kind": "D", "threshold": 0.1})",
+       "u>j j>r j>a j>b j>extra",
+       R"("i": "r.f", "v": "extra.e")",
+       {"v"},
+       {"i"}},
+      {"in parallel",
+       beside + R"("b": {"kind": "D"})",
+       "u>j j>r j>n n>a n>b",
+       R"("i": "r.f", "ia": "a.f", "ib": "b.f", "v": "a.e")",
+       {"ia", "ib"},
+       {"i", "v"}},
+      {"in parallel, of other thresholds",
+       beside + R"("b": {"kind": "D", "threshold": 0.1})",
+       "u>j j>r j>n n>a n>b",
+       R"("i": "r.f", "ia": "a.f", "ib": "b.f")",
+       {},
+       {"i", "ia", "ib"}},
+      {"beside a switch, which carries all",
+       beside + R"("b": {"kind": "Sw", "closed": "mod(t, 1) < 0.5"})",
+       "u>j j>r j>n n>a n>b",
+       R"("i": "r.f", "ia": "a.f", "ib": "b.f")",
+       {},
+       {"i", "ia", "ib"}},
+      {"beside a capacitor that it empties",
+       beside + R"("b": {"kind": "C", "capacitance": 0.1})",
+       "u>j j>r j>n n>a n>b",
+       R"("i": "r.f", "ia": "a.f", "v": "a.e")",
+       {},
+       {"i", "ia", "v"}},
+      {"a bridge on a capacitor",
+       bridge,
+       wires,
+       R"("v": "c.e", "i": "u.f", "v1": "d1.e", "i1": "d1.f", "at": "left.e", "across": "left.e - right.e")",
+       {"v1", "at"},
+       {"v", "i", "i1", "across"}},
+  };
+  for (const Case& each : cases) {
+    INFO(each.what);
+    const std::string notes = notes_of(completed(model_of(each.elements, each.bonds, each.outputs)));
+    CAPTURE(notes);
+    std::string named = notes.substr(0, notes.find("indefinite"));
+    if (notes.find("indefinite") == std::string::npos) named.clear();
+    for (const std::string& name : each.indefinite) CHECK(named.find("\"" + name + "\"") != std::string::npos);
+    for (const std::string& name : each.definite) CHECK(named.find("\"" + name + "\"") == std::string::npos);
+  }
 }
 
 TEST_CASE("a model with another fault is not blamed for switches that are open in series as it is read") {

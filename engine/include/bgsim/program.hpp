@@ -193,8 +193,9 @@ struct Program {
   std::vector<StateInfo> dependent;                     ///< by EquationSystem::dependent
   LeftOut left_out;                                     ///< what slice() took away
   std::vector<std::string> output_names, output_units;  ///< of the outputs compiled
-  std::vector<std::string> indefinite_outputs;          ///< that depend on what idle switches leave indefinite
-  std::vector<std::string> energy_names;                ///< by energy part: element
+  std::vector<std::string> indefinite_outputs;  ///< that depend on what idle switches and diodes leave indefinite
+  std::vector<ElementId> indefinite_diodes;     ///< these diodes: their sides are one choice of several
+  std::vector<std::string> energy_names;        ///< by energy part: element
   std::vector<ElementId> energy_elements;
   std::vector<EnergyPart::Role> energy_roles;
   std::vector<bool> energy_modulated;

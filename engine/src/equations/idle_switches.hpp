@@ -1,9 +1,6 @@
 /// Modes in which switches set what other switches set already.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "bgsim/equations.hpp"
 
 namespace bgsim {
@@ -22,7 +19,8 @@ Model with_idle_switches(Model model);
 
 [[nodiscard]] bool has_idle_switches(const Model& model);
 
-/// Names of the outputs that depend on what idle switches leave indefinite.
-std::vector<std::string> indefinite_outputs(const Model& model, const BondGraph& graph, const EquationSystem& system);
+/// The effort or flow that the side of a switch, diode or contact imposes, or the other one of its bond.
+SymbolId side_variable(const Model& model, const BondGraph& graph, const EquationSystem& system, ElementId id,
+                       bool imposed);
 
 }  // namespace bgsim

@@ -39,6 +39,7 @@ bool SwitchedRun::stretch() {
   }
   const Program* program = enter_mode();
   if (program == nullptr || !vary_into(*program)) return false;
+  note_indefinite(*program);
   log_start(*program->model, stored_.t);
   log_sides(*program->model, [](bool) { return true; });
   forget_rests();

@@ -44,7 +44,6 @@ const Program* SwitchedRun::program_here() {
   try {
     const Program& program = program_of_(mode_, settling());
     met_.insert(mode_);
-    note_indefinite(program);
     if (result_.trace.names.empty()) {
       result_.trace.names = program.output_names;
       result_.trace.units = program.output_units;
@@ -58,20 +57,29 @@ const Program* SwitchedRun::program_here() {
   }
 }
 
-/// Outputs that idle switches leave indefinite, each once.
+/// Outputs that idle switches and diodes leave indefinite, each once.
 void SwitchedRun::note_indefinite(const Program& program) {
   std::string outputs;
   std::size_t count = 0;
   for (const std::string& output : program.indefinite_outputs)
     if (indefinite_.insert(output).second) outputs += (count++ == 0 ? "\"" : "\", \"") + output;
   if (outputs.empty()) return;
-  std::string idle;
+  std::string why;
+  const auto add = [&why](const Element& element, const std::string& words) {
+    why += (why.empty() ? "\"" : ", \"") + element.name + "\" " + words;
+  };
   for (const Element& element : program.model->elements)
     if (element.idle)
-      idle += (idle.empty() ? "\"" : ", \"") + element.name + "\" is " + side_text(element, is_closed(element)) +
-              " beside switches that are, too, and is taken to have no " + (is_closed(element) ? "flow" : "effort");
+      add(element, "is " + std::string(side_text(element, is_closed(element))) +
+                       " beside switches that are, too, and is taken to have no " +
+                       (is_closed(element) ? "flow" : "effort"));
+  for (const ElementId id : program.indefinite_diodes) {
+    const Element& element = program.model->elements[id.index()];
+    add(element, is_closed(element) ? "has no flow, whatever its effort is, and is taken to conduct"
+                                    : "has no effort beside diodes that conduct, and is taken to have no flow");
+  }
   result_.report.notes.push_back("from t = " + number_text(stored_.t, 6) + " " + outputs +
-                                 (count == 1 ? "\" is" : "\" are") + " indefinite: " + idle);
+                                 (count == 1 ? "\" is" : "\" are") + " indefinite: " + why);
 }
 
 Diagnostic SwitchedRun::not_allowed(const ModelError& error) const {

@@ -4,6 +4,7 @@
 
 #include "bgsim/evaluator.hpp"
 #include "equations/idle_switches.hpp"
+#include "equations/indefinite.hpp"
 #include "equations/solvable_causality.hpp"
 #include "graph/law_numbers.hpp"
 #include "model/add_symbols.hpp"
@@ -241,7 +242,9 @@ std::unique_ptr<ModePrograms::Made> ModePrograms::make(const std::shared_ptr<con
       made->certain.push_back(free_of_switches(*made->model, system, at.leaves));
     const BlockOrder order = order_equations(*made->model, system);
     made->program = compile(made->model, system, order);
-    made->program.indefinite_outputs = indefinite_outputs(*made->model, made->graph, system);
+    Indefinite indefinite = indefinite_outputs(*made->model, made->graph, system);
+    made->program.indefinite_outputs = std::move(indefinite.outputs);
+    made->program.indefinite_diodes = std::move(indefinite.diodes);
     return made;
   });
 }
