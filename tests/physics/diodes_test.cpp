@@ -349,6 +349,61 @@ TEST_CASE("a bridge at rest, whose source begins at 0, finds the diodes of its c
   }
 }
 
+TEST_CASE("a diode over a coil between capacitors goes on carrying its current when a source charges both") {
+  // A second derivative that cancels, and is rounding, made its resistance 2.7e17 times too large, and its border as
+  // wide as 66043: it let go of the current, and blocked with a forward voltage of 1.4.
+  const RunResult result = run_diodes(
+      R"("n1": {"kind": "0"}, "n2": {"kind": "0"}, "n3": {"kind": "0"}, "j0": {"kind": "1"},
+         "v0": {"kind": "Se", "effort": 3.874}, "rs": {"kind": "R", "resistance": 1.452}, "j1": {"kind": "1"},
+         "d1": {"kind": "D"}, "j2": {"kind": "1"}, "l2": {"kind": "I", "inertance": 0.765}, "j3": {"kind": "1"},
+         "s3": {"kind": "Sw", "closed": "t > 0.1 and t < 1.14"}, "j4": {"kind": "1"},
+         "c4": {"kind": "C", "capacitance": 0.542}, "j5": {"kind": "1"},
+         "c5": {"kind": "C", "capacitance": 0.156, "initial": {"e": 0.997}}, "j6": {"kind": "1"},
+         "s7": {"kind": "Sw", "closed": "t > 100"}, "j7": {"kind": "1"}, "d8": {"kind": "D"}, "j8": {"kind": "1"},
+         "d9": {"kind": "D"})",
+      "v0>j0 j0>n1 j0>rs n1>j1 j1>n2 j1>d1 n2>j2 j2>n3 j2>l2 n1>j3 j3>s3 n2>j4 j4>c4 n3>j5 j5>c5 j6>n2 j6>s7 n2>j7 "
+      "j7>n3 j7>d8 j8>n2 j8>d9",
+      R"("u4": "c4.e", "u5": "c5.e", "coil": "l2.f", "v8": "d8.e")",
+      R"("stop": 2, "times": [1.1, 1.2, 1.4, 1.7, 2], "relative": 1e-9)");
+  const double u0 = result.trace["u4"][0];
+  for (std::size_t k = 0; k < 5; ++k) {
+    const double since = std::max(0.0, result.trace.times[k] - 1.14);
+    const double u = 3.874 + (u0 - 3.874) * std::exp(-since / (1.452 * (0.542 + 0.156)));
+    CAPTURE(since);
+    // A hundred tolerances.
+    CHECK(std::abs(result.trace["u4"][k] - u) < 1e-7);
+    CHECK(std::abs(result.trace["u5"][k] - u) < 1e-7);
+    CHECK(std::abs(result.trace["coil"][k] - result.trace["coil"][0]) < 1e-7);
+    CHECK(std::abs(result.trace["v8"][k]) < 1e-7);
+  }
+}
+
+TEST_CASE("two paths of two diodes each, side by side, conduct as one when the switch between their middles opens") {
+  // All four were found to conduct, which the graph does not allow (BG619).
+  const RunResult result = run_diodes(
+      R"x("n1": {"kind": "0"}, "n2": {"kind": "0"}, "n3": {"kind": "0"}, "n4": {"kind": "0"}, "n5": {"kind": "0"},
+         "j0": {"kind": "1"}, "v0": {"kind": "Se", "effort": 3.106}, "rs": {"kind": "R", "resistance": 1.771},
+         "j1": {"kind": "1"}, "r1": {"kind": "R", "resistance": 1.763}, "j2": {"kind": "1"}, "d2": {"kind": "D"},
+         "j3": {"kind": "1"}, "l3": {"kind": "I", "inertance": 0.193, "initial": {"f": -0.795}}, "j4": {"kind": "1"},
+         "r4": {"kind": "R", "resistance": 0.79}, "j5": {"kind": "1"},
+         "s5": {"kind": "Sw", "closed": "mod(t - 1.103691, 1.139) < 0.768825"}, "j6": {"kind": "1"},
+         "r6": {"kind": "R", "resistance": 1.358}, "l7": {"kind": "I", "inertance": 0.249}, "j7": {"kind": "1"},
+         "d8": {"kind": "D"}, "j8": {"kind": "1"}, "d9": {"kind": "D"}, "j9": {"kind": "1"}, "d10": {"kind": "D"},
+         "j10": {"kind": "1"}, "s12": {"kind": "Sw", "closed": "mod(t - 0.477868, 0.772) < 0.2316"},
+         "j11": {"kind": "1"}, "d13": {"kind": "D"}, "j12": {"kind": "1"}, "d15": {"kind": "D"})x",
+      "v0>j0 j0>n1 j0>rs n1>j1 j1>n2 j1>r1 n1>j2 j2>n3 j2>d2 n3>j3 j3>n4 j3>l3 n3>j4 j4>n5 j4>r4 n1>j5 j5>s5 n2>j6 "
+      "j6>r6 j6>l7 n3>j7 j7>d8 n4>j8 j8>d9 n5>j9 j9>d10 n2>j10 j10>n3 j10>s12 n1>j11 j11>n2 j11>d13 n2>j12 j12>d15",
+      R"("i": "rs.f", "v": "s5.e", "down": "d8.f + d15.f + d9.f + d10.f + r6.f + s5.f")",
+      R"("stop": 4.392, "samples": 101, "relative": 1e-9)");
+  for (std::size_t k = 0; k < result.trace.times.size(); ++k) {
+    CAPTURE(result.trace.times[k]);
+    // Nothing stands between n1 and the reference but diodes and a switch, one path of which always conducts.
+    CHECK(std::abs(result.trace["v"][k]) < 1e-9);
+    CHECK(std::abs(result.trace["i"][k] - 3.106 / 1.771) < 1e-9);
+    CHECK(std::abs(result.trace["down"][k] - result.trace["i"][k]) < 1e-9);
+  }
+}
+
 TEST_CASE("a program with diodes is not run without what finds their sides") {
   const CompiledModel compiled = compile_file("models/half_wave.json");
   CHECK_THROWS_AS(compiled.run(), std::invalid_argument);

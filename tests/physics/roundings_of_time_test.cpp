@@ -76,4 +76,28 @@ TEST_CASE("two samplers whose common instants are doubles beside each other") {
     }
 }
 
+TEST_CASE("samples of two rates at multiples of each other are taken together, however their instants round") {
+  // 18/972 and 18*(1/972) differ by two roundings: b had what a was one sample before.
+  for (const double fs : {972.0, 1872.0, 333.0, 48000.0, 7.0})
+    for (const double k : {7.0, 12.0, 18.0, 49.0}) {
+      INFO(fs << ' ' << k);
+      const RunResult result =
+          run_text(R"x({"bgsim": 1, "name": "rates", "parameters": {"fs": )x" + std::to_string(fs) +
+                       R"x(, "Ts": "1/fs", "k": )x" + std::to_string(k) + R"x(, "p": "k/fs"},
+            "signals": {"a": {"value": "sin(3*t/p)", "every": "Ts"}, "b": {"value": "a", "every": "p"}},
+            "elements": {"s": {"kind": "MSe", "effort": "b"}, "j": {"kind": "1"}, "r": {"kind": "R", "resistance": 1},
+              "c": {"kind": "C", "capacitance": 0.1}},
+            "bonds": [{"from": "s", "to": "j"}, {"from": "j", "to": "r"}, {"from": "j", "to": "c"}],
+            "outputs": {"a": "a", "b": "b"},
+            "scenes": {"s": {"start": "0.01*p", "stop": "60.01*p", "samples": 61}}})x",
+                   {});
+      REQUIRE(result.stop == StopReason::completed);
+      // A row is a hundredth of p behind each instant of b, before the next one of a.
+      for (std::size_t n = 1; n < result.trace.times.size(); ++n) {
+        CHECK(result.trace["b"][n] == result.trace["a"][n]);
+        CHECK(std::abs(result.trace["a"][n] - std::sin(3.0 * static_cast<double>(n))) < 1e-9);  // roundings of t
+      }
+    }
+}
+
 }  // namespace bgsim

@@ -308,6 +308,28 @@ TEST_CASE("the initial side of a switch with hysteresis is what it stays on") {
   }
 }
 
+TEST_CASE("a switch with hysteresis begins on the side that its conditions give it, and nothing is lost for it") {
+  // A coil with 1 A on a resistor, as the capacitor's voltage, 0.5 exp(-t/2), says; a capacitor with 1 V likewise.
+  const RunResult coil = run_switched(
+      R"("l": {"kind": "I", "inertance": 1, "initial": {"f": 1}}, "r": {"kind": "R", "resistance": 1},
+         "s": {"kind": "Sw", "close": "c.e < 1", "open": "c.e > 2"}, "j": {"kind": "1"}, "n": {"kind": "0"},
+         "c": {"kind": "C", "capacitance": 1, "initial": {"e": 0.5}}, "leak": {"kind": "R", "resistance": 2})",
+      R"({"from": "j", "to": "l"}, {"from": "j", "to": "r"}, {"from": "j", "to": "s"}, {"from": "n", "to": "c"},
+         {"from": "n", "to": "leak"})",
+      R"("i": "l.f")", R"("stop": 2, "samples": 3, "relative": 1e-9)");
+  check_completed(coil);
+  const RunResult capacitor = run_switched(
+      R"("c": {"kind": "C", "capacitance": 1, "initial": {"e": 1}}, "r": {"kind": "R", "resistance": 2}, "n": {"kind": "0"},
+         "s": {"kind": "Sw", "close": "c.e > 5", "open": "t >= 0", "initial": "closed"})",
+      R"({"from": "n", "to": "c"}, {"from": "n", "to": "r"}, {"from": "n", "to": "s"})", R"("u": "c.e")",
+      R"("stop": 2, "samples": 3, "relative": 1e-9)");
+  check_completed(capacitor);
+  for (std::size_t k = 0; k < 3; ++k) {  // a hundred tolerances
+    CHECK(std::abs(coil.trace["i"][k] - std::exp(-coil.trace.times[k])) < 1e-7);
+    CHECK(std::abs(capacitor.trace["u"][k] - std::exp(-capacitor.trace.times[k] / 2.0)) < 1e-7);
+  }
+}
+
 TEST_CASE("modes without stores change at the right time") {
   const RunResult result = run_switched(
       R"("v": {"kind": "Se", "effort": "t"}, "r": {"kind": "R", "resistance": 1}, "s": {"kind": "Sw",

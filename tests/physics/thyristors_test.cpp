@@ -70,3 +70,57 @@ TEST_CASE("a thyristor whose current has ended stays off until it is fired, also
       run_of(two_in_series("mod(t, 2*pi) > 1 and mod(t, 2*pi) < 1.1", "mod(t, 2*pi) > 1 and mod(t, 2*pi) < 1.1"));
   CHECK(at(both, "i", 8.0) == Approx(current(8.0 - 2.0 * M_PI, 1.0)).margin(1e-8));
 }
+
+TEST_CASE("a thyristor that carries nothing when its fire ends is off, though nothing has turned its current back") {
+  struct Case {
+    const char* what;
+    std::string source, fire, more, stop;
+    double (*current)(double);
+  };
+  const std::string half_wave = "max(0, sin(t))";
+  const Case cases[] = {
+      {"a switch in series has opened before", "5", "t < 1",
+       R"(, "s": { "kind": "Sw", "closed": "t < 0.5 or t > 1.5" })", "2.5",
+       [](double t) { return t < 0.5 ? 5.0 : 0.0; }},
+      {"the source rests at 0", "if(t < 0.5 or t > 1.5, 5, 0)", "t < 0.3", "", "2.5",
+       [](double t) { return t < 0.5 ? 5.0 : 0.0; }},
+      {"a half wave ends at 0", half_wave, "t > 1 and t < 2", "", "8",
+       [](double t) { return t > 1.0 && t < 3.14 ? std::sin(t) : 0.0; }},
+      {"a diode in series blocks", "if(t < 0.6 or t > 1.3, 5, -1)", "t < 1", R"(, "s": { "kind": "D" })", "2.5",
+       [](double t) { return t < 0.6 ? 5.0 : 0.0; }},
+      {"a diode in series blocks before the fire ends", "sin(t)", "mod(t, 2*pi) > 1 and mod(t, 2*pi) < 3.5",
+       R"(, "s": { "kind": "D" })", "20",
+       [](double t) {
+         const double phase = std::fmod(t, 6.283185307179586);
+         return phase > 1.0 && phase < 3.1416 ? std::sin(t) : 0.0;
+       }},
+      {"a resistor in series alone", "sin(t)", "mod(t, 2*pi) > 1 and mod(t, 2*pi) < 1.5", "", "20",
+       [](double t) {
+         const double phase = std::fmod(t, 6.283185307179586);
+         return phase > 1.0 && phase < 3.1416 ? std::sin(t) : 0.0;
+       }},
+  };
+  for (const Case& each : cases)
+    for (const bool thyristor_last : {false, true}) {
+      INFO(each.what << (thyristor_last ? ", the thyristor last" : ""));
+      const std::string thyristor = R"("h": { "kind": "D", "fire": ")" + each.fire + "\" }";
+      const std::string more = each.more.empty() ? "" : each.more.substr(2);
+      const std::string elements = more.empty()     ? thyristor
+                                   : thyristor_last ? more + ", " + thyristor
+                                                    : thyristor + ", " + more;
+      const RunResult result = run_of(
+          R"({ "bgsim": 1, "name": "ends", "elements": { "v": { "kind": "Se", "effort": ")" + each.source +
+          R"(" }, "j": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 }, )" + elements +
+          R"( }, "bonds": [ { "from": "v", "to": "j" }, { "from": "j", "to": "r" },
+          { "from": "j", "to": "h" })" +
+          (more.empty() ? "" : R"(, { "from": "j", "to": "s" })") +
+          R"( ], "outputs": { "i": "r.f" }, "scenes": { "run": { "stop": )" + each.stop + R"(, "samples": 98 } } })");
+      const std::vector<double> i = column(result, "i");
+      REQUIRE(i.size() == 98);
+      for (std::size_t k = 0; k < i.size(); ++k) {
+        CAPTURE(result.trace.times[k]);
+        // No state: rounding. No sample is within 1e-3 of an edge.
+        CHECK(std::abs(i[k] - each.current(result.trace.times[k])) < 1e-12);
+      }
+    }
+}

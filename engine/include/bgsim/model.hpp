@@ -151,6 +151,8 @@ struct DiodeLaw {
   ExprId fire;       ///< condition without which it does not begin to conduct; none: it needs none
   Place fire_place;
   ParameterId band;  ///< how far f or e may be beyond its border by rounding; none: not at all
+  /// Of one with a fire: a flow of at most this has ended where the fire does not hold; none: it is not looked for.
+  ParameterId holding;
 };
 
 /// A unilateral stop: 0 <= e, q <= gap, e (gap - q) = 0 with q' = f. It is a diode as well (Element::diode), which

@@ -66,6 +66,7 @@ struct Relation {
   bool structural = false;  ///< denominator: a resistance, capacitance, inertance or modulus itself
   bool negated = false;     ///< floor: of -x, in place of ceil(x); the mode is the negative of its value
   bool time_only = false;   ///< depends on time and parameters only: a scheduled event, no root function
+  bool samples = false;     ///< stands behind a sampled signal: its changes are the instants of samples
   std::string text;         ///< in the model's own names, for messages
   Origin where;             ///< whose expression it is
   /// Two guards instead of one: the distances to both ends of the present cell.

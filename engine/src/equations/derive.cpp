@@ -301,7 +301,8 @@ class Derivation {
     add_energy({EnergyPart::Role::source, id, power, {}, {}, {}, {}, false});
   }
 
-  /// Conducting it leaves its side where the flow goes below 0, blocking where the effort goes beyond the threshold.
+  /// Conducting it leaves its side where the flow goes below 0, blocking where the effort goes beyond the threshold. A
+  /// thyristor does where there is no flow while it is not fired, too: it has ended, and would need its fire again.
   void write_diode_side(ElementId id) {
     const Element& element = model_.elements[id.index()];
     const DiodeLaw& law = *element.diode;
@@ -325,6 +326,12 @@ class Derivation {
       ExprId leaves = conducts ? pool.make(Op::lt, pool.add(equation.flow, band), zero)
                                : pool.make(Op::gt, pool.sub(pool.sub(equation.effort, equation.threshold), band), zero);
       if (!conducts && fires.valid()) leaves = pool.make(Op::logical_and, fires, leaves);
+      if (conducts && law.holding.valid()) {
+        const ExprId holding = as_expression(system_.parameters[law.holding.index()]);
+        const ExprId ended =
+            pool.make(Op::logical_and, pool.make(Op::logical_not, fires), pool.make(Op::le, equation.flow, holding));
+        leaves = pool.make(Op::logical_or, leaves, ended);
+      }
       if (element.contact && element.contact->settling) {
         const ExprId rest = as_expression(system_.parameters[element.contact->rest.index()]);
         leaves = pool.make(Op::logical_or, leaves, pool.make(Op::ge, as_expression(system_.time), rest));
@@ -340,7 +347,9 @@ class Derivation {
       const Element& element = model_.elements[i];
       if (element.diode) write_diode_side(ElementId(i));
       if (!element.switches) continue;
-      const bool closed = is_closed(element);
+      // Where a resistor stands for it, one with hysteresis has the side that it begins on, the others none: they close.
+      const bool closed =
+          is_switch(element.kind) ? is_closed(element) : element.switches->remembers && element.stands_in;
       wish_ = Wish{closed ? element.switches->opens_place : element.switches->closes_place, {}};
       const ExprId leaves = (*translate_)(closed ? element.switches->opens : element.switches->closes);
       ExprPool& pool = system_.pool;

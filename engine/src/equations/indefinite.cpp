@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bgsim/modes.hpp"
 #include "equations/idle_switches.hpp"
 #include "equations/random_point.hpp"
 #include "expression/graph.hpp"
@@ -21,11 +22,10 @@ ImposedSides imposed_sides(const Model& model, const BondGraph& graph, const Equ
   for (std::size_t i = 0; i < model.elements.size(); ++i)
     if (model.elements[i].idle) sides.idle.push_back(side_variable(model, graph, system, ElementId(i), true));
   for (const DiodeEquation& at : system.diodes) {
-    const ElementKind kind = model.elements[at.element.index()].kind;
-    if (kind != ElementKind::conducting_diode && kind != ElementKind::blocking_diode) continue;
+    const Element& element = model.elements[at.element.index()];
+    if (is_contact(element.kind)) continue;
     sides.diodes.push_back(&at);
-    if (kind == ElementKind::conducting_diode)
-      sides.conducting.push_back(side_variable(model, graph, system, at.element, true));
+    if (is_closed(element)) sides.conducting.push_back(side_variable(model, graph, system, at.element, true));
   }
   return sides;
 }
@@ -76,7 +76,7 @@ Indefinite indefinite_outputs(const Model& model, const BondGraph& graph, const 
   if (!sides.diodes.empty()) {
     const RandomPoint as_it_is(system, {}), any_efforts(system, sides.conducting);
     for (const DiodeEquation* at : sides.diodes) {
-      const bool conducts = model.elements[at->element.index()].kind == ElementKind::conducting_diode;
+      const bool conducts = is_closed(model.elements[at->element.index()]);
       const SymbolId other = side_variable(model, graph, system, at->element, false);
       const bool on_both = conducts ? any_efforts.is_zero(other)
                                     : system.pool.is_constant(at->threshold, 0.0) && as_it_is.is_zero(other) &&

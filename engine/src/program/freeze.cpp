@@ -1,12 +1,14 @@
 #include "program/freeze.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
 
 #include "expression/graph.hpp"
+#include "model/samples.hpp"
 
 namespace bgsim {
 namespace {
@@ -319,6 +321,8 @@ ExprId Freezer::freeze(ExprId expression, Relation relation) {
   if (relation.kind != Relation::Kind::denominator) relation.where = order_.origins[expression.index()];
   const auto name = [this](SymbolId symbol) { return program_.symbol_names[symbol.index()]; };
   relation.text = readable_text(program_.pool, plain_[expression.index()], name);
+  for (const ExprId e : reachable(program_.pool, std::array{relation.origin}))
+    relation.samples = relation.samples || program_.pool.is_constant(e, kSamplesEarly);
   const SymbolId mode(program_.symbol_names.size());
   program_.symbol_names.push_back("mode of " + relation.text);
   modes_.push_back(mode);

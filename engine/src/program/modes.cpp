@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "expression/graph.hpp"
 #include "expression/table_cell.hpp"
@@ -191,9 +192,13 @@ std::vector<std::pair<std::size_t, double>> Evaluator::undecided_relations() con
 }
 
 std::optional<double> Evaluator::next_time_event(double after, double until) {
+  // Instants that are products and quotients of the same numbers, k*Ts and 18/fs, differ by a few roundings. Samples
+  // that are due at them are taken together, at the last of them; all come earlier than that anyway (kSamplesEarly).
+  constexpr double kSame = 0x1p-46;
   Impl& impl = *impl_;
   const Program& program = impl.program;
-  std::optional<double> first;
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  double first = kNone, sample = kNone;
   for (std::size_t i = 0; i < program.relations.size(); ++i) {
     if (!program.relations[i].time_only) continue;
     // A change found earlier stays the next one until it has passed.
@@ -201,9 +206,20 @@ std::optional<double> Evaluator::next_time_event(double after, double until) {
     const bool known = time.looked_from <= after && (after < time.next_change || std::isinf(time.next_change)) &&
                        until <= time.looked_until;
     if (!known) impl.look_for_change(i, after, until);
-    if (time.next_change <= until && (!first || time.next_change < *first)) first = time.next_change;
+    if (time.next_change > until) continue;
+    double& earliest = program.relations[i].samples ? sample : first;
+    earliest = std::min(earliest, time.next_change);
   }
-  return first;
+  if (sample < first) {
+    double last = sample;
+    for (std::size_t i = 0; i < program.relations.size(); ++i) {
+      if (!program.relations[i].time_only || !program.relations[i].samples) continue;
+      const double at = impl.known_times[i]->next_change;
+      if (at <= until && at - sample <= kSame * std::abs(sample)) last = std::max(last, at);
+    }
+    first = std::min(first, last);
+  }
+  return first == kNone ? std::nullopt : std::optional(first);
 }
 
 }  // namespace bgsim

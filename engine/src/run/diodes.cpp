@@ -200,6 +200,9 @@ class Sides {
         SlopesThrough at{r, {}};
         for (std::size_t k = 0; k < kOrders; ++k) at.slopes[k] = own_slope(i, k);
         if (std::abs(at.slopes[0]) <= kOfTerms / r) at.slopes[0] = 0.0;
+        // What does not move the one before within the scene is what rounding leaves of terms that cancel.
+        for (std::size_t k = 1; k < kOrders; ++k)
+          if (std::abs(own_slope(i, k)) * span_ <= kOfTerms * std::abs(own_slope(i, k - 1))) at.slopes[k] = 0.0;
         scans[i].push_back(at);
       }
     }

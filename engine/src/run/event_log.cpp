@@ -11,7 +11,6 @@
 #include "bgsim/text.hpp"
 #include "bgsim/trace_csv.hpp"
 #include "model/add_symbols.hpp"
-#include "model/samples.hpp"
 
 namespace bgsim {
 namespace {
@@ -33,10 +32,9 @@ std::string condition_side(const Relation& relation, double mode) {
 
 /// Whether a condition is not the model's, but stands behind a diode, a sampling time or a latch, whose rows say it.
 bool stands_behind(const Program& program, const Relation& relation) {
-  for (const char* const own : {kBandParameter, kRestParameter})
+  for (const char* const own : {kBandParameter, kHoldingParameter, kRestParameter})
     if (relation.text.find(own) != std::string::npos) return true;
-  for (const ExprId e : reachable(program.pool, std::array{relation.origin}))
-    if (program.pool.is_constant(e, kSamplesEarly)) return true;
+  if (relation.samples) return true;
   return std::any_of(program.model->events.begin(), program.model->events.end(), [&](const ModelEvent& event) {
     return event.at_start && !event.sampled.valid() &&
            relation.text == program.model->signals[event.sets.front().signal.index()].name + " > 0.5";

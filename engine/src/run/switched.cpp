@@ -147,7 +147,12 @@ const Program* SwitchedRun::enter_mode() {
     if (met.size() >= kMostJumps) break;
     met.push_back(mode_);
     program = program_here();
-    if (program == nullptr) return nullptr;
+    if (program == nullptr) {
+      // Paths of diodes side by side share a current in any way, and the graph allows one of them to conduct.
+      if (std::exchange(tried, true) || !try_allowed()) return nullptr;
+      settled = true;
+      continue;
+    }
     const bool diodes = !program->diode_elements.empty();
     parameters_ = inputs_.parameters;
     if (diodes) parameters_.resize(program->model->parameters.size(), 0.0);

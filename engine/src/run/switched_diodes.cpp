@@ -10,6 +10,7 @@ void SwitchedRun::take_diodes(const std::vector<double>& values) {
   if (values.empty()) return;
   if (diodes_.empty()) return;
   const DiodeNetwork& network = network_of_(mode_);
+  const std::vector<ElementId> elements = diode_elements(*network.program.model);
   std::size_t next = 0;
   for (std::size_t i = 0; i < diodes_.size(); ++i) {
     while (!is_diode_[next]) ++next;
@@ -19,6 +20,10 @@ void SwitchedRun::take_diodes(const std::vector<double>& values) {
     diode.effort = values[4 * i];
     diode.flow = contact ? 0.0 : values[4 * i + 1];
     diode.may_begin = values[4 * i + 3] != 0.0;
+    // A thyristor without a flow ends where its fire does, though the circuit may keep it on its side.
+    const ParameterId holding = network.program.model->elements[elements[i].index()].diode->holding;
+    if (holding.valid() && diode.conducts && !*diode.may_begin && diode.flow <= parameters_[holding.index()])
+      diode.pinned = true;
   }
 }
 
@@ -142,12 +147,22 @@ bool SwitchedRun::try_sides(const std::function<double(const StateInfo&)>& resol
   if (!sides) return false;
   for (std::size_t i = 0; i < diodes_.size(); ++i) {
     diodes_[i].conducts = sides->conducts[i];
-    diodes_[i].pinned = false;
+    diodes_[i].pinned = diodes_[i].pinned && diodes_[i].conducts;
     diodes_[i].effort = diodes_[i].flow = 0.0;
   }
   flow_off_ = flow_error_ = std::move(sides->flow_error);
   effort_off_ = effort_error_ = std::move(sides->effort_error);
   put_diodes();
+  return true;
+}
+
+bool SwitchedRun::try_allowed() {
+  if (diodes_.empty()) return false;
+  const Mode refused = mode_;
+  const auto resolution = [this](const StateInfo& state) { return resolution_of(state); };
+  if (!try_sides(resolution, may_be_tried(network_of_(mode_))) || mode_ == refused) return false;
+  result_.stop = StopReason::completed;
+  result_.failure.reset();
   return true;
 }
 
@@ -197,6 +212,13 @@ double SwitchedRun::lift_off_band(std::size_t i, const Element& contact) const {
   return std::max({kOfResolution * resolution_of(displacement), least_flight_[i], std::numeric_limits<double>::min()});
 }
 
+double SwitchedRun::holding_flow(std::size_t i, double flow) const {
+  // One that has ended stays as it is, whatever its flow is made of.
+  if (diodes_[i].pinned) return std::numeric_limits<double>::lowest();
+  // No flow is what rounding makes of none. One that has begun is looked for down to 0.
+  return flow > flow_error_[i] ? 0.0 : flow_error_[i];
+}
+
 bool SwitchedRun::hold_bands(const Program& program) {
   constexpr double kTwice = 2.0, kMore = 4.0;
   // The mode that was left because of a diode turns out to be the right one.
@@ -229,6 +251,8 @@ bool SwitchedRun::hold_bands(const Program& program) {
       band = std::max({kMore * band, kTwice * beyond, conducts ? flow_error_[i] : effort_error_[i]});
     }
     parameters_[element.diode->band.index()] = band;
+    if (element.diode->holding.valid())
+      parameters_[element.diode->holding.index()] = holding_flow(i, values[4 * i + 1]);
     if (room) continue;
     if (!matters || !(beyond > (conducts ? flow_off_[i] : effort_off_[i]))) continue;
     // Where the terms that cancel do not stand in the network of the diodes: what rounding makes of them in this mode.

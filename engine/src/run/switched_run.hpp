@@ -180,8 +180,12 @@ class SwitchedRun {
   [[nodiscard]] double lift_off_band(std::size_t i, const Element& contact) const;
   /// A flow or effort that is 0, or comes from 0, may be beyond its border by rounding: by so much the border is moved.
   /// False if a value is farther beyond: with a failure, or, if `try_others_`, without.
+  /// The flow up to which a thyristor that is not fired has ended, in the mode that begins.
+  [[nodiscard]] double holding_flow(std::size_t i, double flow) const;
   bool hold_bands(const Program& program);
 
+  /// Takes sides that the graph allows in place of those that it has just refused. False if there are none.
+  bool try_allowed();
   /// Where the sides that were found do not hold in their mode, those that tried_sides() finds, once an instant. False
   /// with a failure if there are none.
   bool hold_or_try(const Program& program, bool& tried);

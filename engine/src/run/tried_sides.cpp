@@ -87,7 +87,9 @@ class Trial {
     for (std::size_t i = 0; i < conducts.size(); ++i) {
       const bool fires = values_[4 * i + 3] != 0.0;
       if (conducts[i] && !before_[i].conducts && !fires) return false;
-      const double beyond = conducts[i] ? -values_[4 * i + 1] : values_[4 * i] - values_[4 * i + 2];
+      // One that has ended is on the conducting side without a flow either way.
+      const double flow = before_[i].pinned && !fires ? std::abs(values_[4 * i + 1]) : -values_[4 * i + 1];
+      const double beyond = conducts[i] ? flow : values_[4 * i] - values_[4 * i + 2];
       if ((!conducts[i] && !fires) || !(beyond > 0.0)) continue;
       if (error.empty()) error = errors(t, x);
       if (beyond > error[2 * i + (conducts[i] ? 1 : 0)]) return false;

@@ -38,8 +38,8 @@ SignalId add_integral(Model& model, std::string name) {
   return add_signal(model, std::move(name), Signal::Kind::integral);
 }
 
-/// With a parameter for each diode's band, and one for the instant at which a contact comes to rest whose mode is
-/// asked for.
+/// With a parameter for each diode's band, one for the flow below which a thyristor's has ended, and one for the
+/// instant at which a contact comes to rest whose mode is asked for.
 std::shared_ptr<const Model> with_bands(std::shared_ptr<const Model> model) {
   if (std::none_of(model->elements.begin(), model->elements.end(), [](const Element& e) { return e.diode; }))
     return model;
@@ -48,6 +48,8 @@ std::shared_ptr<const Model> with_bands(std::shared_ptr<const Model> model) {
     if (!result.elements[i].diode) continue;
     const ParameterId band = add_parameter(result, kBandParameter + result.elements[i].name + ")");
     result.elements[i].diode->band = band;
+    if (result.elements[i].diode->fire.valid())
+      result.elements[i].diode->holding = add_parameter(result, kHoldingParameter + result.elements[i].name + ")");
   }
   for (const ModelSymbol& symbol : model->symbols) {
     if (symbol.kind != ModelSymbol::Kind::mode) continue;
@@ -432,7 +434,12 @@ void ModePrograms::put_switches(const Made& without, const RunInputs& inputs, De
   for (std::size_t i = 0; i < closes.size(); ++i) {
     const ElementId element = program.switch_elements[i];
     const auto at = static_cast<std::size_t>(std::find(all.begin(), all.end(), element) - all.begin());
-    if (!model_->elements[element.index()].switches->remembers) start.mode[at] = without.certain[i] && closes[i] != 0.0;
+    const bool holds = without.certain[i] && closes[i] != 0.0;
+    // One with hysteresis leaves the side that it begins on where it is to; the others close.
+    if (!model_->elements[element.index()].switches->remembers)
+      start.mode[at] = holds;
+    else if (holds)
+      start.mode[at] = !without.model->elements[element.index()].stands_in;
   }
 }
 
