@@ -71,7 +71,7 @@ class Run {
         pace_(program, evaluator_, inputs, options),
         errors_(program, evaluator_, tolerances_, inputs, options.error_estimate && program.delays.empty()),
         recorder_(program, evaluator_, events_, errors_, clock_, inputs, options, result_),
-        audit_(program, evaluator_, options.energy_audit),
+        audit_(program, evaluator_, inputs, options.energy_audit),
         measures_(program, inputs.parameters, evaluator_, options.measures),
         magnitudes_(program.state_names.size()) {}
 

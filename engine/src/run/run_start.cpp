@@ -46,7 +46,7 @@ bool Run::begin() {
   log_->look(t_, branch_);
   note(negative_start_note(program_, x_));
   audit_.record_course(inputs_.output_times, options_.energy_course);
-  audit_.begin(t_, x_.data(), branch_, inputs_.stop);
+  audit_.begin(t_, x_.data(), branch_);
   measures_.begin(t_, x_.data(), branch_, inputs_.stop, inputs_.relative);
   return true;
 }

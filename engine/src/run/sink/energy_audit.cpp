@@ -47,10 +47,11 @@ void CompensatedSum::add(double value) {
   sum = next;
 }
 
-EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, bool wanted)
+EnergyAuditor::EnergyAuditor(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool wanted)
     : program_(program),
       evaluator_(evaluator),
       measuring_(wanted && !program.energy_roles.empty()),
+      longest_((inputs.stop - inputs.start) / kMostPieces),
       together_(evaluator.powers_together()),
       rules_(all_rules()),
       stretch_(program.powers.results.size()),
@@ -75,12 +76,10 @@ std::size_t EnergyAuditor::rule_for(int order) const {
   return static_cast<std::size_t>(points - 1);
 }
 
-void EnergyAuditor::begin(double t, const double* x, const Branch& branch, double stop) {
-  constexpr double kPieces = 64.0;
+void EnergyAuditor::begin(double t, const double* x, const Branch& branch) {
   const Stopwatch watch(seconds_);
   branch_ = branch;
   audited_ = t;
-  longest_ = (stop - t) / kPieces;
   if (!measuring_) return;
   if (!evaluator_.stored(t, x, branch_, energy_before_.data()) ||
       (!displaced_before_.empty() && !evaluator_.displacements(t, x, branch_, displaced_before_.data())))

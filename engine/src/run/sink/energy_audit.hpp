@@ -44,13 +44,12 @@ void carry(Archive& archive, EnergyCourse& course) {
 /// whose laws are not reciprocal).
 class EnergyAuditor {
  public:
-  EnergyAuditor(const Program& program, Evaluator& evaluator, bool wanted);
+  EnergyAuditor(const Program& program, Evaluator& evaluator, const RunInputs& inputs, bool wanted);
 
   /// Asks for the terms at about @p points of the output times. To be called before begin().
   void record_course(const OutputTimes& output_times, std::size_t points);
 
-  /// @param stop  the run's end.
-  void begin(double t, const double* x, const Branch& branch, double stop);
+  void begin(double t, const double* x, const Branch& branch);
   /// On to @p to, over a stretch on which the solution is smooth; @p solution(t, y, branch) gives it, @p branch being
   /// the one of a point nearby; @p order is that of its polynomial.
   template <class Solution>
@@ -80,7 +79,6 @@ class EnergyAuditor {
     archive("gross of events", gross_events_);
     archive("measuring", measuring_);
     archive("why not", why_not_);
-    archive("longest", longest_);
     archive("totals", total_);
     archive("activity", activity_);
     archive("gross source", gross_source_);
@@ -112,11 +110,11 @@ class EnergyAuditor {
     if (!measuring_ || !(to > from)) return;
     // Where the solution is a straight line a step may be most of the run, but powers need not be polynomials of it.
     // (Of the shortest scene that there is, 5e-324 s, a sixty-fourth is 0.)
-    const double pieces = longest_ > 0.0 ? std::max(1.0, std::ceil((to - from) / longest_)) : 1.0;
+    const double pieces = longest_ > 0.0 ? std::clamp(std::ceil((to - from) / longest_), 1.0, kMostPieces) : 1.0;
     const Rule& rule = pieces > 1.0 ? rules_.back() : rules_[rule_for(order)];
     const double length = (to - from) / pieces;
     start_stretch();
-    for (double piece = 0.0; piece < pieces; ++piece) {
+    for (double piece = 0.0; piece < pieces && measuring_; ++piece) {
       for (std::size_t i = 0; i < rule.position.size() && measuring_;)
         i = add_points(rule, i, from, piece, length, solution);
       if (measuring_) add_activities(rule, length);
@@ -148,6 +146,7 @@ class EnergyAuditor {
     }
     return first + at.count;
   }
+  static constexpr double kMostPieces = 64.0;  ///< of the run, or of a stretch of it up to the run's end
   static Rule rule_with(int points);
   /// By number of points, from 1 on.
   static const std::vector<Rule>& all_rules();
@@ -172,7 +171,8 @@ class EnergyAuditor {
   Evaluator& evaluator_;
   bool measuring_;
   double audited_ = 0.0, seconds_ = 0.0;
-  double longest_ = 0.0;  ///< stretch that the rule is applied to in one piece
+  /// What the rule is applied to in one piece. No part of a snapshot: a run may be continued to another end.
+  const double longest_;
   std::string why_not_;
   Branch branch_;        ///< at y_
   const bool together_;  ///< powers of several points are evaluated at once
