@@ -168,6 +168,50 @@ TEST_CASE("a completed run is continued beyond its end") {
   }
 }
 
+TEST_CASE("a run that ends beside a known time is continued over it", "[long]") {
+  const char* const text = R"json({ "bgsim": 1, "name": "known_times",
+    "signals": { "late": { "delay": "cap.e", "by": 0.25 }, "seen": { "value": "cap.e", "every": 0.3, "initial": 0 } },
+    "elements": {
+      "source": { "kind": "MSe", "effort": "step(t - 1) + if(mod(t, 0.7) < 0.2, 1, 0) - 2*late + seen" },
+      "loop": { "kind": "1" }, "load": { "kind": "R", "resistance": 1 },
+      "cap": { "kind": "C", "capacitance": 1, "initial": { "e": 1 } } },
+    "bonds": [ { "from": "source", "to": "loop" }, { "from": "loop", "to": "load" }, { "from": "loop", "to": "cap" } ],
+    "outputs": { "u": "cap.e", "i": "load.f", "y": "late", "s": "seen" },
+    "scenes": { "main": { "stop": 2, "samples": 21 } } })json";
+  for (const Method method : {Method::automatic, Method::bdf, Method::radau, Method::erk5}) {
+    INFO(facts_of(method).name);
+    const CompiledModel model = compile_text(text, with_method(method));
+    std::vector<double> known;
+    SimulateOptions options = one_run();
+    options.events = [&](const RunEvent& event) {
+      if (event.t == 0.0) return;
+      known.push_back(event.t);
+      known.push_back(event.t + 0.25);  // where it comes out of the delay
+    };
+    const RunResult whole = model.run(options);
+    REQUIRE(whole.stop == StopReason::completed);
+    REQUIRE(known.size() > 10);
+    for (const double t : known)
+      for (const double stop : {std::nextafter(t, 0.0), t, std::nextafter(t, 3.0)}) {
+        if (!(stop < model.inputs.stop)) continue;
+        CAPTURE(t, stop - t);
+        CompiledModel part = model;
+        part.inputs.stop = stop;
+        part.inputs.output_times = {0.0, stop};
+        std::vector<Taken> taken;
+        REQUIRE(run_with_snapshots(part, 0, taken).stop == StopReason::completed);
+        REQUIRE(taken.size() == 1);
+        const RunResult rest = resumed(model, taken.back(), 0);
+        REQUIRE(rest.stop == StopReason::completed);
+        // Known times that are nearer to each other than roundings of the scene are one, but two where it is cut there.
+        CHECK(rest.report.time_events >= whole.report.time_events);
+        // A restart moves what follows by about the tolerance, 1e-6; a jump that is left out by 0.1 and more.
+        for (std::size_t c = 0; c < whole.trace.columns.size(); ++c)
+          CHECK(rest.trace.columns[c].back() == Approx(whole.trace.columns[c].back()).margin(1e-4));
+      }
+  }
+}
+
 TEST_CASE("what is no snapshot of this run is refused") {
   const CompiledModel model = compile_file("models/bellow.json", {}, "step");
   std::vector<Taken> taken;

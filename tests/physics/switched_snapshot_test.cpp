@@ -395,6 +395,59 @@ TEST_CASE("a run whose mode changes where the scene ends is continued beyond it"
   CHECK(last(rest, "i") == 0.0);
 }
 
+TEST_CASE("a run that ends beside a change of the mode is continued over it", "[long]") {
+  for (const char* name : {"models/half_wave.json", "models/rectifier_b6.json", "models/ball_contact.json"})
+    for (const Method method : {Method::automatic, Method::bdf, Method::radau, Method::erk5}) {
+      INFO(name << " by " << facts_of(method).name);
+      const Study study = study_of(name);
+      RunInputs inputs = prepare_scene(study.model(), "", with_method(method));
+      inputs.stop = 7.0;
+      inputs.output_times = OutputTimes::equidistant(0.0, inputs.stop, 71);
+      const Simulation model = study.scene(inputs);
+      const Whole whole = run_whole(model, 0);
+      REQUIRE(whole.result.stop == StopReason::completed);
+      std::vector<double> changes;
+      for (const RunEvent& event : whole.events)
+        if (event.t > 0.0 && (changes.empty() || event.t > changes.back())) changes.push_back(event.t);
+      REQUIRE(changes.size() > 1);
+      constexpr std::size_t kMost = 4;
+      changes.resize(std::min(changes.size(), kMost));
+      for (const double t : changes)
+        for (const double stop : {std::nextafter(t, 0.0), t, std::nextafter(t, 8.0), t * (1.0 + inputs.relative)}) {
+          CAPTURE(t, stop - t);
+          RunInputs shorter = inputs;
+          shorter.stop = stop;
+          shorter.output_times = OutputTimes::equidistant(0.0, stop, 2);
+          const Whole part = run_whole(study.scene(shorter), 0);
+          REQUIRE(part.result.stop == StopReason::completed);
+          REQUIRE(part.taken.size() == 1);
+          SimulateOptions options = options_of(0);
+          options.resume = part.taken.front().text;
+          options.time_limit = 60.0;  // of some milliseconds
+          const RunResult rest = model.simulate(options);
+          REQUIRE(rest.stop == StopReason::completed);
+          // A restart moves what follows by about the tolerance, 1e-6. What a mode that is never left makes of it is
+          // off by tenths.
+          const std::vector<std::string>& names = whole.result.trace.names;
+          for (std::size_t c = 0; c < names.size(); ++c) {
+            INFO(names[c]);
+            const std::vector<double>& all = whole.result.trace.columns[c];
+            const double size = largest_magnitude(all);
+            const std::size_t first = all.size() - rest.trace.times.size();
+            for (std::size_t i = first; i < all.size(); ++i) {
+              CAPTURE(whole.result.trace.times[i]);
+              CHECK(rest.trace.columns[c][i - first] == Approx(all[i]).margin(1e-4 * size));
+            }
+          }
+          const EnergyAudit &a = rest.report.energy, &b = whole.result.report.energy;
+          REQUIRE(a.done);
+          for (const auto& [one, other] : {std::pair(a.supplied, b.supplied), std::pair(a.dissipated, b.dissipated),
+                                           std::pair(a.stored, b.stored), std::pair(a.impacts, b.impacts)})
+            CHECK(one == Approx(other).margin(1e-4 * b.turnover));
+        }
+    }
+}
+
 TEST_CASE("what is no snapshot of this switched run is refused") {
   const Simulation model = Study::from_text(kChopper, "chopper.json").scene("main");
   const Whole whole = run_whole(model, 0, 20);

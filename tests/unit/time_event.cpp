@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "support/expression_world.hpp"
@@ -71,6 +72,27 @@ TEST_CASE("a search that ends at 0 or before, or far from 0, is as quick and as 
     const ExprId later = e.relation("if(t < " + std::to_string(stop + 2.0) + ", 1, 0)");
     CHECK_FALSE(next_change(e.world.pool, later, World::id(0), e.parameters, stop - 1.0, stop, &search));
     CHECK_FALSE(search.undecided);
+  }
+}
+
+TEST_CASE("a value that is held where a search begins changes at the next number that has another") {
+  Events e;
+  const auto from = [&](const std::string& text, double after, std::optional<double> held) {
+    return next_change(e.world.pool, e.relation(text), World::id(0), e.parameters, after, 1.0, nullptr, held);
+  };
+  // Just after the number before an edge is the edge: without what is held there is no change.
+  CHECK_FALSE(from("if(t >= 0.1, 1, 0)", before(0.1), {}));
+  CHECK(from("if(t >= 0.1, 1, 0)", before(0.1), 0.0) == 0.1);
+  CHECK(from("if(t >= 0.1, 1, 0)", before(before(0.1)), 0.0) == 0.1);
+  CHECK(from("if(t >= 0.1, 1, 0)", 0.0, 0.0) == 0.1);
+  CHECK_FALSE(from("if(t >= 0.1, 1, 0)", 0.1, 1.0));
+  CHECK(from("if(t >= 0.3 and t < 0.3 + 1e-9, 1, 0)", before(0.3), 0.0) == 0.3);
+  CHECK(from("if(t >= 0.3 and t < 0.3 + 1e-9, 1, 0)", before(0.3 + 1e-9), 1.0) == 0.3 + 1e-9);
+  CHECK_FALSE(from("if(t >= 1, 1, 0)", 1.0, 0.0));  // beyond the end
+  const std::string wave = "if(t - 1e-3*floor(t/1e-3) < 0.4e-3, 1, 0)";
+  for (const double edge : e.all(wave, 0.0, 0.1)) {
+    CAPTURE(edge);
+    REQUIRE(from(wave, before(edge), e.at(wave, before(edge))) == edge);
   }
 }
 

@@ -127,6 +127,9 @@ class Evaluator {
   void cross(std::span<const int> direction, Branch& branch) const;
   /// Sets the time-only modes to their values at @p t (right-continuous). True if any changed.
   bool set_time_modes(double t, Branch& branch);
+  /// Where a run goes on at @p t with the modes of @p branch: a time-only relation that has another one from the next
+  /// double on has not changed yet, and is to be found by next_time_event(t, @p until).
+  void go_on(double t, const Branch& branch, double until);
   /// The first time in (after, until] at which a time-only relation changes.
   [[nodiscard]] std::optional<double> next_time_event(double after, double until);
   /// Time-only relations (indices into Program::relations) whose changes could not all be found, and from when on.

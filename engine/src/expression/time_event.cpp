@@ -151,15 +151,16 @@ double first_with(TimeRelation& relation, double value, double without, double w
 
 }  // namespace
 
-std::optional<double> RelationOfTime::next_change(double after, double until, TimeSearch* search) {
+std::optional<double> RelationOfTime::next_change(double after, double until, TimeSearch* search,
+                                                  std::optional<double> held) {
   if (!(next_double(after) <= until)) return std::nullopt;
   // Where rounding hides the side to which the relation goes, the search begins beyond.
-  const auto right = limits_.at(after);
+  const auto right = held ? std::nullopt : limits_.at(after);
   const double begin = right ? std::max(next_double(after), after + right->hidden) : next_double(after);
   Scanner scanner(values_, begin, until, std::max(kFewestTrials, kMostWork / std::max<std::size_t>(1, values_.size())));
-  std::optional<double> first, change;
+  std::optional<double> first = held, change;
   if (right) first = right->value;
-  double unchanged = begin;
+  double unchanged = held ? after : begin;
   while (const auto stretch = scanner.next()) {
     // What was undecided up to here has the value that it has at single times.
     if (!first && stretch->begin > begin) first = values_.value_on(begin, begin);
@@ -186,9 +187,9 @@ double RelationOfTime::value_just_after(double after) {
 }
 
 std::optional<double> next_change(const ExprPool& pool, ExprId relation, SymbolId time,
-                                  std::span<const double> symbol_values, double after, double until,
-                                  TimeSearch* search) {
-  return RelationOfTime(pool, relation, time, symbol_values).next_change(after, until, search);
+                                  std::span<const double> symbol_values, double after, double until, TimeSearch* search,
+                                  std::optional<double> held) {
+  return RelationOfTime(pool, relation, time, symbol_values).next_change(after, until, search, held);
 }
 
 double value_just_after(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values,

@@ -29,11 +29,13 @@ struct TimeSearch {
 /// The work is bounded; @p search tells where a relation could not be decided.
 ///
 /// @p symbol_values gives the parameters (time's entry is ignored).
+/// @param held  the value that it is taken to have at @p after, instead of that just after it: a change that a search
+///              from before @p after finds at the next double is found from there, too.
 /// @return none if there is none.
 /// @note About 50 interval evaluations of the relation for each change (a sawtooth that is compared, and its floor).
 std::optional<double> next_change(const ExprPool& pool, ExprId relation, SymbolId time,
                                   std::span<const double> symbol_values, double after, double until,
-                                  TimeSearch* search = nullptr);
+                                  TimeSearch* search = nullptr, std::optional<double> held = {});
 
 /// The value that @p relation has just after @p after: that of the first stretch beyond it on which it is decided. For
 /// sign(t) after 0 this is 1, for t > 0 too; for floor(1 - t) it is 0, although 1 - t rounds to 1 there. Where it has
@@ -50,7 +52,8 @@ class RelationOfTime {
       : limits_(pool, relation, time, symbol_values), values_(pool, relation, time, symbol_values) {}
 
   /// As the functions of these names.
-  std::optional<double> next_change(double after, double until, TimeSearch* search = nullptr);
+  std::optional<double> next_change(double after, double until, TimeSearch* search = nullptr,
+                                    std::optional<double> held = {});
   double value_just_after(double after);
 
  private:

@@ -77,7 +77,10 @@ struct Evaluator::Impl {
   }
   bool ask();
 
-  void look_for_change(std::size_t relation, double after, double until);
+  /// That of a time-only relation.
+  double mode_just_after(std::size_t relation, double t);
+  /// @param held  its mode at @p after, where that is not the one just after it
+  void look_for_change(std::size_t relation, double after, double until, std::optional<double> held = {});
   /// Of what tables hold nothing may be kept: it may change with the run.
   RelationOfTime* relation_of_time(std::size_t relation);
 

@@ -136,20 +136,32 @@ bool Evaluator::set_time_modes(double t, Branch& branch) {
   impl.symbol_values[program.time.index()] = t;
   bool changed = false;
   for (std::size_t i = 0; i < program.relations.size(); ++i) {
-    const Relation& relation = program.relations[i];
-    if (!relation.time_only) continue;
-    KnownTime& known = *impl.known_times[i];
-    if (known.mode_at != t) {
-      RelationOfTime* kept = impl.relation_of_time(i);
-      known.mode = kept != nullptr
-                       ? kept->value_just_after(t)
-                       : value_just_after(program.pool, relation.origin, program.time, impl.symbol_values, t);
-      known.mode_at = t;
-    }
-    changed = changed || known.mode != branch.modes[i];
-    branch.modes[i] = known.mode;
+    if (!program.relations[i].time_only) continue;
+    const double mode = impl.mode_just_after(i, t);
+    changed = changed || mode != branch.modes[i];
+    branch.modes[i] = mode;
   }
   return changed;
+}
+
+void Evaluator::go_on(double t, const Branch& branch, double until) {
+  const Program& program = impl_->program;
+  for (std::size_t i = 0; i < program.relations.size(); ++i) {
+    if (!program.relations[i].time_only) continue;
+    const double mode = impl_->mode_just_after(i, t), held = branch.modes[i];
+    if (mode < held || mode > held) impl_->look_for_change(i, t, until, held);
+  }
+}
+
+double Evaluator::Impl::mode_just_after(std::size_t relation, double t) {
+  KnownTime& known = *known_times[relation];
+  if (known.mode_at == t) return known.mode;
+  RelationOfTime* kept = relation_of_time(relation);
+  const ExprId origin = program.relations[relation].origin;
+  known.mode = kept != nullptr ? kept->value_just_after(t)
+                               : value_just_after(program.pool, origin, program.time, symbol_values, t);
+  known.mode_at = t;
+  return known.mode;
 }
 
 RelationOfTime* Evaluator::Impl::relation_of_time(std::size_t relation) {
@@ -164,15 +176,15 @@ RelationOfTime* Evaluator::Impl::relation_of_time(std::size_t relation) {
 
 /// The next known change of a relation of time alone. One that changes from double to double for long is rounding about
 /// a border that it never leaves: it has no known times.
-void Evaluator::Impl::look_for_change(std::size_t relation, double after, double until) {
+void Evaluator::Impl::look_for_change(std::size_t relation, double after, double until, std::optional<double> held) {
   constexpr double kNear = 1e-12;  // of what is left of the scene
   constexpr std::uint32_t kMostInARow = 100;
   constexpr double kNever = std::numeric_limits<double>::infinity();
   TimeSearch search;
   RelationOfTime* kept = relation_of_time(relation);
-  const auto change = kept != nullptr ? kept->next_change(after, until, &search)
+  const auto change = kept != nullptr ? kept->next_change(after, until, &search, held)
                                       : bgsim::next_change(program.pool, program.relations[relation].origin,
-                                                           program.time, symbol_values, after, until, &search);
+                                                           program.time, symbol_values, after, until, &search, held);
   KnownTime& known = *known_times[relation];
   known.looked_from = after;
   known.looked_until = until;

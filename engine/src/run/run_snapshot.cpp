@@ -66,6 +66,8 @@ bool Run::resume() {
   log_->take_over(branch_);
   if (t_ > inputs_.stop)
     refuse_snapshot("the snapshot is of t = " + number_text(t_) + ", after the end of the scene", sources);
+  due_ = due_ || delays_.due(t_);
+  if (!due_) evaluator_.go_on(t_, branch_, inputs_.stop);
   return true;
 }
 

@@ -180,6 +180,12 @@ double DelayLines::longest() const {
   return least;
 }
 
+bool DelayLines::due(double t) const {
+  return std::any_of(memory_.lines.begin(), memory_.lines.end(), [&](const Line& line) {
+    return !line.knots.empty() && line.knots.front().t + line.by <= t + resolved(t);
+  });
+}
+
 std::optional<double> DelayLines::next(double t) const {
   std::optional<double> first;
   for (const Line& line : memory_.lines)

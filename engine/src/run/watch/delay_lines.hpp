@@ -147,6 +147,8 @@ class DelayLines {
   [[nodiscard]] double longest() const;
   /// The first time after @p t at which a jump or kink comes through.
   [[nodiscard]] std::optional<double> next(double t) const;
+  /// Whether @p t is one that has not been passed, as where a run goes on that ended a rounding before it.
+  [[nodiscard]] bool due(double t) const;
   /// Goes on to what comes after such a time, if @p t is one.
   void pass(double t);
   /// What the run has come to from where it was before, up to @p to, by a polynomial of a known degree in each state.
