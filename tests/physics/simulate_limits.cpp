@@ -90,6 +90,28 @@ TEST_CASE("a limit of time ends a model without states, and leaves one alone tha
   CHECK(run_by(CountedClock{1.0}, with_samples("5"), options).stop == StopReason::completed);
 }
 
+TEST_CASE("a model without states is ended among known times, too, however many are between two rows") {
+  const std::string pulses = R"json({ "bgsim": 1, "name": "pulses",
+    "elements": { "s": { "kind": "MSe", "effort": "if(mod(1e9*t, 1) < 0.5, 1, 0)" },
+                  "r": { "kind": "R", "resistance": 1 } },
+    "bonds": [ { "from": "s", "to": "r" } ],
+    "outputs": { "f": "r.f" }, "scenes": { "main": { "stop": 1, "samples": 2 } } })json";
+  for (const bool audit : {true, false}) {
+    SimulateOptions options;
+    options.energy_audit = audit;
+    options.time_limit = 300.0;
+    const CountedClock clock{1.0};
+    const RunResult ended = run_by(clock, pulses, options);
+    CHECK(has_code(ended, "BG618"));
+    CHECK(*clock.looks < 320);  // the limit, and what is in hand then
+    CHECK(ended.report.reached > 0.0);
+    CHECK(ended.report.reached < 1e-6);
+    int asked = 0;
+    options.progress = [&](double) { return ++asked < 10; };
+    CHECK(run_by(CountedClock{0.02}, pulses, options).stop == StopReason::interrupted);
+  }
+}
+
 TEST_CASE("a limit of time is named as it was given where switches divide a run") {
   SimulateOptions options;
   options.time_limit = 0.05;  // of a run with 2e7 changes of the mode

@@ -130,7 +130,7 @@ class Evaluator {
   /// Where a run goes on at @p t with the modes of @p branch: a time-only relation that has another one from the next
   /// double on has not changed yet, and is to be found by next_time_event(t, @p until).
   void go_on(double t, const Branch& branch, double until);
-  /// The first time in (after, until] at which a time-only relation changes.
+  /// The first time in (after, until] at which a time-only relation changes. None, too, when evaluations were ended.
   [[nodiscard]] std::optional<double> next_time_event(double after, double until);
   /// Time-only relations (indices into Program::relations) whose changes could not all be found, and from when on.
   [[nodiscard]] std::vector<std::pair<std::size_t, double>> undecided_relations() const;

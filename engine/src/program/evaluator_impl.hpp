@@ -79,8 +79,9 @@ struct Evaluator::Impl {
 
   /// That of a time-only relation.
   double mode_just_after(std::size_t relation, double t);
+  /// False when evaluations were ended.
   /// @param held  its mode at @p after, where that is not the one just after it
-  void look_for_change(std::size_t relation, double after, double until, std::optional<double> held = {});
+  bool look_for_change(std::size_t relation, double after, double until, std::optional<double> held = {});
   /// Of what tables hold nothing may be kept: it may change with the run.
   RelationOfTime* relation_of_time(std::size_t relation);
 

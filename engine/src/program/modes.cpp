@@ -149,7 +149,7 @@ void Evaluator::go_on(double t, const Branch& branch, double until) {
   for (std::size_t i = 0; i < program.relations.size(); ++i) {
     if (!program.relations[i].time_only) continue;
     const double mode = impl_->mode_just_after(i, t), held = branch.modes[i];
-    if (mode < held || mode > held) impl_->look_for_change(i, t, until, held);
+    if (mode < held || mode > held) static_cast<void>(impl_->look_for_change(i, t, until, held));
   }
 }
 
@@ -176,10 +176,11 @@ RelationOfTime* Evaluator::Impl::relation_of_time(std::size_t relation) {
 
 /// The next known change of a relation of time alone. One that changes from double to double for long is rounding about
 /// a border that it never leaves: it has no known times.
-void Evaluator::Impl::look_for_change(std::size_t relation, double after, double until, std::optional<double> held) {
+bool Evaluator::Impl::look_for_change(std::size_t relation, double after, double until, std::optional<double> held) {
   constexpr double kNear = 1e-12;  // of what is left of the scene
   constexpr std::uint32_t kMostInARow = 100;
   constexpr double kNever = std::numeric_limits<double>::infinity();
+  if (!goes_on()) return false;
   TimeSearch search;
   RelationOfTime* kept = relation_of_time(relation);
   const auto change = kept != nullptr ? kept->next_change(after, until, &search, held)
@@ -191,9 +192,10 @@ void Evaluator::Impl::look_for_change(std::size_t relation, double after, double
   known.next_change = change.value_or(kNever);
   if (search.undecided && !known.undecided) known.undecided = search.undecided;
   known.near_changes = change && *change - after < kNear * (until - after) ? known.near_changes + 1 : 0;
-  if (known.near_changes <= kMostInARow) return;
+  if (known.near_changes <= kMostInARow) return true;
   if (!known.undecided) known.undecided = after;
   known.looked_until = known.next_change = kNever;
+  return true;
 }
 
 std::vector<std::pair<std::size_t, double>> Evaluator::undecided_relations() const {
@@ -217,7 +219,7 @@ std::optional<double> Evaluator::next_time_event(double after, double until) {
     KnownTime& time = *impl.known_times[i];
     const bool known = time.looked_from <= after && (after < time.next_change || std::isinf(time.next_change)) &&
                        until <= time.looked_until;
-    if (!known) impl.look_for_change(i, after, until);
+    if (!known && !impl.look_for_change(i, after, until)) return std::nullopt;
     if (time.next_change > until) continue;
     double& earliest = program.relations[i].samples ? sample : first;
     earliest = std::min(earliest, time.next_change);
