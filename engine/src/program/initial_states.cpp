@@ -94,8 +94,8 @@ std::vector<double> initial_states(Evaluator& evaluator, const RunInputs& inputs
     const std::string states = determining_states(program, i);
     Diagnostic problem = diagnostic_of("BG405", {}, it->place);
     problem.situation = "the initial value " + name + " = " + number_text(it->value) + " contradicts " +
-                        (states.empty() ? "the sources" : states) + ", from which " + number_text(values[i]) +
-                        " follows";
+                        (states.empty() ? "the sources" : states) + ", from which " + number_text(values[i] + 0.0) +
+                        " follows";  // -0 is 0
     for (std::size_t k = 0; k < x.size(); ++k) {
       if (states.find(program.state_names[k]) == std::string::npos) continue;
       const StateInfo& state = program.states[k];
