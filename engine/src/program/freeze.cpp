@@ -321,8 +321,9 @@ ExprId Freezer::freeze(ExprId expression, Relation relation) {
   if (relation.kind != Relation::Kind::denominator) relation.where = order_.origins[expression.index()];
   const auto name = [this](SymbolId symbol) { return program_.symbol_names[symbol.index()]; };
   relation.text = readable_text(program_.pool, plain_[expression.index()], name);
-  for (const ExprId e : reachable(program_.pool, std::array{relation.origin}))
-    relation.samples = relation.samples || program_.pool.is_constant(e, kSamplesEarly);
+  if (relation.time_only)
+    for (const ExprId e : reachable(program_.pool, std::array{relation.origin}))
+      relation.samples = relation.samples || program_.pool.is_constant(e, kSamplesEarly);
   const SymbolId mode(program_.symbol_names.size());
   program_.symbol_names.push_back("mode of " + relation.text);
   modes_.push_back(mode);
