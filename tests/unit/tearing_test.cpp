@@ -55,6 +55,38 @@ TEST_CASE("unknowns of implicit equations are always torn") {
   CHECK(tearing.tears == std::vector<std::uint32_t>{2});
 }
 
+TEST_CASE("a loop through the rate of one state is cut at what the rate is a multiple of") {
+  // 0 is the rate, a multiple of 1, which is a sum over 3 and 4; both are multiples of 2, and that of the rate.
+  LoopGraph loop;
+  loop.depends_on = {{1}, {3, 4}, {0}, {2}, {2}};
+  loop.must_tear.assign(5, false);
+  CHECK(tear(loop).tears == std::vector<std::uint32_t>{1});  // the most paths go through it
+  loop.depends_on = {{1}, {5}, {0}, {2}, {2}, {3, 4}};       // 1 has another term, which is no part of the loop
+  loop.must_tear.assign(6, false);
+  loop.multiple_of = {1, 1, 0, 2, 2, 5};
+  CHECK(tear(loop).tears == std::vector<std::uint32_t>{2});
+  loop.rates = {0};
+  const Tearing tearing = tear(loop);
+  check_sequence(loop, tearing);
+  CHECK(tearing.tears == std::vector<std::uint32_t>{1});
+  CHECK_FALSE(tearing.by_rates);
+}
+
+TEST_CASE("a loop through the rates of several states is cut at all rates") {
+  // 0 and 1 are rates of states, both differences of an input and 2, which is a sum over both.
+  LoopGraph loop;
+  loop.depends_on = {{2}, {2}, {0, 1}};
+  loop.must_tear.assign(3, false);
+  loop.multiple_of = {0, 1, 2};
+  CHECK(tear(loop).tears == std::vector<std::uint32_t>{2});
+  loop.rates = {0, 1};
+  loop.dependent_rates = {2};
+  const Tearing tearing = tear(loop);
+  check_sequence(loop, tearing);
+  CHECK(tearing.tears == std::vector<std::uint32_t>{0, 1, 2});
+  CHECK(tearing.by_rates);
+}
+
 TEST_CASE("whatever depends on whatever, the rest can be computed in sequence") {
   std::mt19937 random(7);
   for (int round = 0; round < 300; ++round) {
@@ -66,6 +98,12 @@ TEST_CASE("whatever depends on whatever, the rest can be computed in sequence") 
     for (std::uint32_t i = 0; i < n; ++i) {
       for (auto k = random() % 4; k > 0; --k) loop.depends_on[i].push_back(static_cast<std::uint32_t>(random() % n));
       loop.must_tear[i] = random() % 8 == 0;
+    }
+    check_sequence(loop, tear(loop));
+    for (std::uint32_t i = 0; i < n; ++i) {
+      loop.multiple_of.push_back(!loop.must_tear[i] && loop.depends_on[i].size() == 1 ? loop.depends_on[i][0] : i);
+      if (random() % 16 == 0) loop.rates.push_back(i);
+      if (random() % 16 == 0) loop.dependent_rates.push_back(i);
     }
     check_sequence(loop, tear(loop));
   }

@@ -49,6 +49,7 @@ struct DependentStore {
   SymbolId symbol;
   ElementId element;
   std::uint32_t port = 0;
+  ExprId rate;  ///< the symbol's total derivative
 };
 
 /// A one-port, field or source as the energy audit sees it.

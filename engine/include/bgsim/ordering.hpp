@@ -14,6 +14,7 @@ struct Block {
   std::vector<SymbolId> tears;      ///< iteration variables
   std::vector<ExprId> residuals;    ///< one per tear, over states, time, parameters, tears of this and earlier blocks
   bool linear = false;              ///< the residuals' partials by this block's tears are free of them
+  bool refined = false;             ///< tears may be far smaller than what they are the difference of
   std::vector<ElementId> elements;  ///< through which the loop runs, in model order
 };
 

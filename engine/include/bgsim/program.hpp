@@ -87,6 +87,7 @@ struct ProgramBlock {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> entries;  ///< (residual, tear) within the block
   std::vector<bool> explicit_row;  ///< residual is `tear - expression`: of magnitude 1 in the tear's own unit
   bool linear = false;
+  bool refined = false;               ///< see Block
   std::vector<std::string> tears;     ///< names
   std::vector<std::string> elements;  ///< names, junctions left out
   Place place;                        ///< of the first element

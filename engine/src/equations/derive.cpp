@@ -103,7 +103,7 @@ class Derivation {
       system_.states.push_back({name, stored_[port.index()], rate, id, static_cast<std::uint32_t>(number), SignalId{}});
     } else {
       stored_[port.index()] = add_unknown(system_, name);
-      system_.dependent.push_back({name, stored_[port.index()], id, static_cast<std::uint32_t>(number)});
+      system_.dependent.push_back({name, stored_[port.index()], id, static_cast<std::uint32_t>(number), {}});
     }
   }
 
@@ -435,6 +435,7 @@ class Derivation {
       const Wish laws = std::exchange(wish_, Wish{element.place, system_.symbols[stored.index()].name});
       const ExprId rate = derivatives_.of(as_expression(stored), wish_);
       wish_ = laws;
+      system_.dependent[written_++].rate = rate;
       if (displacement)
         define(system_, system_.flows[bond], signed_by(graph_[port].head, rate), id, element.place);
       else
@@ -573,6 +574,7 @@ class Derivation {
   Translator* translate_ = nullptr;
   EquationSystem system_;
   std::vector<SymbolId> stored_;  ///< by PortId (stores only)
+  std::size_t written_ = 0;       ///< dependent stores, in their order
   Wish wish_;                     ///< of what is being written
   std::vector<Diagnostic> problems_;
   TotalDerivatives derivatives_;

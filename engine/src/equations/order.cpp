@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -26,6 +27,7 @@ class Ordering {
   BlockOrder run() {
     find_needed();
     find_components();
+    find_rates();
     for (const std::vector<std::uint32_t>& component : components_) resolve_component(component);
     for (const State& state : system_.states) order_.rates.push_back(resolve(state.rate));
     for (const OutputEquation& output : system_.outputs) order_.outputs.push_back(resolve(output.value));
@@ -111,6 +113,49 @@ class Ordering {
       if (!members.empty()) components_.push_back(std::move(members));
   }
 
+  void find_rates() {
+    is_rate_.assign(system_.equations.size(), false);
+    is_dependent_rate_ = is_rate_;
+    for (const State& state : system_.states)
+      if (const auto equation = multiple_of(state.rate)) is_rate_[*equation] = true;
+    for (const DependentStore& store : system_.dependent)
+      if (const auto equation = multiple_of(store.rate)) is_dependent_rate_[*equation] = true;
+  }
+
+  /// The equation of the unknown that an expression is a multiple of.
+  [[nodiscard]] std::optional<std::uint32_t> multiple_of(ExprId expression) const {
+    const ExprPool& pool = system_.pool;
+    for (;;) {
+      const ExprNode& node = pool[expression];
+      if (node.op == Op::symbol) {
+        const SystemSymbol& meant = system_.symbols[pool.symbol_of(expression).index()];
+        return meant.kind == SystemSymbol::Kind::unknown ? std::optional(meant.index) : std::nullopt;
+      }
+      if (node.op == Op::neg || (node.op == Op::div && equations_in(system_, ExprId(node.b)).empty()) ||
+          (node.op == Op::mul && equations_in(system_, ExprId(node.b)).empty()))
+        expression = ExprId(node.a);
+      else if (node.op == Op::mul && equations_in(system_, ExprId(node.a)).empty())
+        expression = ExprId(node.b);
+      else
+        return std::nullopt;
+    }
+  }
+
+  /// @param local  members by equation.
+  void find_rates_in(const std::vector<std::uint32_t>& component,
+                     const std::unordered_map<std::uint32_t, std::uint32_t>& local, LoopGraph& loop) const {
+    for (std::uint32_t i = 0; i < component.size(); ++i) {
+      if (is_rate_[component[i]]) loop.rates.push_back(i);
+      if (is_dependent_rate_[component[i]]) loop.dependent_rates.push_back(i);
+    }
+    if (loop.rates.empty()) return;
+    for (std::uint32_t i = 0; i < component.size(); ++i) {
+      const auto of = loop.must_tear[i] ? std::nullopt : multiple_of(system_.equations[component[i]].expression);
+      const auto found = of ? local.find(*of) : local.end();
+      loop.multiple_of.push_back(found == local.end() ? i : found->second);
+    }
+  }
+
   ExprId resolve(ExprId expression) { return substitute(order_.pool, expression, replacement_); }
 
   /// Substitutes known unknowns into an equation; what is new in the pool belongs to the equation's element.
@@ -145,9 +190,11 @@ class Ordering {
       for (const std::uint32_t other : depends_on_[component[i]])
         if (const auto found = local.find(other); found != local.end()) loop.depends_on[i].push_back(found->second);
     }
+    find_rates_in(component, local, loop);
     const Tearing tearing = tear(loop);
 
     Block block;
+    block.refined = tearing.by_rates;
     for (const std::uint32_t i : component) block.members.push_back(system_.equations[i].unknown);
     for (const std::uint32_t i : tearing.tears) {
       const Equation& equation = system_.equations[component[i]];
@@ -274,6 +321,7 @@ class Ordering {
   BlockOrder order_;
   std::vector<bool> needed_;                            ///< by equation
   std::vector<std::vector<std::uint32_t>> depends_on_;  ///< by equation
+  std::vector<bool> is_rate_, is_dependent_rate_;  ///< by equation: the rate of a store is a multiple of its unknown
   std::vector<std::vector<std::uint32_t>> components_;  ///< in order of evaluation
   std::unordered_map<SymbolId, ExprId> replacement_;
   std::vector<Diagnostic> problems_;

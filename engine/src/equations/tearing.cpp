@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <set>
 #include <span>
 
 #include "base/depth_first.hpp"
@@ -87,20 +88,67 @@ void limit_fill(const LoopGraph& loop, std::vector<bool>& torn) {
   }
 }
 
+/// Cuts what is still whole.
+void cut(const LoopGraph& loop, std::vector<bool>& torn) {
+  if (torn.size() <= kLargestGreedyLoop)
+    tear_greedily(loop, torn);
+  else
+    completed(loop, torn, true);
+}
+
+std::size_t count_of(const std::vector<bool>& torn) {
+  return static_cast<std::size_t>(std::count(torn.begin(), torn.end(), true));
+}
+
+/// A member, the one that it is a multiple of, and so on.
+std::vector<std::uint32_t> multiples(const LoopGraph& loop, std::uint32_t member) {
+  std::vector<std::uint32_t> chain{member};
+  while (chain.size() < loop.multiple_of.size() && loop.multiple_of[chain.back()] != chain.back())
+    chain.push_back(loop.multiple_of[chain.back()]);
+  return chain;
+}
+
+/// What the rates of states come from that are no multiples of tears.
+std::set<std::uint32_t> exposed(const LoopGraph& loop, const std::vector<bool>& torn) {
+  std::set<std::uint32_t> result;
+  for (const std::uint32_t rate : loop.rates) {
+    const std::vector<std::uint32_t> chain = multiples(loop, rate);
+    if (std::none_of(chain.begin(), chain.end(), [&](std::uint32_t i) { return torn[i]; })) result.insert(chain.back());
+  }
+  return result;
+}
+
+/// What the rates of dependent stores come from of which no tear is a multiple.
+std::set<std::uint32_t> exposed_dependents(const LoopGraph& loop, const std::vector<bool>& torn) {
+  std::set<std::uint32_t> result, held;
+  for (std::uint32_t i = 0; i < torn.size(); ++i)
+    if (torn[i]) held.insert(multiples(loop, i).back());
+  for (const std::uint32_t rate : loop.dependent_rates)
+    if (const std::uint32_t origin = multiples(loop, rate).back(); !held.contains(origin)) result.insert(origin);
+  return result;
+}
+
 }  // namespace
 
 Tearing tear(const LoopGraph& loop) {
   const std::size_t n = loop.depends_on.size();
-  std::vector<bool> torn = loop.must_tear;
+  std::vector<bool> must = loop.must_tear;
   for (std::uint32_t i = 0; i < n; ++i)
-    if (std::find(loop.depends_on[i].begin(), loop.depends_on[i].end(), i) != loop.depends_on[i].end()) torn[i] = true;
+    if (std::find(loop.depends_on[i].begin(), loop.depends_on[i].end(), i) != loop.depends_on[i].end()) must[i] = true;
+  std::vector<bool> torn = must;
+  cut(loop, torn);
   Tearing result;
-  if (n <= kLargestGreedyLoop)
-    tear_greedily(loop, torn);
-  else
-    completed(loop, torn, true);
-  const auto cuts = static_cast<std::size_t>(std::count(torn.begin(), torn.end(), true));
-  if (cuts > kLargestLocalBlock) limit_fill(loop, torn);
+  std::set<std::uint32_t> rates = exposed(loop, torn);
+  if (exposed(loop, must).size() > 1) {
+    rates.merge(exposed_dependents(loop, torn));
+    result.by_rates = !rates.empty() && count_of(torn) + rates.size() <= kLargestLocalBlock;
+    for (const std::uint32_t i : rates) torn[i] = torn[i] || result.by_rates;
+  } else if (!rates.empty()) {
+    torn = must;
+    torn[*rates.begin()] = true;
+    cut(loop, torn);
+  }
+  if (count_of(torn) > kLargestLocalBlock) limit_fill(loop, torn);
   result.sequence = completed(loop, torn, false);
   for (std::uint32_t i = 0; i < n; ++i)
     if (torn[i]) result.tears.push_back(i);

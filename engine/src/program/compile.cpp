@@ -69,6 +69,7 @@ class Compiler {
       compiled.first_tear = static_cast<std::uint32_t>(tears_.size());
       compiled.size = static_cast<std::uint32_t>(block.tears.size());
       compiled.linear = block.linear;
+      compiled.refined = block.refined;
       for (const SymbolId tear : block.tears) {
         const SystemSymbol& symbol = system_.symbols[tear.index()];
         tears_.push_back(tear);

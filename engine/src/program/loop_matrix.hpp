@@ -18,7 +18,10 @@ class LoopMatrix {
   enum class Pivots : std::uint8_t { new_ones, kept };
 
   /// @param entries  (row, column) of each partial, no two alike.
-  LoopMatrix(std::size_t size, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& entries);
+  /// @param refined  solutions have few roundings in each component, beside how large the others may be (only up to
+  ///        kLargestLocalBlock rows).
+  LoopMatrix(std::size_t size, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& entries,
+             bool refined = false);
   LoopMatrix(LoopMatrix&&) noexcept;
   ~LoopMatrix();
 
@@ -46,11 +49,14 @@ class LoopMatrix {
   LoopOutcome factorize_densely(std::span<const double> values, double singular);
   LoopOutcome factorize_sparsely(std::span<const double> values, double singular, Pivots pivots);
   [[nodiscard]] bool refactorize(double singular);
+  void balance(std::span<double> values);
+  void refine(const Eigen::VectorXd& right, Eigen::VectorXd& result) const;
 
   std::vector<std::pair<std::uint32_t, std::uint32_t>> entries_;
+  Eigen::VectorXd row_balance_, column_balance_;  ///< 1 but for refined solutions
   Eigen::MatrixXd dense_;
   Eigen::PartialPivLU<Eigen::MatrixXd> factors_;
-  bool factorized_ = false;
+  bool factorized_ = false, refined_ = false;
   std::unique_ptr<Sparse> sparse_;  ///< of large loops only
 };
 

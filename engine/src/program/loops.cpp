@@ -24,7 +24,7 @@ Eigen::Index to_index(std::size_t i) { return static_cast<Eigen::Index>(i); }
 }  // namespace
 
 LoopScratch::LoopScratch(const ProgramBlock& block)
-    : matrix(block.size, block.entries),
+    : matrix(block.size, block.entries, block.refined),
       partials(block.entries.size()),
       residual(to_index(block.size)),
       scaled(to_index(block.size)),
