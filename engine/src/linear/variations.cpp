@@ -193,6 +193,7 @@ class Varying {
     for (const Block& loop : loops) {
       Block block;
       block.linear = true;
+      block.refined = loop.refined;  // its matrix is that of the loop
       block.elements = loop.elements;
       for (const SymbolId tear : loop.tears) {
         const std::string name = name_of(system().symbols[tear.index()].name);
