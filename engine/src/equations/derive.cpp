@@ -347,7 +347,8 @@ class Derivation {
       const Element& element = model_.elements[i];
       if (element.diode) write_diode_side(ElementId(i));
       if (!element.switches) continue;
-      // Where a resistor stands for it, one with hysteresis has the side that it begins on, the others none: they close.
+      // Where a resistor stands for it, one with hysteresis has the side that it begins on, the others none: they
+      // close.
       const bool closed =
           is_switch(element.kind) ? is_closed(element) : element.switches->remembers && element.stands_in;
       wish_ = Wish{closed ? element.switches->opens_place : element.switches->closes_place, {}};
