@@ -1,4 +1,7 @@
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -10,7 +13,10 @@
 #include "bgsim/ordering.hpp"
 #include "equations/loops.hpp"
 #include "equations/tearing.hpp"
+#include "expression/monotone.hpp"
 #include "expression/signed_power.hpp"
+#include "graph/law_numbers.hpp"
+#include "model/element_kinds.hpp"
 
 namespace bgsim {
 namespace {
@@ -116,10 +122,45 @@ class Ordering {
   void find_rates() {
     is_rate_.assign(system_.equations.size(), false);
     is_dependent_rate_ = is_rate_;
-    for (const State& state : system_.states)
-      if (const auto equation = multiple_of(state.rate)) is_rate_[*equation] = true;
-    for (const DependentStore& store : system_.dependent)
-      if (const auto equation = multiple_of(store.rate)) is_dependent_rate_[*equation] = true;
+    if (system_.dependent.empty()) return;
+    const NumberOf number = numbers_at_start(model_);
+    store_size_.assign(system_.equations.size(), 0.0);
+    const auto take = [&](ExprId rate, ElementId store, std::vector<bool>& marks) {
+      const auto equation = multiple_of(rate);
+      if (!equation) return;
+      marks[*equation] = true;
+      store_size_[*equation] = store.valid() ? size_of(store, number) : 1.0;
+    };
+    for (const State& state : system_.states) take(state.rate, state.element, is_rate_);
+    for (const DependentStore& store : system_.dependent) take(store.rate, store.element, is_dependent_rate_);
+    for (std::size_t i = 0; i < model_.elements.size(); ++i)
+      if (kind_row(model_.elements[i].kind).family == Family::two_port)
+        modulus_.emplace(ElementId(i), size_of(ElementId(i), number));
+  }
+
+  /// The magnitude of an element's coefficient at the start; NaN without one.
+  [[nodiscard]] double size_of(ElementId id, const NumberOf& number) const {
+    const ExprId coefficient = model_.elements[id.index()].coefficient;
+    return coefficient.valid() ? std::abs(value_of(model_.pool, coefficient, number))
+                               : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  /// Whether rates by differences would have lost more digits than a tolerance leaves: as many as the stores of the
+  /// loop differ by, with each modulus squared that may be between them.
+  [[nodiscard]] bool far_apart(const std::vector<std::uint32_t>& component) const {
+    constexpr double kFar = 1e6;  // of sixteen digits ten are left
+    double least = std::numeric_limits<double>::infinity(), most = 0.0, moduli = 1.0;
+    std::set<ElementId> met;
+    for (const std::uint32_t i : component) {
+      if (const auto modulus = modulus_.find(system_.equations[i].element);
+          modulus != modulus_.end() && met.insert(modulus->first).second && modulus->second > 0.0)
+        moduli *= std::max(modulus->second, 1.0 / modulus->second);
+      if (!is_rate_[i] && !is_dependent_rate_[i]) continue;
+      if (!(store_size_[i] > 0.0)) return true;  // no one number says how large it is
+      least = std::min(least, store_size_[i]);
+      most = std::max(most, store_size_[i]);
+    }
+    return !(most / least * moduli * moduli <= kFar);
   }
 
   /// The equation of the unknown that an expression is a multiple of.
@@ -149,6 +190,7 @@ class Ordering {
       if (is_dependent_rate_[component[i]]) loop.dependent_rates.push_back(i);
     }
     if (loop.rates.empty()) return;
+    loop.far_apart = loop.rates.size() > 1 && far_apart(component);
     for (std::uint32_t i = 0; i < component.size(); ++i) {
       const auto of = loop.must_tear[i] ? std::nullopt : multiple_of(system_.equations[component[i]].expression);
       const auto found = of ? local.find(*of) : local.end();
@@ -322,6 +364,8 @@ class Ordering {
   std::vector<bool> needed_;                            ///< by equation
   std::vector<std::vector<std::uint32_t>> depends_on_;  ///< by equation
   std::vector<bool> is_rate_, is_dependent_rate_;  ///< by equation: the rate of a store is a multiple of its unknown
+  std::vector<double> store_size_;                 ///< of these: inertance or capacitance; NaN: no one number
+  std::map<ElementId, double> modulus_;            ///< of TF and GY; NaN where states have a say
   std::vector<std::vector<std::uint32_t>> components_;  ///< in order of evaluation
   std::unordered_map<SymbolId, ExprId> replacement_;
   std::vector<Diagnostic> problems_;

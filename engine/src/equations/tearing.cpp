@@ -141,7 +141,7 @@ Tearing tear(const LoopGraph& loop) {
   std::set<std::uint32_t> rates = exposed(loop, torn);
   if (exposed(loop, must).size() > 1) {
     rates.merge(exposed_dependents(loop, torn));
-    result.by_rates = !rates.empty() && count_of(torn) + rates.size() <= kLargestLocalBlock;
+    result.by_rates = loop.far_apart && !rates.empty() && count_of(torn) + rates.size() <= kLargestLocalBlock;
     for (const std::uint32_t i : rates) torn[i] = torn[i] || result.by_rates;
   } else if (!rates.empty()) {
     torn = must;
