@@ -28,9 +28,9 @@ struct Tearing {
 /// first; larger ones at the targets of a depth-first search's back arcs, in linear time. Loops through the rates of
 /// stores are then cut so that no digits are lost where these differ by orders of magnitude. As what is left of a force
 /// once a large mass has taken its part, the rate of a small one that is tied to it would have lost as many digits as
-/// the masses differ by. So where the loop has the rate of one state it is torn there. With several that are far apart, the
-/// rates of all states and dependent stores become tears, so that each coefficient belongs to one of them; unless these
-/// are too many to be solved within the right-hand side.
+/// the masses differ by. So where the loop has the rate of one state it is torn there. With several that are far apart,
+/// the rates of all states and dependent stores become tears, so that each coefficient belongs to one of them; unless
+/// these are too many to be solved within the right-hand side.
 /// @note Finding the fewest tears is NP-complete; the result is a small set, not the smallest.
 Tearing tear(const LoopGraph& loop);
 
