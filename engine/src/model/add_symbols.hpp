@@ -7,7 +7,8 @@
 
 namespace bgsim {
 
-/// The names of DiodeLaw::band and holding and of ContactLaw::rest begin with these: their conditions are not the model's.
+/// The names of DiodeLaw::band and holding and of ContactLaw::rest begin with these: their conditions are not the
+/// model's.
 inline constexpr const char* kBandParameter = "(band of ";
 inline constexpr const char* kHoldingParameter = "(holding flow of ";
 inline constexpr const char* kRestParameter = "(rest of ";
