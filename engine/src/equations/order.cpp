@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -33,7 +32,7 @@ class Ordering {
   BlockOrder run() {
     find_needed();
     find_components();
-    find_rates();
+    if (!system_.dependent.empty()) find_rates();
     for (const std::vector<std::uint32_t>& component : components_) resolve_component(component);
     for (const State& state : system_.states) order_.rates.push_back(resolve(state.rate));
     for (const OutputEquation& output : system_.outputs) order_.outputs.push_back(resolve(output.value));
@@ -120,45 +119,37 @@ class Ordering {
   }
 
   void find_rates() {
-    is_rate_.assign(system_.equations.size(), false);
-    is_dependent_rate_ = is_rate_;
-    if (system_.dependent.empty()) return;
-    const NumberOf number = numbers_at_start(model_);
-    store_size_.assign(system_.equations.size(), 0.0);
-    const auto take = [&](ExprId rate, ElementId store, std::vector<bool>& marks) {
-      const auto equation = multiple_of(rate);
-      if (!equation) return;
-      marks[*equation] = true;
-      store_size_[*equation] = store.valid() ? size_of(store, number) : 1.0;
-    };
-    for (const State& state : system_.states) take(state.rate, state.element, is_rate_);
-    for (const DependentStore& store : system_.dependent) take(store.rate, store.element, is_dependent_rate_);
-    for (std::size_t i = 0; i < model_.elements.size(); ++i)
-      if (kind_row(model_.elements[i].kind).family == Family::two_port)
-        modulus_.emplace(ElementId(i), size_of(ElementId(i), number));
-  }
-
-  /// The magnitude of an element's coefficient at the start; NaN without one.
-  [[nodiscard]] double size_of(ElementId id, const NumberOf& number) const {
-    const ExprId coefficient = model_.elements[id.index()].coefficient;
-    return coefficient.valid() ? std::abs(value_of(model_.pool, coefficient, number))
-                               : std::numeric_limits<double>::quiet_NaN();
+    for (const State& state : system_.states)
+      if (const auto equation = multiple_of(state.rate)) state_of_rate_.emplace(*equation, state.element);
+    for (const DependentStore& store : system_.dependent)
+      if (const auto equation = multiple_of(store.rate)) dependent_of_rate_.emplace(*equation, store.element);
   }
 
   /// Whether rates by differences would have lost more digits than a tolerance leaves: as many as the stores of the
-  /// loop differ by, with each modulus squared that may be between them.
+  /// loop differ by, with each modulus squared that may be between them. Those of states' signals count as 1, and so do
+  /// moduli that states have a say in; a store without one number may be of any size.
   [[nodiscard]] bool far_apart(const std::vector<std::uint32_t>& component) const {
     constexpr double kFar = 1e6;  // of sixteen digits ten are left
+    const NumberOf number = numbers_at_start(model_);
+    const auto size_of = [&](ElementId id) {
+      const ExprId coefficient = model_.elements[id.index()].coefficient;
+      return coefficient.valid() ? std::abs(value_of(model_.pool, coefficient, number)) : 0.0;
+    };
     double least = std::numeric_limits<double>::infinity(), most = 0.0, moduli = 1.0;
     std::set<ElementId> met;
     for (const std::uint32_t i : component) {
-      if (const auto modulus = modulus_.find(system_.equations[i].element);
-          modulus != modulus_.end() && met.insert(modulus->first).second && modulus->second > 0.0)
-        moduli *= std::max(modulus->second, 1.0 / modulus->second);
-      if (!is_rate_[i] && !is_dependent_rate_[i]) continue;
-      if (!(store_size_[i] > 0.0)) return true;  // no one number says how large it is
-      least = std::min(least, store_size_[i]);
-      most = std::max(most, store_size_[i]);
+      const ElementId element = system_.equations[i].element;
+      if (element.valid() && kind_row(model_.elements[element.index()].kind).family == Family::two_port &&
+          met.insert(element).second)
+        if (const double modulus = size_of(element); modulus > 0.0) moduli *= std::max(modulus, 1.0 / modulus);
+      for (const auto* stores : {&state_of_rate_, &dependent_of_rate_}) {
+        const auto store = stores->find(i);
+        if (store == stores->end()) continue;
+        const double size = store->second.valid() ? size_of(store->second) : 1.0;
+        if (!(size > 0.0)) return true;
+        least = std::min(least, size);
+        most = std::max(most, size);
+      }
     }
     return !(most / least * moduli * moduli <= kFar);
   }
@@ -186,8 +177,8 @@ class Ordering {
   void find_rates_in(const std::vector<std::uint32_t>& component,
                      const std::unordered_map<std::uint32_t, std::uint32_t>& local, LoopGraph& loop) const {
     for (std::uint32_t i = 0; i < component.size(); ++i) {
-      if (is_rate_[component[i]]) loop.rates.push_back(i);
-      if (is_dependent_rate_[component[i]]) loop.dependent_rates.push_back(i);
+      if (state_of_rate_.contains(component[i])) loop.rates.push_back(i);
+      if (dependent_of_rate_.contains(component[i])) loop.dependent_rates.push_back(i);
     }
     if (loop.rates.empty()) return;
     loop.far_apart = loop.rates.size() > 1 && far_apart(component);
@@ -363,9 +354,8 @@ class Ordering {
   BlockOrder order_;
   std::vector<bool> needed_;                            ///< by equation
   std::vector<std::vector<std::uint32_t>> depends_on_;  ///< by equation
-  std::vector<bool> is_rate_, is_dependent_rate_;  ///< by equation: the rate of a store is a multiple of its unknown
-  std::vector<double> store_size_;                 ///< of these: inertance or capacitance; NaN: no one number
-  std::map<ElementId, double> modulus_;            ///< of TF and GY; NaN where states have a say
+  /// By equation: the store whose rate is a multiple of its unknown; none: an integral among the signals.
+  std::unordered_map<std::uint32_t, ElementId> state_of_rate_, dependent_of_rate_;
   std::vector<std::vector<std::uint32_t>> components_;  ///< in order of evaluation
   std::unordered_map<SymbolId, ExprId> replacement_;
   std::vector<Diagnostic> problems_;
