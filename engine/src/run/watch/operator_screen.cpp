@@ -70,37 +70,11 @@ bool OperatorScreen::bends(std::size_t root) {
   return true;
 }
 
-bool OperatorScreen::all_noise(const StepEnds& step, const std::function<double(std::size_t state)>& tolerances) {
-  noise_.assign(2 * bending_.size(), 0.0);
-  const std::vector<std::uint32_t>& states = operators_->states();
-  // The tears at the step's end are where take_ends() left them.
-  for (const int pattern : {0, 1, 2}) {
-    for (std::size_t k = 0; k < states.size(); ++k) {
-      const bool up = pattern == 0 || (pattern == 1) == (k % 2 == 0);
-      states_[k] = step.states_at_end[states[k]] + (up ? 1.0 : -1.0) * tolerances(states[k]);
-    }
-    operators_->evaluate_point(step.end, states_, tears_);
-    for (std::size_t k = 0; k < bending_.size(); ++k)
-      for (const int which : {0, 1}) {
-        const Watched& watched = watched_[bending_[k]];
-        const double at = (which == 0 ? watched.a : watched.b).end;
-        double& noise = noise_[2 * k + static_cast<std::size_t>(which)];
-        noise = std::max(noise, std::fabs(operators_->argument(bending_[k], which) - at));
-      }
-  }
-  for (std::size_t k = 0; k < bending_.size(); ++k) {
-    const Watched& watched = watched_[bending_[k]];
-    if (!(watched.a.room() <= noise_[2 * k] && watched.b.room() <= noise_[2 * k + 1])) return false;
-  }
-  return true;
-}
-
 bool OperatorScreen::any_bends(const StepEnds& step) {
   take_ends(step);
-  bending_.clear();
-  for (std::uint32_t k = 0; k < watched_.size(); ++k)
-    if (bends(k)) bending_.push_back(k);
-  return !bending_.empty();
+  bool any = false;
+  for (std::size_t k = 0; k < watched_.size(); ++k) any = bends(k) || any;
+  return any;
 }
 
 }  // namespace bgsim

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <vector>
 
@@ -25,11 +24,6 @@ class OperatorScreen {
   void clear();
   /// Whether an operator may bend in a step.
   bool any_bends(const StepEnds& step);
-  /// After that: whether all that may bend have arguments that move by no more than the tolerances of the states make
-  /// of them. No method knows them better.
-  /// @param tolerances  of a state, as many as a step may be wrong by.
-  /// @note Three evaluations at a point.
-  bool all_noise(const StepEnds& step, const std::function<double(std::size_t state)>& tolerances);
 
  private:
   struct Argument {
@@ -51,8 +45,7 @@ class OperatorScreen {
 
   Enclosure* operators_;
   std::vector<Watched> watched_;
-  std::vector<std::uint32_t> bending_;  ///< roots that may bend in the last step seen
-  std::vector<double> states_, tears_, noise_;
+  std::vector<double> states_, tears_;
   double begin_ = std::numeric_limits<double>::quiet_NaN(), end_ = begin_;  ///< of the last step seen
 };
 

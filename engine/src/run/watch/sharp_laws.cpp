@@ -1,7 +1,9 @@
 #include "run/watch/sharp_laws.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "expression/graph.hpp"
@@ -26,6 +28,13 @@ constexpr double kOfState = 0.1;
 constexpr double kPrefix = 1.0 / 16.0;
 /// Of a step of one length: part of the change of the rates from end to end that its error may be.
 constexpr double kVisible = 1.0;
+
+/// States off by their tolerances: all to one side, or in turn to either.
+constexpr std::array<int, 4> kPatterns{0, 1, 2, 3};
+double side_of(int pattern, std::size_t state) {
+  if (pattern < 2) return pattern == 0 ? 1.0 : -1.0;
+  return (pattern == 2) == (state % 2 == 0) ? 1.0 : -1.0;
+}
 
 double width(const Range& range) { return range.upper() - range.lower(); }
 
@@ -248,12 +257,9 @@ void SharpLaws::add_error_of_states(const SharpStep& step, double from, double t
   step.at(t, y_.data());
   if (!step.rates(t, y_.data(), rates.data(), tears.data())) return;
   std::vector<double> most(step.states, 0.0);
-  for (const int pattern : {0, 1, 2}) {
+  for (const int pattern : kPatterns) {
     moved = y_;
-    for (std::size_t i = 0; i < step.states; ++i) {
-      const bool up = pattern == 0 || (pattern == 1) == (i % 2 == 0);
-      moved[i] += (up ? 1.0 : -1.0) * step.tolerance(i);
-    }
+    for (std::size_t i = 0; i < step.states; ++i) moved[i] += side_of(pattern, i) * step.tolerance(i);
     if (!step.rates(t, moved.data(), other.data(), tears.data())) continue;
     for (std::size_t i = 0; i < step.states; ++i) most[i] = std::max(most[i], std::fabs(other[i] - rates[i]));
   }
@@ -271,30 +277,17 @@ double SharpLaws::forgetting(const SharpStep& step, double until, std::size_t st
   return (until - step.begin) * std::fabs(other[state] - rates[state]) / change;
 }
 
-SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
+/// In parts within which no operator is sharp; where the points run out, up to there.
+SharpLaws::Sums SharpLaws::add_up(const SharpStep& step, Point first, Point last, std::span<const double> limit) {
   constexpr int kMostPoints = 400;
-  constexpr double kSmall = 0.1, kStarts = 0.25;
-  Verdict verdict;
-  if (!any() || !(until > step.begin)) return verdict;
-  if (!screen_->any_bends(step.ends) || ends_show_it(step, until) || screen_->all_noise(step.ends, step.tolerance))
-    return verdict;
-  all_.resize(step.unknowns);
-  std::iota(all_.begin(), all_.end(), 0U);
-  polynomial_.take(step.begin, step.end, step.degree, all_, step.unknowns, step.at);
-  Point first = point_at(step, step.begin), last = point_at(step, until);
-  if (!first.good || !last.good) return verdict;
-
-  std::vector<double> limit, sum(affected_.size(), 0.0), most(affected_.size(), 0.0);
-  for (const std::uint32_t state : affected_) limit.push_back(allowed(step, state, first, last));
-  struct Part {
-    double from, to;
-    std::vector<double> sum;  ///< defects up to its end
-  };
-  std::vector<Part> parts;
+  constexpr double kSmall = 0.1;
+  const double begin = first.t, end = last.t;
+  Sums sums;
+  sums.most.assign(affected_.size(), 0.0);
+  std::vector<double> sum(affected_.size(), 0.0);
   std::vector<std::pair<Point, Point>> stack;
   stack.emplace_back(std::move(first), std::move(last));
   int points = 2;
-  bool cut = false;  // where the points ran out: the step is looked at up to there
   while (!stack.empty()) {
     auto [a, b] = std::move(stack.back());
     stack.pop_back();
@@ -310,7 +303,7 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
       smooth = true;
       for (std::size_t i = 0; i < affected_.size() && smooth; ++i)
         smooth = length * width((*rates_too_)[sharp_.size() + i].value) <= kSmall * limit[i];
-      if (smooth && parts.empty() && stack.empty()) return verdict;  // the whole step
+      if (smooth && sums.parts.empty() && stack.empty()) return sums;  // the whole step
     }
     if (divisible && !loops) middle = point_at(step, at);
     ++points;
@@ -322,8 +315,8 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
         stack.emplace_back(std::move(a), std::move(middle));
         continue;
       }
-      if (!verdict.undecided && a.t - step.begin >= kPrefix * (until - step.begin)) {
-        cut = true;
+      if (!sums.undecided && a.t - begin >= kPrefix * (end - begin)) {
+        sums.cut = true;
         break;
       }
     }
@@ -338,20 +331,74 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
         smooth = length * rate <= kSmall * limit[i];
       }
     }
-    verdict.undecided = verdict.undecided || !smooth;
+    sums.undecided = sums.undecided || !smooth;
     for (std::size_t i = 0; i < affected_.size(); ++i) {
       const std::uint32_t state = affected_[i];
       sum[i] += length / 6.0 * (a.defect[state] + 4.0 * middle.defect[state] + b.defect[state]);
-      most[i] = std::max(most[i], std::fabs(sum[i]));
+      sums.most[i] = std::max(sums.most[i], std::fabs(sum[i]));
     }
-    parts.push_back({a.t, b.t, sum});
+    sums.parts.push_back({a.t, b.t, sum});
   }
-  bool large = false;
+  return sums;
+}
+
+/// By affected state: by how much the defect of the whole step is larger when the states are off by their tolerances all
+/// along. That of a stiff rate is, to one side; a force that is narrower than the tolerance of its state acts at another
+/// time, and adds up to the same.
+/// @return  infinity where that cannot be computed.
+std::vector<double> SharpLaws::change_by_states(const SharpStep& step, double until, const Sums& sums,
+                                                std::span<const double> limit) {
+  std::vector<double> change(affected_.size(), 0.0), shift(step.states);
+  const std::vector<double> unknown(affected_.size(), std::numeric_limits<double>::infinity());
+  SharpStep moved = step;
+  moved.at = [&](double t, double* y) {
+    step.at(t, y);
+    for (std::size_t i = 0; i < step.states; ++i) y[i] += shift[i];
+  };
+  for (const int pattern : kPatterns) {
+    for (std::size_t i = 0; i < step.states; ++i) shift[i] = side_of(pattern, i) * step.tolerance(i);
+    polynomial_.take(step.begin, step.end, step.degree, all_, step.unknowns, moved.at);
+    Point first = point_at(moved, step.begin), last = point_at(moved, until);
+    if (!first.good || !last.good) return unknown;
+    const Sums other = add_up(moved, std::move(first), std::move(last), limit);
+    if (other.undecided || other.cut) return unknown;
+    for (std::size_t i = 0; i < affected_.size(); ++i) change[i] = std::max(change[i], other.most[i] - sums.most[i]);
+  }
+  return change;
+}
+
+SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
+  constexpr double kStarts = 0.25;
+  Verdict verdict;
+  if (!any() || !(until > step.begin)) return verdict;
+  if (!screen_->any_bends(step.ends) || ends_show_it(step, until)) return verdict;
+  all_.resize(step.unknowns);
+  std::iota(all_.begin(), all_.end(), 0U);
+  polynomial_.take(step.begin, step.end, step.degree, all_, step.unknowns, step.at);
+  Point first = point_at(step, step.begin), last = point_at(step, until);
+  if (!first.good || !last.good) return verdict;
+
+  std::vector<double> limit;
+  for (const std::uint32_t state : affected_) limit.push_back(allowed(step, state, first, last));
+  const Sums sums = add_up(step, std::move(first), std::move(last), limit);
+  verdict.undecided = sums.undecided;
+  const std::vector<double>& most = sums.most;
   const auto visible = [&](std::size_t i) { return kOfState * step.tolerance(affected_[i]) / step.relative; };
+  bool large = false;
   for (std::size_t i = 0; i < affected_.size(); ++i) large = large || most[i] > std::min(limit[i], visible(i));
   std::vector<double> of_states(step.states, 0.0);
   if (large)
-    for (const Part& part : parts) add_error_of_states(step, part.from, part.to, of_states);
+    for (const Sums::Part& part : sums.parts) add_error_of_states(step, part.from, part.to, of_states);
+  const auto lets_pass = [&](std::size_t i) {
+    return most[i] > limit[i] && !(most[i] > limit[i] + kShaken * of_states[affected_[i]]);
+  };
+  bool let_pass = false;
+  for (std::size_t i = 0; i < affected_.size(); ++i) let_pass = let_pass || lets_pass(i);
+  if (let_pass) {
+    const std::vector<double> change = change_by_states(step, until, sums, limit);
+    for (std::size_t i = 0; i < affected_.size(); ++i)
+      of_states[affected_[i]] = std::min(of_states[affected_[i]], change[i]);
+  }
   double worst = 1.0;
   std::size_t which = 0;
   for (std::size_t i = 0; i < affected_.size(); ++i) {
@@ -370,7 +417,7 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
     }
   }
   if (!(worst > 1.0)) {
-    if (cut) verdict.shorter = parts.back().to - step.begin;
+    if (sums.cut) verdict.shorter = sums.parts.back().to - step.begin;
     return verdict;
   }
   for (std::size_t i = 0; i < affected_.size(); ++i)
@@ -380,7 +427,7 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
   const double matters = kStarts * std::max(limit[which], scale);
   const double half = 0.5 * (until - step.begin);
   verdict.shorter = half;
-  for (const Part& part : parts) {
+  for (const Sums::Part& part : sums.parts) {
     if (!(std::fabs(part.sum[which]) > matters)) continue;
     const double before = part.from - step.begin;
     verdict.shorter = std::min(half, before > 0.0 ? before : part.to - step.begin);

@@ -77,7 +77,21 @@ class SharpLaws {
     std::vector<double> defect;  ///< that, less the slope of the dense output
     std::vector<double> tears;
   };
+  /// The defects along a step, added up.
+  struct Sums {
+    struct Part {
+      double from = 0.0, to = 0.0;
+      std::vector<double> sum;  ///< by affected state: of the defects up to its end
+    };
+    std::vector<Part> parts;   ///< none where the rates move by less than what is allowed
+    std::vector<double> most;  ///< by affected state: the largest of these sums
+    bool undecided = false;    ///< the work allowed did not suffice
+    bool cut = false;          ///< nor beyond the last part
+  };
   Point point_at(const SharpStep& step, double t);
+  Sums add_up(const SharpStep& step, Point first, Point last, std::span<const double> limit);
+  std::vector<double> change_by_states(const SharpStep& step, double until, const Sums& sums,
+                                       std::span<const double> limit);
   void find_operators_of_rates(const std::vector<ExprId>& roots, const std::vector<char>& by_loops,
                                const IdMap<std::uint32_t>& position);
   bool ends_show_it(const SharpStep& step, double until);
