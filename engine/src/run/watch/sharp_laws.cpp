@@ -342,9 +342,9 @@ SharpLaws::Sums SharpLaws::add_up(const SharpStep& step, Point first, Point last
   return sums;
 }
 
-/// By affected state: by how much the defect of the whole step is larger when the states are off by their tolerances all
-/// along. That of a stiff rate is, to one side; a force that is narrower than the tolerance of its state acts at another
-/// time, and adds up to the same.
+/// By affected state: by how much the defect of the whole step is larger when the states are off by their tolerances
+/// all along. That of a stiff rate is, to one side; a force that is narrower than the tolerance of its state acts at
+/// another time, and adds up to the same.
 /// @return  infinity where that cannot be computed.
 std::vector<double> SharpLaws::change_by_states(const SharpStep& step, double until, const Sums& sums,
                                                 std::span<const double> limit) {
