@@ -49,7 +49,7 @@ Tried try_ladder(int n, const std::vector<bool>& present) {
     return programs.at(mode, inputs.parameters, settling);
   };
   tried.sides = tried_sides(program_of, present, std::vector<bool>(count, true), before, std::vector<bool>(count, true),
-                            inputs, stored, [](const StateInfo&) { return 1e-12; });
+                            inputs, stored, [](const StateInfo&) { return 1e-12; }, {});
   return tried;
 }
 

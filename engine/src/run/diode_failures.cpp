@@ -10,8 +10,16 @@
 namespace bgsim {
 namespace {
 
-const Element& element_of(const DiodeNetwork& network, std::size_t diode) {
-  return network.program.model->elements[network.program.diode_elements[diode].index()];
+/// @param port  a diode or, behind these, a border
+const Element& element_of(const DiodeNetwork& network, std::size_t port) {
+  const std::size_t diodes = network.names.size();
+  const ElementId id = port < diodes ? network.program.diode_elements[port] : network.borders[port - diodes].element;
+  return network.program.model->elements[id.index()];
+}
+
+const std::string& name_of(const DiodeNetwork& network, std::size_t port) {
+  const std::size_t diodes = network.names.size();
+  return port < diodes ? network.names[port] : network.borders[port - diodes].name;
 }
 
 }  // namespace
@@ -44,7 +52,7 @@ Diagnostic restitution_failure(const DiodeNetwork& network, std::size_t contact,
 Diagnostic no_sides_failure(const DiodeNetwork& network, const std::vector<std::size_t>& unbounded, double t) {
   std::vector<std::string> names;
   for (const std::size_t i : unbounded)
-    if (std::find(names.begin(), names.end(), network.names[i]) == names.end()) names.push_back(network.names[i]);
+    if (std::find(names.begin(), names.end(), name_of(network, i)) == names.end()) names.push_back(name_of(network, i));
   std::sort(names.begin(), names.end());
   constexpr std::size_t kMostNames = 8;
   const std::size_t more = names.size() > kMostNames ? names.size() - kMostNames : 0;
@@ -54,7 +62,9 @@ Diagnostic no_sides_failure(const DiodeNetwork& network, const std::vector<std::
   if (more > 0) text += " and " + std::to_string(more) + " more";
   std::optional<Place> place;
   if (!unbounded.empty()) place = element_of(network, unbounded.front()).place;
-  const auto is_contact = [&network](std::size_t i) { return network.displacements[i].valid(); };
+  const auto is_contact = [&network](std::size_t i) {
+    return i < network.names.size() && network.displacements[i].valid();
+  };
   const bool contacts = std::any_of(unbounded.begin(), unbounded.end(), is_contact);
   if (contacts && std::all_of(unbounded.begin(), unbounded.end(), is_contact))
     return diagnostic_of("BG622",

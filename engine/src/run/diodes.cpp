@@ -24,13 +24,14 @@ constexpr double kOfTerms = 256.0 * kEpsilon;
 class Sides {
  public:
   Sides(const DiodeNetwork& network, NetworkSlopes slopes, double t, std::vector<DiodeState> before, DiodeSight& sight,
-        double span)
+        double span, const std::vector<ElementId>& held)
       : network_(network),
         at_(std::move(slopes)),
         t_(t),
         sight_(sight),
         span_(span),
         n_(network.resistances.size()),
+        border_(network.borders.size()),
         away_(n_, false),
         separates_(n_, false),
         restitution_(n_, 0.0),
@@ -38,10 +39,14 @@ class Sides {
         way_rounding_(n_, 0.0) {
     result_.diodes = std::move(before);
     result_.room.assign(n_, 0.0);
+    for (std::size_t b = 0; b < border_.size(); ++b) {
+      border_[b].place = network.borders[b].at_border;
+      border_[b].held = std::find(held.begin(), held.end(), network.borders[b].element) != held.end();
+    }
   }
 
   DiodeSides run(ImpactOf impact) {
-    if (choose_resistances() && look_at_contacts()) {
+    if (choose_resistances() && look_at_borders() && look_at_contacts()) {
       at_.bound_flows();
       if (impact == ImpactOf::fastest) leave_the_fastest();
       if (impact == ImpactOf::all) leave_out_what_separates();
@@ -75,10 +80,36 @@ class Sides {
   bool linearize(bool aside = false) {
     std::vector<double> sources(n_);
     for (std::size_t i = 0; i < n_; ++i) sources[i] = source_value(i);
+    for (const Border& border : border_) sources.push_back(border.place);
     if (auto failure = at_.look(resistance_, sources, aside)) return fail(std::move(*failure));
     for (std::size_t i = 0; i < n_; ++i)
       if (!result_.diodes[i].may_begin) result_.diodes[i].may_begin = at_.fires(i);
     return true;
+  }
+
+  /// Which borders are unknowns of the problem: those to which both sides push back, so that there is one solution. The
+  /// others are on the side of their guard.
+  bool look_at_borders() {
+    if (border_.empty()) return true;
+    for (std::size_t b = 0; b < border_.size(); ++b) {
+      Border& border = border_[b];
+      const std::size_t port = n_ + b;
+      const auto slope = [&](std::size_t k) { return at_.flows().slope(port, k, port); };
+      std::size_t order = 0;
+      while (order < kOrders && slope(order) == 0.0) ++order;
+      const bool sees = order < kOrders && std::isfinite(slope(order));
+      border.pushes_back = sees && slope(order) < 0.0;
+      border.held = border.held && border.pushes_back && order > 0;
+      double value = at_.flows().at_zero(port, 0);
+      for (std::size_t j = 0; j < n_ + border_.size(); ++j)
+        value += at_.flows().slope(port, 0, j) * (j < n_ ? source_value(j) : border_[j - n_].place);
+      const double rounding = at_.flows().off(port, 0) + kOfTerms * at_.flows().size(port, 0);
+      if (!border.held && std::abs(value) > rounding)
+        border.place = value > 0.0 ? 1.0 : 0.0;
+      else if (border.pushes_back)
+        result_.at_border.push_back(network_.borders[b].element);
+    }
+    return linearize();
   }
 
   /// Which contacts touch, and at what speed they close. False if one is beyond its gap.
@@ -266,48 +297,95 @@ class Sides {
     return PowerSeries::of<kOrders>(values, rounding, false).known_below(static_cast<int>(known));
   }
 
+  /// Of the pairs of a border: a of its place between the two sides, with what the guard is below 0, and behind it what
+  /// the guard is above 0, with 1 - a.
+  [[nodiscard]] std::size_t pair_of(std::size_t border) const { return n_ + 2 * border; }
+
+  /// The flow of a port as the unknowns make it, to the left side of its row, and what is known of it to the right.
+  void add_flow(std::size_t port, std::size_t row, Complementarity& problem, std::array<double, kOrders>& right,
+                std::array<double, kOrders>& right_rounding) {
+    std::array<double, kOrders> largest{};
+    for (std::size_t k = 0; k < kOrders; ++k)
+      for (std::size_t j = 0; j < n_; ++j) largest[k] = std::max(largest[k], std::abs(at_.flows().slope(port, k, j)));
+    // With a resistance of r in series no slope is larger than 1/r; a row that is nothing but rounding is so beside
+    // that: the flow into a part that nothing else connects.
+    if (port < n_) largest[0] = std::max(largest[0], 1.0 / resistance_[port]);
+    const auto slopes_by = [&](std::size_t source, double known) {
+      std::array<double, kOrders> slope{}, rounding{};
+      for (std::size_t k = 0; k < kOrders; ++k) {
+        slope[k] = at_.flows().slope(port, k, source);
+        rounding[k] = slope[k] == 0.0 ? 0.0 : 16.0 * kEpsilon * std::max(largest[k], std::abs(slope[k]));
+        right[k] += slope[k] * known;
+        right_rounding[k] += kOfTerms * std::abs(slope[k] * known);
+      }
+      return std::pair(slope, rounding);
+    };
+    for (std::size_t j = 0; j < n_; ++j) {
+      const auto [slope, rounding] = slopes_by(j, threshold(j));
+      if (port != j && slope == std::array<double, kOrders>{}) continue;
+      const PowerSeries f = series(slope, rounding);
+      PowerSeries z = f * PowerSeries::number(resistance_[j]);
+      if (port == j) z = z + PowerSeries::number(1.0);
+      // A contact that is away has no effort and any flow: the other way round than what is held.
+      problem.w[row].push_back({j, away_[j] ? z : f});
+      problem.z[row].push_back({j, away_[j] ? f : z});
+    }
+    for (std::size_t b = 0; b < border_.size(); ++b) {
+      const bool unknown = border_[b].pushes_back;
+      const auto [slope, rounding] = slopes_by(n_ + b, unknown ? 0.0 : border_[b].place);
+      if (unknown && slope != std::array<double, kOrders>{})
+        problem.z[row].push_back({pair_of(b), -series(slope, rounding)});
+    }
+    for (std::size_t k = 0; k < kOrders; ++k) {
+      right[k] += at_.flows().at_zero(port, k);
+      right_rounding[k] += kOfTerms * at_.flows().size(port, k) + at_.flows().off(port, k);
+      // The time of an event is known to its rounding.
+      if (k + 1 < kOrders) right_rounding[k] += 8.0 * kEpsilon * std::abs(t_) * at_.flows().size(port, k + 1);
+    }
+  }
+
+  /// Speeds of separation are counted from those of the rebound.
+  void count_from_rebound(std::size_t row, Complementarity& problem) const {
+    for (const auto& [j, z] : problem.z[row])
+      if (j < n_ && !away_[j] && rebound(j) > 0.0)
+        problem.r[row] = problem.r[row] - z * PowerSeries::number(rebound(j));
+  }
+
+  void add_border(std::size_t border, Complementarity& problem) {
+    const PowerSeries one = PowerSeries::number(1.0);
+    const std::size_t row = pair_of(border);
+    problem.z[row + 1].push_back({row, one});
+    problem.w[row + 1].push_back({row + 1, one});
+    problem.r[row + 1] = one;
+    if (!border_[border].pushes_back) {  // a pair of its own, that nothing else knows
+      problem.w[row].push_back({row, one});
+      problem.r[row] = PowerSeries();
+      return;
+    }
+    std::array<double, kOrders> right{}, rounding{};
+    add_flow(n_ + border, row, problem, right, rounding);
+    if (border_[border].held) right[0] = 0.0;
+    problem.z[row].push_back({row + 1, one});
+    problem.w[row].push_back({row, -one});
+    problem.r[row] = series(right, rounding);
+    count_from_rebound(row, problem);
+  }
+
   [[nodiscard]] Complementarity problem() {
     // z - F(s) = 0 with s = e0 - r z - w gives (1 + F' r) z + F' w = F(0) + F' e0.
     Complementarity problem;
-    problem.size = n_;
-    problem.z.resize(n_);
-    problem.w.resize(n_);
-    problem.r.resize(n_);
+    problem.size = pair_of(border_.size());
+    problem.z.resize(problem.size);
+    problem.w.resize(problem.size);
+    problem.r.resize(problem.size);
     effort_size_.assign(n_, 0.0);
     result_.flow_off.assign(n_, 0.0);
     result_.effort_off.assign(n_, 0.0);
     result_.flow_error.assign(n_, 0.0);
     result_.effort_error.assign(n_, 0.0);
     for (std::size_t i = 0; i < n_; ++i) {
-      std::array<double, kOrders> largest{};
-      for (std::size_t k = 0; k < kOrders; ++k)
-        for (std::size_t j = 0; j < n_; ++j) largest[k] = std::max(largest[k], std::abs(at_.flows().slope(i, k, j)));
-      // With a resistance of r in series no slope is larger than 1/r; a row that is nothing but rounding is so beside
-      // that: the flow into a part that nothing else connects.
-      largest[0] = std::max(largest[0], 1.0 / resistance_[i]);
       std::array<double, kOrders> right{}, right_rounding{};
-      for (std::size_t j = 0; j < n_; ++j) {
-        std::array<double, kOrders> slope{}, rounding{};
-        for (std::size_t k = 0; k < kOrders; ++k) {
-          slope[k] = at_.flows().slope(i, k, j);
-          rounding[k] = slope[k] == 0.0 ? 0.0 : 16.0 * kEpsilon * largest[k];
-          right[k] += slope[k] * threshold(j);
-          right_rounding[k] += kOfTerms * std::abs(slope[k] * threshold(j));
-        }
-        if (i != j && slope == std::array<double, kOrders>{}) continue;
-        const PowerSeries f = series(slope, rounding);
-        PowerSeries z = f * PowerSeries::number(resistance_[j]);
-        if (i == j) z = z + PowerSeries::number(1.0);
-        // A contact that is away has no effort and any flow: the other way round than what is held.
-        problem.w[i].push_back({j, away_[j] ? z : f});
-        problem.z[i].push_back({j, away_[j] ? f : z});
-      }
-      for (std::size_t k = 0; k < kOrders; ++k) {
-        right[k] += at_.flows().at_zero(i, k);
-        right_rounding[k] += kOfTerms * at_.flows().size(i, k) + at_.flows().off(i, k);
-        // The time of an event is known to its rounding.
-        if (k + 1 < kOrders) right_rounding[k] += 8.0 * kEpsilon * std::abs(t_) * at_.flows().size(i, k + 1);
-      }
+      add_flow(i, i, problem, right, right_rounding);
       constexpr double kOfSize = 1e-6, kTimes = 10.0;
       const double flow_size = at_.flows().size(i, 0) + std::abs(right[0]), off = at_.flows().off(i, 0);
       const double r = resistance_[i];
@@ -317,10 +395,9 @@ class Sides {
       result_.flow_off[i] = kOfSize * flow_size + result_.flow_error[i];
       result_.effort_off[i] = kOfSize * effort_size_[i] + result_.effort_error[i];
       problem.r[i] = series(right, right_rounding);
-      // Speeds of separation are counted from those of the rebound.
-      for (const auto& [j, z] : problem.z[i])
-        if (!away_[j] && rebound(j) > 0.0) problem.r[i] = problem.r[i] - z * PowerSeries::number(rebound(j));
+      count_from_rebound(i, problem);
     }
+    for (std::size_t b = 0; b < border_.size(); ++b) add_border(b, problem);
     scale(problem);
     return problem;
   }
@@ -329,26 +406,31 @@ class Sides {
   /// that a diode is in decides what is large: by powers of two, since these do not round.
   void scale(Complementarity& problem) {
     const auto exponent = [](double size) { return size > 0.0 ? std::ilogb(size) : 0; };
-    flow_exponent_.assign(n_, 0);
-    effort_exponent_.assign(n_, 0);
+    z_exponent_.assign(problem.size, 0);
+    w_exponent_.assign(problem.size, 0);
+    std::vector<int> row_exponent(problem.size, 0);
     for (std::size_t i = 0; i < n_; ++i) {
       const double r = resistance_[i];
-      flow_exponent_[i] = exponent(effort_size_[i] / r);
-      effort_exponent_[i] = flow_exponent_[i] + exponent(r);
+      const int flow = exponent(effort_size_[i] / r), effort = flow + exponent(r);
+      row_exponent[i] = flow;
+      z_exponent_[i] = away_[i] ? effort : flow;
+      w_exponent_[i] = away_[i] ? flow : effort;
     }
-    for (std::size_t i = 0; i < n_; ++i) {
-      const int row = -flow_exponent_[i];
-      for (auto& [j, value] : problem.z[i])
-        value = value.times_two_to(row + (away_[j] ? effort_exponent_ : flow_exponent_)[j]);
-      for (auto& [j, value] : problem.w[i])
-        value = value.times_two_to(row + (away_[j] ? flow_exponent_ : effort_exponent_)[j]);
+    for (std::size_t b = 0; b < border_.size(); ++b) {
+      double size = 0.0;  // of the guard; one that is at rest begins with its rate
+      for (std::size_t k = 0; k < kOrders && !(size > 0.0); ++k) size = at_.flows().size(n_ + b, k);
+      row_exponent[pair_of(b)] = w_exponent_[pair_of(b)] = z_exponent_[pair_of(b) + 1] = exponent(size);
+    }
+    for (std::size_t i = 0; i < problem.size; ++i) {
+      const int row = -row_exponent[i];
+      for (auto& [j, value] : problem.z[i]) value = value.times_two_to(row + z_exponent_[j]);
+      for (auto& [j, value] : problem.w[i]) value = value.times_two_to(row + w_exponent_[j]);
       problem.r[i] = problem.r[i].times_two_to(row);
     }
   }
-  void scale_back(ComplementarySides& sides) {
-    for (std::size_t i = 0; i < n_; ++i)
-      sides.value[i] =
-          sides.value[i].times_two_to((sides.takes_z[i] != away_[i] ? flow_exponent_ : effort_exponent_)[i]);
+  void scale_back(ComplementarySides& sides) const {
+    for (std::size_t i = 0; i < sides.value.size(); ++i)
+      sides.value[i] = sides.value[i].times_two_to((sides.takes_z[i] ? z_exponent_ : w_exponent_)[i]);
   }
 
   [[nodiscard]] double rebound(std::size_t diode) const { return restitution_[diode] * closing_[diode]; }
@@ -357,7 +439,11 @@ class Sides {
   void iterate() {
     constexpr int kMostSteps = 50;
     for (int step = 0; step < kMostSteps; ++step) {
-      std::vector<bool> first(n_), held(n_);
+      std::vector<bool> first(pair_of(border_.size())), held(first.size());
+      for (std::size_t b = 0; b < border_.size(); ++b) {
+        first[pair_of(b)] = border_[b].pushes_back && border_[b].place > 0.0;
+        first[pair_of(b) + 1] = border_[b].pushes_back && border_[b].place == 1.0;
+      }
       for (std::size_t i = 0; i < n_; ++i) {
         first[i] = result_.diodes[i].conducts && !away_[i];
         held[i] =
@@ -365,7 +451,7 @@ class Sides {
       }
       ComplementarySides sides = solve_complementarity(problem(), first, held);
       if (!sides.solved) {
-        fail(no_sides_failure(network_, sides.unbounded, t_));
+        fail(no_sides_failure(network_, ports_of(sides.unbounded), t_));
         return;
       }
       scale_back(sides);
@@ -386,6 +472,13 @@ class Sides {
                       "a law that is not monotone is between them"));
   }
 
+  /// Diodes, then borders.
+  [[nodiscard]] std::vector<std::size_t> ports_of(std::vector<std::size_t> pairs) const {
+    for (std::size_t& pair : pairs)
+      if (pair >= n_) pair = n_ + (pair - n_) / 2;
+    return pairs;
+  }
+
   /// Goes on to the solution. True if nothing has changed: the laws are linear, or this was the point.
   bool take(const ComplementarySides& sides, const std::vector<bool>& held) {
     constexpr double kSame = 1e-9;
@@ -401,6 +494,13 @@ class Sides {
       same = same && std::abs(source - before) <= kSame * (std::abs(source) + std::abs(before) + effort_size_[i]);
       diode.effort = threshold(i) - short_of;
       diode.flow = flow;
+    }
+    for (std::size_t b = 0; b < border_.size(); ++b) {
+      if (!border_[b].pushes_back) continue;
+      const double part = sides.takes_z[pair_of(b)] ? sides.value[pair_of(b)].finite_part() : 0.0;
+      const double place = std::clamp(part, 0.0, 1.0);
+      same = same && std::abs(place - border_[b].place) <= kSame;
+      border_[b].place = place;
     }
     // Only the sides matter. Where laws are flat at 0, as an orifice's, sources converge slowly.
     constexpr int kMostTimes = 3;
@@ -457,11 +557,11 @@ class Sides {
     const LinearFlows before = at_.flows();
     if (!linearize()) return true;
     const LinearFlows& now = at_.flows();
-    for (std::size_t i = 0; i < n_; ++i)
+    for (std::size_t i = 0; i < now.ports; ++i)
       for (std::size_t k = 0; k < kOrders; ++k) {
         const double size = before.size(i, k) + now.size(i, k);
         if (!(std::abs(now.at_zero(i, k) - before.at_zero(i, k)) <= kSame * size)) return false;
-        for (std::size_t j = 0; j < n_; ++j) {
+        for (std::size_t j = 0; j < now.ports; ++j) {
           const double slope = before.slope(i, k, j);
           if (!(std::abs(now.slope(i, k, j) - slope) <= kSame * std::abs(slope))) return false;
         }
@@ -475,13 +575,19 @@ class Sides {
   DiodeSight& sight_;
   double span_;
   std::size_t n_;
+  struct Border {
+    double place = 0.0;        ///< of the law, at the present point
+    bool pushes_back = false;  ///< from both sides
+    bool held = false;         ///< before this
+  };
+  std::vector<Border> border_;
   std::vector<double> resistance_;  ///< by diode: r
   std::vector<double> effort_size_;
-  std::vector<int> flow_exponent_, effort_exponent_;  ///< by diode: powers of two of the problem's units
-  std::vector<bool> away_;                            ///< by diode: a contact that does not touch
-  std::vector<bool> separates_;                       ///< by diode: a contact that opens, beyond rounding
-  std::vector<double> restitution_, closing_;         ///< by diode: of a contact that touches; else 0
-  std::vector<double> way_rounding_;                  ///< by diode: what rounding leaves of a contact's way
+  std::vector<int> z_exponent_, w_exponent_;   ///< by pair: powers of two of their units
+  std::vector<bool> away_;                     ///< by diode: a contact that does not touch
+  std::vector<bool> separates_;                ///< by diode: a contact that opens, beyond rounding
+  std::vector<double> restitution_, closing_;  ///< by diode: of a contact that touches; else 0
+  std::vector<double> way_rounding_;           ///< by diode: what rounding leaves of a contact's way
   std::vector<bool> next_conducts_, last_sides_;
   int sides_again_ = 0;  ///< how often in a row the same ones were found
   DiodeSides result_;
@@ -492,9 +598,9 @@ class Sides {
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
                        std::vector<DiodeState> before, KeptEvaluators& evaluators, DiodeSight& sight, double span,
-                       ImpactOf impact) {
+                       const std::vector<ElementId>& held, ImpactOf impact) {
   NetworkSlopes slopes(network, parameters, t, stored, resolution, evaluators);
-  return Sides(network, std::move(slopes), t, std::move(before), sight, span).run(impact);
+  return Sides(network, std::move(slopes), t, std::move(before), sight, span, held).run(impact);
 }
 
 }  // namespace bgsim

@@ -12,14 +12,25 @@
 
 namespace bgsim {
 
+/// A border that the law of a resistor may hold (see Stiction), in the network of the diodes: there the law is linear
+/// between its two sides, with a place from 0, below the guard's 0, to 1, above it, that takes whatever keeps it there.
+struct NetworkBorder {
+  ElementId element;
+  std::string name;
+  double at_border = 0.5;  ///< the place that the law has for a guard that is 0
+};
+
 /// What diodes see of the rest of a model: the model with each of them as a resistor in series with a source,
 /// e = r f + s. That does not fix what is an effort and what a flow, so one program serves for all of their modes.
 struct DiodeNetwork {
-  Program program;               ///< integrals have been added: by diode s with rate 0, then f, f' and f'' as rates
-  std::size_t first_signal = 0;  ///< the first of them
+  /// Integrals have been added: by diode s, and by border its place, with rate 0; then by diode f, f' and f'' as
+  /// rates, and by border its guard and two derivatives of that.
+  Program program;
+  std::size_t first_signal = 0;          ///< the first of them
   std::vector<ParameterId> resistances;  ///< by diode: r
   std::vector<bool> out;                 ///< by diode: passes what flows out of it
   std::vector<std::string> names;
+  std::vector<NetworkBorder> borders;
   /// By diode: of a contact its displacement; else none. A contact's flow is counted from that of its wall.
   std::vector<SignalId> displacements;
   /// Integrals behind those of the flows: for each contact one with the room that it has left as its rate, and one with
@@ -71,7 +82,8 @@ struct DiodeSides {
   std::vector<double> least_flight;  ///< by diode: of a contact, a shorter one is lost in rounding
   /// By diode: a contact that takes an impulse leaves its wall at this speed, 0 or more. Empty where none takes one.
   std::vector<std::optional<double>> kick;
-  std::vector<double> closing;  ///< by diode: speed at which such a contact closes
+  std::vector<double> closing;       ///< by diode: speed at which such a contact closes
+  std::vector<ElementId> at_border;  ///< resistors whose laws were at their borders as the sides were found
   std::optional<Diagnostic> failure;
   bool final = false;  ///< other sides would not help
 };
@@ -88,6 +100,10 @@ struct DiodeSides {
 /// closing speed (Newton's rule for all contacts at once, Moreau). Those with an effort of order 1/h take impulses. A
 /// contact that separates as others close is away: what the impact makes it close at is another impact.
 ///
+/// Laws that may be held at their border (dry friction) are part of the problem, since what holds them and what the
+/// diodes carry depend on each other: 0 <= a <= 1 is the place of a law between its two sides, 0 where the guard falls
+/// and 1 where it rises.
+///
 /// Where a mode leaves a current or an effort between ideal elements undetermined (two diodes in series that block, in
 /// parallel that conduct), the sides are such that all are determined: one of them "conducts" with no flow, or "blocks"
 /// with no effort.
@@ -96,10 +112,11 @@ struct DiodeSides {
 /// @param resolution  of a state: by how much it may be off
 /// @param sight       of the network; looked for where it is empty, or the slopes of its laws have changed
 /// @param span        duration of the scene
+/// @param held        resistors whose laws are held at their border: their guards are 0 there, to the tolerance
 /// @param impact      of which contacts, where some close
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
                        std::vector<DiodeState> before, KeptEvaluators& evaluators, DiodeSight& sight, double span,
-                       ImpactOf impact = ImpactOf::all);
+                       const std::vector<ElementId>& held, ImpactOf impact = ImpactOf::all);
 
 }  // namespace bgsim

@@ -21,7 +21,6 @@ bool Run::integrate() {
     if (auto failure = too_fast_state(evaluator_, inputs_, x_.data(), branch_)) return fail(std::move(*failure));
   if (!plan()) return false;
   if (!resumed) {
-    if (!known_scales_.empty()) tolerances_.accept(t_, known_scales_);
     // Where the scales of all states are known, what sources will do later is of no interest, and takes a search.
     const bool known = !known_scales_.empty() &&
                        std::all_of(known_scales_.begin(), known_scales_.end(), [](double s) { return s > 0.0; });

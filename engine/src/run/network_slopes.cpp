@@ -19,17 +19,18 @@ NetworkSlopes::NetworkSlopes(const DiodeNetwork& network, std::vector<double> pa
       stored_(stored),
       evaluators_(evaluators),
       n_(network.resistances.size()),
+      ports_(n_ + network.borders.size()),
       states_(network.program.states.size()),
       contacts_(n_) {
   parameters_.resize(network.program.model->parameters.size(), 0.0);
-  position_.resize((1 + kOrders) * n_ + 2 * network.contacts);
+  position_.resize((1 + kOrders) * ports_ + 2 * network.contacts);
   for (std::size_t i = 0; i < states_; ++i) {
     const StateInfo& state = network.program.states[i];
     resolution_.push_back(resolution(state));
     if (state.signal.valid() && state.signal.index() >= network.first_signal)
       position_[state.signal.index() - network.first_signal] = i;
   }
-  std::size_t next = (1 + kOrders) * n_;
+  std::size_t next = (1 + kOrders) * ports_;
   for (std::size_t i = 0; i < n_; ++i) {
     const SignalId displacement = network.displacements[i];
     if (!displacement.valid()) continue;
@@ -60,6 +61,7 @@ std::optional<Diagnostic> NetworkSlopes::look(const std::vector<double>& resista
   for (const double side : {0.0, -1.0, 1.0}) {
     for (std::size_t i = 0; i < n_; ++i)
       x_[source(i)] = sign(i) * (sources[i] + side * (kRoundings * std::abs(sources[i]) + kNothing));
+    for (std::size_t i = n_; i < ports_; ++i) x_[source(i)] = sources[i];
     if (evaluate(evaluator, values, rounding)) {
       sum_up(values, rounding);
       return std::nullopt;
@@ -83,14 +85,14 @@ bool NetworkSlopes::evaluate(Evaluator& evaluator, std::vector<double>& values, 
 }
 
 void NetworkSlopes::sum_up(const std::vector<double>& values, const std::vector<double>& rounding) {
-  const std::size_t rows = kOrders * n_;
+  const std::size_t rows = kOrders * ports_;
   // In the memory that they have: of a thousand diodes these are 24 MB.
-  flows_.diodes = n_;
-  flows_.slopes.assign(rows * n_, 0.0);
+  flows_.ports = ports_;
+  flows_.slopes.assign(rows * ports_, 0.0);
   for (std::vector<double>* const list : {&flows_.at_zeros, &flows_.sizes, &flows_.offs}) list->assign(rows, 0.0);
   shifts_.clear();
-  std::vector<std::size_t> row_of(states_, rows), source_of(states_, n_);
-  for (std::size_t i = 0; i < n_; ++i) {
+  std::vector<std::size_t> row_of(states_, rows), source_of(states_, ports_);
+  for (std::size_t i = 0; i < ports_; ++i) {
     source_of[source(i)] = i;
     for (std::size_t k = 0; k < kOrders; ++k) row_of[flow(i, k)] = flows_.row(i, k);
   }
@@ -106,12 +108,12 @@ void NetworkSlopes::sum_up(const std::vector<double>& values, const std::vector<
       linear[row] += term;
       flows_.sizes[row] += std::abs(term);
       if (resolution_[column] > 0.0) shifts_.push_back({row, column, std::abs(value) * resolution_[column]});
-      if (source_of[column] < n_) {
+      if (source_of[column] < ports_) {
         const std::size_t j = source_of[column];
-        flows_.slopes[row * n_ + j] = sign(row / kOrders) * sign(j) * value;
+        flows_.slopes[row * ports_ + j] = sign(row / kOrders) * sign(j) * value;
       }
     }
-  for (std::size_t i = 0; i < n_; ++i)
+  for (std::size_t i = 0; i < ports_; ++i)
     for (std::size_t k = 0; k < kOrders; ++k) {
       const std::size_t row = flows_.row(i, k);
       const double value = rates_[flow(i, k)];
@@ -119,8 +121,8 @@ void NetworkSlopes::sum_up(const std::vector<double>& values, const std::vector<
       if (!rounding.empty()) flows_.offs[row] += rounding[flow(i, k)];
       flows_.sizes[row] += std::abs(value - linear[row]);
       flows_.at_zeros[row] = sign(i) * value;
-      for (std::size_t j = 0; j < n_; ++j)
-        if (x_[source(j)] != 0.0) flows_.at_zeros[row] -= flows_.slopes[row * n_ + j] * sign(j) * x_[source(j)];
+      for (std::size_t j = 0; j < ports_; ++j)
+        if (x_[source(j)] != 0.0) flows_.at_zeros[row] -= flows_.slopes[row * ports_ + j] * sign(j) * x_[source(j)];
     }
 }
 

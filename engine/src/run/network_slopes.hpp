@@ -10,18 +10,19 @@
 
 namespace bgsim {
 
-/// By diode (i), order of the derivative (k: f, f', f'') and source (j), in the direction that diodes pass:
-/// f_ik = at_zero_ik + sum of slope_ikj s_j. Where a law has no slope the numbers are not finite.
+/// By port (i), order of the derivative (k: f, f', f'') and source (j), in the direction that diodes pass:
+/// f_ik = at_zero_ik + sum of slope_ikj s_j. Where a law has no slope the numbers are not finite. Ports are the diodes,
+/// then the borders, whose flow is the guard and whose source the place.
 struct LinearFlows {
   static constexpr std::size_t kOrders = 3;
-  std::size_t diodes = 0;
+  std::size_t ports = 0;
   std::vector<double> slopes, at_zeros;
   std::vector<double> sizes;  ///< of the terms that a value is the sum of
   std::vector<double> offs;   ///< how far a value may be off by rounding and by what states are off
 
   [[nodiscard]] std::size_t row(std::size_t i, std::size_t k) const { return i * kOrders + k; }
   [[nodiscard]] double slope(std::size_t i, std::size_t k, std::size_t j) const {
-    return slopes[row(i, k) * diodes + j];
+    return slopes[row(i, k) * ports + j];
   }
   [[nodiscard]] double at_zero(std::size_t i, std::size_t k) const { return at_zeros[row(i, k)]; }
   [[nodiscard]] double size(std::size_t i, std::size_t k) const { return sizes[row(i, k)]; }
@@ -39,7 +40,7 @@ class NetworkSlopes {
   /// Takes another point; where a loop has no slope there, one beside it, by what rounding makes of the sources. Cost:
   /// one evaluation of the Jacobian, or three.
   /// @param resistances  by diode: r
-  /// @param sources      by diode: s, in the direction that it passes
+  /// @param sources      by diode: s, in the direction that it passes; then by border its place
   /// @param aside        with each store off by once to twice what it may be off: by the same part, two of them would
   ///                     leave what is between them as it was
   /// @return why there is none: a law without a value, or a loop without a solution or a slope
@@ -73,10 +74,10 @@ class NetworkSlopes {
   struct Contact {
     std::size_t signal = 0, state = 0;  ///< its integrals in position_; its displacement among the states
   };
-  [[nodiscard]] double sign(std::size_t diode) const { return network_.out[diode] ? -1.0 : 1.0; }
-  [[nodiscard]] std::size_t source(std::size_t diode) const { return position_[diode]; }
-  [[nodiscard]] std::size_t flow(std::size_t diode, std::size_t order) const {
-    return position_[n_ + kOrders * diode + order];
+  [[nodiscard]] double sign(std::size_t port) const { return port < n_ && network_.out[port] ? -1.0 : 1.0; }
+  [[nodiscard]] std::size_t source(std::size_t port) const { return position_[port]; }
+  [[nodiscard]] std::size_t flow(std::size_t port, std::size_t order) const {
+    return position_[ports_ + kOrders * port + order];
   }
   bool evaluate(Evaluator& evaluator, std::vector<double>& values, std::vector<double>& rounding);
   void sum_up(const std::vector<double>& values, const std::vector<double>& rounding);
@@ -86,7 +87,7 @@ class NetworkSlopes {
   double t_;
   const Stored& stored_;
   KeptEvaluators& evaluators_;
-  std::size_t n_, states_;
+  std::size_t n_, ports_, states_;
   std::vector<std::size_t> position_;  ///< by added integral: which state
   std::vector<double> resolution_;     ///< by state
   std::vector<Contact> contacts_;      ///< by diode

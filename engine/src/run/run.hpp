@@ -81,6 +81,11 @@ class Run {
   [[nodiscard]] bool left_mode() const { return left_mode_; }
   /// Whether that was after a change of a condition on states, not at a known time or at the start.
   [[nodiscard]] bool left_by_states() const { return left_by_states_; }
+  /// Before the start: resistors whose laws were held at their border where the run before this one ended.
+  /// @param surely  no store has jumped since
+  void know_held(std::vector<ElementId> elements, bool surely) { events_.know_held(std::move(elements), surely); }
+  /// Resistors whose laws were held at their border at the end.
+  [[nodiscard]] std::vector<ElementId> held() const { return events_.held_elements(); }
   /// By Program::switch_elements: not 0 where one leaves it.
   [[nodiscard]] const std::vector<double>& leaving() const { return leaves_; }
   /// Of a program with variations: where it has left the mode.

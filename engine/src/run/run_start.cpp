@@ -15,6 +15,8 @@ bool Run::begin() {
   branch_ = first_branch(program_);
   evaluator_.set_time_modes(t_, branch_);
   x_ = initial_states(evaluator_, inputs_);
+  // What was held goes on within the tolerances.
+  if (!known_scales_.empty()) tolerances_.accept(t_, known_scales_);
   if (!events_.start(t_, x_.data(), branch_)) return fail(*events_.failure());
   std::vector<std::string> found;
   if (!evaluator_.explore_loops(t_, x_.data(), branch_, found)) return fail_with_fault();

@@ -58,6 +58,8 @@ bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) 
   const RunInputs inputs = inputs_here(*program);
   Run run(*program, inputs, options, clock_, delayed_, &evaluators_.of(*program, inputs.parameters));
   run.know_scales(scales(*program));
+  run.know_held(held_, !jumped_);
+  jumped_ = false;
   run.know_steps(steps_, next_snapshot_, static_cast<bool>(options.snapshot));
   if (resume.empty()) hand_errors(*program, run);
   if (const double soonest = soonest_return(); resume.empty() && soonest > 0.0)
@@ -99,6 +101,7 @@ bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) 
   drop_clock();
   if (run.left_by_states()) changes_.push_back(stored_.t);
   take_diodes(run.diodes());
+  held_ = run.held();
   return change_mode(run.leaving(), *program);
 }
 

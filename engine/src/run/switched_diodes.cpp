@@ -3,6 +3,7 @@
 #include "run/failures.hpp"
 #include "run/switched_run.hpp"
 #include "run/tried_sides.hpp"
+#include "run/watch/stiction.hpp"
 
 namespace bgsim {
 
@@ -44,16 +45,18 @@ Mode SwitchedRun::mode_of_switches() const {
 bool SwitchedRun::settle_diodes() {
   if (diodes_.empty()) return true;
   undecided_.clear();
+  at_border_.clear();
   try {
     const DiodeNetwork& network = network_of_(mode_);
     const auto resolution = [this](const StateInfo& state) { return resolution_of(state); };
     DiodeSight& sight = sights_[mode_of_switches()];
     const double span = inputs_.stop - inputs_.start;
     DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_,
-                                   sight, span, impact_of());
+                                   sight, span, held_, impact_of());
     if (ends_sequence(sides))
       sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_, sight,
-                          span, impact_of());
+                          span, held_, impact_of());
+    at_border_ = std::move(sides.at_border);
     for (std::size_t i = 0; sides.failure && i < diodes_.size(); ++i)
       if (network.displacements[i].valid()) diodes_[i] = sides.diodes[i];
     if (sides.failure)
@@ -75,7 +78,10 @@ bool SwitchedRun::settle_diodes() {
     // A diode has left its side, and the series do not say whether by rounding or for good; or it has left it at this
     // instant once more, where the series say that it stays: of a law that ends where the flow does, a root by parts,
     // they know one part. An impact is no stay on these sides.
-    const bool again = kick_.empty() && !switched_ && mode_ == left_, once_more = again && again_at_ == stored_.t;
+    const bool again = kick_.empty() && !switched_ && mode_ == left_;
+    // What diodes lock and friction holds has a force that nothing determines: the problem's solution may have the
+    // diodes carry it, where the mode, in which nothing rubs, has friction do so.
+    const bool once_more = again && (again_at_ == stored_.t || !at_border_.empty());
     if (again) again_at_ = stored_.t;
     std::vector<bool> free = once_more ? may_be_tried(network) : undecided_;
     bool any = false;
@@ -143,7 +149,7 @@ void SwitchedRun::put_diodes() {
 
 bool SwitchedRun::try_sides(const std::function<double(const StateInfo&)>& resolution, const std::vector<bool>& free) {
   std::optional<TriedSides> sides =
-      tried_sides(program_of_, mode_, is_diode_, diodes_, free, inputs_, stored_, resolution);
+      tried_sides(program_of_, mode_, is_diode_, diodes_, free, inputs_, stored_, resolution, at_border_);
   if (!sides) return false;
   for (std::size_t i = 0; i < diodes_.size(); ++i) {
     diodes_[i].conducts = sides->conducts[i];
@@ -182,7 +188,8 @@ bool SwitchedRun::hold_or_try(const Program& program, bool& tried) {
   const bool contacts = std::any_of(elements.begin(), elements.end(), [&](ElementId id) {
     return network.program.model->elements[id.index()].contact.has_value();
   });
-  if (!contacts && try_sides(resolution, may_be_tried(network)) && mode_ != found) return false;
+  if ((!contacts || !at_border_.empty()) && try_sides(resolution, may_be_tried(network)) && mode_ != found)
+    return false;
   mode_ = found;
   return hold_bands(program);  // for its message
 }
@@ -200,6 +207,17 @@ std::vector<double> SwitchedRun::diode_rounding(Evaluator& evaluator, Branch& br
   }
   std::vector<double> bounds(4 * diodes_.size());
   evaluator.diode_rounding(stored_.t, x_.data(), branch, off, kRoundings * std::abs(stored_.t), bounds.data());
+  // So is what holds a law at its border, in which values are linear.
+  constexpr double kOfPlaces = 64.0 * std::numeric_limits<double>::epsilon();
+  std::vector<double> values(bounds.size()), moved(bounds.size());
+  const std::vector<std::size_t> guards = guards_of(evaluator, at_border_);
+  if (!guards.empty()) evaluator.diodes(stored_.t, x_.data(), branch, values.data());
+  for (const std::size_t guard : guards) {
+    Branch other = branch;
+    other.modes[evaluator.guard_relation(guard)] += 1.0;
+    if (!evaluator.diodes(stored_.t, x_.data(), other, moved.data())) continue;
+    for (std::size_t i = 0; i < bounds.size(); ++i) bounds[i] += kOfPlaces * std::abs(moved[i] - values[i]);
+  }
   for (double& bound : bounds) bound = kSafety * bound + std::numeric_limits<double>::min();
   return bounds;
 }
@@ -220,16 +238,20 @@ double SwitchedRun::holding_flow(std::size_t i, double flow) const {
 }
 
 bool SwitchedRun::hold_bands(const Program& program) {
-  constexpr double kTwice = 2.0, kMore = 4.0;
+  constexpr double kTwice = 2.0, kMore = 4.0, kFar = 1e6;
   // The mode that was left because of a diode turns out to be the right one.
   const bool again = !switched_ && mode_ == left_;
   bands_.resize(diodes_.size(), 0.0);
   Evaluator& evaluator = evaluators_.of(program, parameters_);
   Branch branch = first_branch(program);
   std::vector<double> values(4 * diodes_.size()), rounding;
-  if (!evaluator.initialize_modes(stored_.t, x_.data(), branch) ||
-      !evaluator.diodes(stored_.t, x_.data(), branch, values.data()))
-    return fail(fault_failure(evaluator.fault()));
+  if (!evaluator.initialize_modes(stored_.t, x_.data(), branch)) return fail(fault_failure(evaluator.fault()));
+  hold_at_border(evaluator, parameters_, inputs_, at_border_, stored_.t, x_.data(), branch);
+  if (!evaluator.diodes(stored_.t, x_.data(), branch, values.data())) return fail(fault_failure(evaluator.fault()));
+  const auto rounding_of = [&](std::size_t value) {
+    if (rounding.empty()) rounding = diode_rounding(evaluator, branch);
+    return rounding[value];
+  };
   for (std::size_t i = 0; i < diodes_.size(); ++i) {
     const Element& element = program.model->elements[program.diode_elements[i].index()];
     const bool conducts = diodes_[i].conducts;
@@ -240,6 +262,7 @@ bool SwitchedRun::hold_bands(const Program& program) {
     // A thyristor that is not fired may be anywhere beyond its border: that is no rounding, and fired it conducts
     // there.
     const bool matters = conducts ? !diodes_[i].pinned : *diodes_[i].may_begin;
+    const std::size_t value = 4 * i + (conducts ? 1 : 0);
     if (!matters) {
       band = 0.0;
     } else if (!again || room) {
@@ -248,16 +271,20 @@ bool SwitchedRun::hold_bands(const Program& program) {
       if (!room && !undecided_.empty() && undecided_[i])
         band = std::max(band, conducts ? flow_error_[i] : effort_error_[i]);
     } else if (tripped_[i]) {
-      band = std::max({kMore * band, kTwice * beyond, conducts ? flow_error_[i] : effort_error_[i]});
+      const double error = conducts ? flow_error_[i] : effort_error_[i];
+      // Of what no state of the network is off, and the one state of this mode is.
+      band = std::max({kMore * band, kTwice * beyond, error > 0.0 ? error : rounding_of(value)});
     }
     parameters_[element.diode->band.index()] = band;
     if (element.diode->holding.valid())
       parameters_[element.diode->holding.index()] = holding_flow(i, values[4 * i + 1]);
     if (room) continue;
-    if (!matters || !(beyond > (conducts ? flow_off_[i] : effort_off_[i]))) continue;
+    if (!matters || !(beyond > 0.0)) continue;
     // Where the terms that cancel do not stand in the network of the diodes: what rounding makes of them in this mode.
-    if (rounding.empty()) rounding = diode_rounding(evaluator, branch);
-    if (beyond <= rounding[4 * i + (conducts ? 1 : 0)]) continue;
+    // And where the network is seen through a resistance without bound (a mass that nothing pushes), any effort is
+    // rounding there: not here.
+    const double rounds = rounding_of(value);
+    if (beyond <= (beyond > (conducts ? flow_off_[i] : effort_off_[i]) ? rounds : kFar * rounds)) continue;
     if (try_others_) return false;
     return fail(diagnostic_of("BG622",
                               "at t = " + number_text(stored_.t) + " the sides of the diodes could not be found: \"" +

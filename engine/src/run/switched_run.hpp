@@ -331,7 +331,10 @@ class SwitchedRun {
   bool simultaneous_ = false;  ///< several contacts have taken impulses at once
   std::vector<double> flow_off_, effort_off_;      ///< by diode: what they may be off by
   std::vector<double> flow_error_, effort_error_;  ///< the same, without an allowance
-  std::vector<bool> undecided_;                    ///< by diode: on its border, as far as rounding lets one see
+  std::vector<ElementId> held_;       ///< resistors whose laws the last stretch held at their border where it ended
+  bool jumped_ = false;               ///< stores have jumped since then
+  std::vector<ElementId> at_border_;  ///< see DiodeSides::at_border
+  std::vector<bool> undecided_;       ///< by diode: on its border, as far as rounding lets one see
   double again_at_ = std::numeric_limits<double>::quiet_NaN();  ///< when diodes left a mode that was found again
   std::vector<double> bands_;                                   ///< by diode, of the present program
   std::vector<bool> tripped_;          ///< by diode: it left its side in the last change of the mode

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "run/jump.hpp"
+#include "run/watch/stiction.hpp"
 
 namespace bgsim {
 namespace {
@@ -17,9 +18,12 @@ constexpr int kSmallTimes = 10;         ///< small times, each ten times the one
 class Trial {
  public:
   Trial(const Program& program, const RunInputs& inputs, const Stored& stored, const std::vector<DiodeState>& before,
-        const std::function<double(const StateInfo&)>& resolution)
+        const std::function<double(const StateInfo&)>& resolution, const std::vector<ElementId>& at_border)
       : program_(program),
-        evaluator_(program, parameters_of(program, inputs)),
+        inputs_(inputs),
+        parameters_(parameters_of(program, inputs)),
+        evaluator_(program, parameters_),
+        at_border_(at_border),
         t_(stored.t),
         before_(before),
         values_(4 * before.size()),
@@ -72,13 +76,18 @@ class Trial {
     return parameters;
   }
 
+  bool begin(double t, const std::vector<double>& x, Branch& branch) {
+    if (!evaluator_.initialize_modes(t, x.data(), branch)) return false;
+    hold_at_border(evaluator_, parameters_, inputs_, at_border_, t, x.data(), branch);
+    return true;
+  }
   bool rates(double t, const std::vector<double>& x, std::vector<double>& slope) {
     Branch branch = first_branch(program_);
-    return evaluator_.initialize_modes(t, x.data(), branch) && evaluator_.rates(t, x.data(), branch, slope.data());
+    return begin(t, x, branch) && evaluator_.rates(t, x.data(), branch, slope.data());
   }
   bool diodes(double t, const std::vector<double>& x, std::vector<double>& values) {
     Branch branch = first_branch(program_);
-    return evaluator_.initialize_modes(t, x.data(), branch) && evaluator_.diodes(t, x.data(), branch, values.data());
+    return begin(t, x, branch) && evaluator_.diodes(t, x.data(), branch, values.data());
   }
 
   bool keeps(double t, const std::vector<double>& x, const std::vector<bool>& conducts) {
@@ -119,7 +128,10 @@ class Trial {
   }
 
   const Program& program_;
+  const RunInputs& inputs_;
+  std::vector<double> parameters_;
   Evaluator evaluator_;
+  const std::vector<ElementId>& at_border_;
   double t_;
   const std::vector<DiodeState>& before_;
   std::vector<double> values_, shifted_, x_, resolution_;
@@ -148,7 +160,8 @@ std::vector<std::vector<bool>> nearest_first(const std::vector<bool>& present, c
 std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mode& mode,
                                       const std::vector<bool>& is_diode, const std::vector<DiodeState>& before,
                                       const std::vector<bool>& free, const RunInputs& inputs, const Stored& stored,
-                                      const std::function<double(const StateInfo&)>& resolution) {
+                                      const std::function<double(const StateInfo&)>& resolution,
+                                      const std::vector<ElementId>& at_border) {
   std::vector<bool> present;
   for (const DiodeState& diode : before) present.push_back(diode.conducts);
   constexpr double kShortest = 1e-13;
@@ -162,7 +175,7 @@ std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mod
     for (std::size_t i = 0; i < tried.size(); ++i)
       if (is_diode[i]) tried[i] = conducts[next++];
     try {
-      Trial trial(program_of(tried, {}), inputs, stored, before, resolution);
+      Trial trial(program_of(tried, {}), inputs, stored, before, resolution, at_border);
       const int lasts = trial.lasts(conducts, shortest);
       // A diode that blocks would take away the momentum of what it lets pass, and keep within its border afterwards.
       if (lasts < longest || (lasts == longest && !(trial.loss() < loss))) continue;

@@ -11,6 +11,7 @@
 #include "run/stored.hpp"
 #include "run/tried_sides.hpp"
 #include "run/watch/event_jumps.hpp"
+#include "study/network_borders.hpp"
 
 namespace bgsim {
 
@@ -79,7 +80,8 @@ Model with_settling(Model model, const Mode& settling) {
 
 /// The model with each diode as a resistor in series with a source, e = r f + s, so that its graph is the same whatever
 /// they do; and what diode_sides() asks for: the flow of each, and its first two derivatives in time, as rates.
-Model as_network(Model model, DiodeNetwork& network) {
+/// @param borders  with those that laws of resistors may hold
+Model as_network(Model model, DiodeNetwork& network, bool borders) {
   ExprPool& pool = model.pool;
   std::vector<ExprId> flows, gaps;  // gaps: of contacts alone
   network.first_signal = model.signals.size();
@@ -109,10 +111,16 @@ Model as_network(Model model, DiodeNetwork& network) {
     element.coefficient = {};
     element.laws = {law};
   }
+  std::vector<std::string> names = network.names;
+  for (TakenBorder& taken : borders ? take_borders(model) : std::vector<TakenBorder>{}) {
+    flows.push_back(taken.guard);
+    names.push_back(taken.border.name);
+    network.borders.push_back(std::move(taken.border));
+  }
   for (std::size_t i = 0; i < flows.size(); ++i) {
     ExprId value = flows[i];
     for (int k = 0; k < 3; ++k) {
-      const SignalId id = add_integral(model, "(flow of " + network.names[i] + ", " + std::to_string(k) + ")");
+      const SignalId id = add_integral(model, "(flow of " + names[i] + ", " + std::to_string(k) + ")");
       model.signals[id.index()].value = value;
       value = pool.make(Op::der, value);
     }
@@ -271,14 +279,21 @@ const DiodeNetwork& ModePrograms::network(const Mode& mode) {
   }
   std::unique_ptr<DiodeNetwork>& network = networks_[key];
   if (network) return *network;
-  auto made = std::make_unique<DiodeNetwork>();
-  const auto model = std::make_shared<const Model>(as_network(in_mode(*model_, key), *made));
-  made->program = allowed(model, [](const std::shared_ptr<const Model>& of) {
-    const BondGraph graph = build_bond_graph(*of);
-    const EquationSystem system = derive_equations(*of, graph, solvable_causality(*of, graph), true);
-    return compile(of, system, order_equations(*of, system), {{}, false});
-  });
-  network = std::move(made);
+  const auto made_with = [&](bool borders) {
+    auto made = std::make_unique<DiodeNetwork>();
+    const auto model = std::make_shared<const Model>(as_network(in_mode(*model_, key), *made, borders));
+    made->program = allowed(model, [](const std::shared_ptr<const Model>& of) {
+      const BondGraph graph = build_bond_graph(*of);
+      const EquationSystem system = derive_equations(*of, graph, solvable_causality(*of, graph), true);
+      return compile(of, system, order_equations(*of, system), {{}, false});
+    });
+    return made;
+  };
+  try {
+    network = made_with(true);
+  } catch (const ModelError&) {
+    network = made_with(false);  // a guard that has no two derivatives, say
+  }
   return *network;
 }
 
@@ -343,7 +358,7 @@ void ModePrograms::put_diodes(const RunInputs& inputs, DelayedPrograms& own, Swi
     const std::vector<DiodeState> before(count);
     KeptEvaluators evaluators;
     const DiodeSides sides = diode_sides(own.of(network(start.mode)), inputs.parameters, inputs.start, start.stored,
-                                         exact, before, evaluators, start.sight, inputs.stop - inputs.start);
+                                         exact, before, evaluators, start.sight, inputs.stop - inputs.start, {});
     if (!sides.failure) {
       put([&](std::size_t diode) { return sides.diodes[diode].conducts; });
       return;
@@ -357,7 +372,8 @@ void ModePrograms::put_diodes(const RunInputs& inputs, DelayedPrograms& own, Swi
       start.failure = sides.failure;
       return;
     }
-    if (const auto tried = tried_sides(program_of, start.mode, start.diodes, before, all, inputs, start.stored, exact))
+    if (const auto tried = tried_sides(program_of, start.mode, start.diodes, before, all, inputs, start.stored, exact,
+                                       sides.at_border))
       put([&](std::size_t diode) { return tried->conducts[diode]; });
     else
       start.failure = sides.failure;

@@ -75,8 +75,16 @@ bool EventWatch::start(double t, const double* x, Branch& branch) {
   if (!any()) return true;
   if (!evaluator_.guards(t, x, branch, values_.data())) return fail_with_fault();
   for (std::size_t i = 0; i < side_.size(); ++i) side_[i] = border_[i] ? 1 : sign_of(values_[i]);
-  for (std::size_t i = 0; i < side_.size(); ++i) just_crossed_[i] = side_[i] == 0;
-  hold_what_rests(t, x, branch, false);
+  const auto was_held = [this](std::size_t guard) {
+    return stiction_.possible(guard) &&
+           std::find(known_held_.begin(), known_held_.end(), program_.relations[relation_[guard]].where.element) !=
+               known_held_.end();
+  };
+  for (std::size_t i = 0; i < side_.size(); ++i) just_crossed_[i] = was_held(i);
+  end_ = values_;
+  hold_what_rests(t, x, branch, surely_held_ ? Near::surely : Near::crossed);
+  for (std::size_t i = 0; i < side_.size(); ++i) just_crossed_[i] = side_[i] == 0 && !stiction_.held(i);
+  hold_what_rests(t, x, branch, Near::here);
   return settle(t, x, branch);
 }
 
@@ -84,7 +92,7 @@ bool EventWatch::jumped(double t, const double* x, const ProgramEvent& event, Br
   std::fill(returns_.begin(), returns_.end(), 0);
   forget_onsets(event);
   jumped_at_ = t;
-  hold_what_rests(t, x, branch, false);
+  hold_what_rests(t, x, branch, Near::here);
   return settle(t, x, branch);
 }
 
@@ -110,7 +118,7 @@ bool EventWatch::settle(double t, const double* x, Branch& branch) {
       std::fill(changed_.begin(), changed_.end(), false);
       return true;
     }
-    hold_what_rests(t, x, branch, false);
+    hold_what_rests(t, x, branch, Near::here);
   }
   failure_ = contradiction_failure(program_, recent_relations(), t);
   return false;
@@ -255,8 +263,7 @@ bool EventWatch::guards(double t, const double* x, Branch& branch, std::vector<d
 /// What has just reached its border in the law of a resistor and is pushed back to it from both sides stays there; a
 /// condition at a kink is at no border, and neither is one that a jump has taken across, by more than its states are
 /// known to.
-/// @param located  whether guards that have just crossed did so at this instant, and not by a jump
-void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, bool located) {
+void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, Near near) {
   std::vector<std::size_t> candidates, leaving;
   std::vector<double> error;
   const auto within = [&](double away, double errors, std::size_t guard) {
@@ -275,10 +282,9 @@ void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, bool
     // Where a jump went far it is at no border. What was held there and has left is so again, unless it has drifted
     // far: the flow of sign(e)*sqrt(abs(e)) is wrong by as much as the root of that.
     constexpr double kDrift = 1e3;
-    const double away = std::abs(located ? end_[i] : values_[i]);
-    if (located ? away > kNext * largest_[i] && !within(away, kDrift, i)
-                : away > kFar * largest_[i] || (away > 0.0 && !within(away, 1.0, i)))
-      continue;
+    const double away = std::abs(near == Near::here ? values_[i] : end_[i]);
+    if (near == Near::here && (away > kFar * largest_[i] || (away > 0.0 && !within(away, 1.0, i)))) continue;
+    if (near == Near::crossed && away > kNext * largest_[i] && !within(away, kDrift, i)) continue;
     const bool is_sign = program_.relations[relation_[i]].kind == Relation::Kind::sign;
     if (is_sign || (both_go_on(i, t, x, branch) && !is_kink(i, t, x, branch))) candidates.push_back(i);
   }
@@ -373,7 +379,7 @@ bool EventWatch::cross(const double* y, Branch& branch) {
   change(end_, branch);
   for (std::size_t i = 0; i < side.size(); ++i)  // 0 as it is still, such a guard is on the side that it goes to
     if (side[i] == 0 && side_[i] != 0) hold_[i] = kSetOut;
-  hold_what_rests(event_time_, y, branch, true);
+  hold_what_rests(event_time_, y, branch, Near::crossed);
   ++count_;
   if (!settle(event_time_, y, branch)) return false;
   if (returned) widen_bands_of_returns(event_time_, y, branch);

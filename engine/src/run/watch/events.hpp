@@ -78,6 +78,13 @@ class EventWatch {
 
   /// Whether modes are held that depend on the point: prepare() sets them before anything is evaluated there.
   [[nodiscard]] bool holding() const { return stiction_.any() || followed_any_; }
+  [[nodiscard]] std::vector<ElementId> held_elements() const { return stiction_.elements(); }
+  /// Before start(): laws of these were held where this run goes on. Their guards have drifted from 0.
+  /// @param surely  no store has jumped since
+  void know_held(std::vector<ElementId> elements, bool surely) {
+    known_held_ = std::move(elements);
+    surely_held_ = surely;
+  }
   bool prepare(double t, const double* x, Branch& branch) {
     return (!followed_any_ || follow(t, x, branch)) && (!stiction_.any() || stiction_.balance(t, x, branch));
   }
@@ -196,7 +203,13 @@ class EventWatch {
   void keep_what_only_wavers(const Branch& branch);
   void keep_what_is_nothing(double t, const double* x, const Branch& branch);
   void release_what_jumped(double t, const double* x, Branch& branch);
-  void hold_what_rests(double t, const double* x, Branch& branch, bool located);
+  /// How the guards that have just crossed are known to be near their borders.
+  enum class Near : std::uint8_t {
+    here,     ///< by where they are
+    crossed,  ///< they have crossed at this instant, and not by a jump
+    surely,   ///< they were held until now, and nothing has jumped
+  };
+  void hold_what_rests(double t, const double* x, Branch& branch, Near near);
   std::optional<double> dip(double from, double to, const std::vector<double>& middle,
                             const std::vector<double>& end) const;
   bool locate(Integrator& integrator, double from, double to);
@@ -250,6 +263,8 @@ class EventWatch {
   bool may_hold_, fixed_steps_;
   const Tolerances& tolerances_;
   Stiction stiction_;
+  std::vector<ElementId> known_held_;  ///< at the start
+  bool surely_held_ = false;
   std::vector<std::size_t> relation_;  ///< by guard
   Denominators denominators_;
   std::vector<bool> border_;  ///< by guard: of a floor or table cell

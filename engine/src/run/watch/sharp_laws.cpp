@@ -14,6 +14,8 @@ namespace {
 
 /// A defect of so many tolerances is no error of the method that its own estimate could have let pass.
 constexpr double kTolerances = 30.0;
+/// Of the steps through a force that is narrower than its state is known, whose errors all go the same way.
+constexpr double kNarrow = 3.0;
 /// A state that nothing has moved yet: part of what the refused steps would have missed, in place of a tolerance.
 constexpr double kUnseen = 1e-3;
 /// What a rate is off when the states are off by their tolerances: so many times this is no part of the defect.
@@ -239,7 +241,8 @@ bool SharpLaws::ends_show_it(const SharpStep& step, double until) {
 }
 
 double SharpLaws::allowed(const SharpStep& step, std::size_t state, const Point& first, const Point& last) const {
-  double limit = kTolerances * std::max(step.tolerance(state), kUnseen * step.relative * largest_[state]);
+  const double tolerances = step.begin < narrow_until_ ? kNarrow : kTolerances;
+  double limit = tolerances * std::max(step.tolerance(state), kUnseen * step.relative * largest_[state]);
   if (step.fixed) {
     const double a = first.defect[state], b = last.defect[state];
     limit += kVisible * (last.t - first.t) *
@@ -394,10 +397,13 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
   };
   bool let_pass = false;
   for (std::size_t i = 0; i < affected_.size(); ++i) let_pass = let_pass || lets_pass(i);
+  bool narrow = false;
   if (let_pass) {
     const std::vector<double> change = change_by_states(step, until, sums, limit);
-    for (std::size_t i = 0; i < affected_.size(); ++i)
+    for (std::size_t i = 0; i < affected_.size(); ++i) {
       of_states[affected_[i]] = std::min(of_states[affected_[i]], change[i]);
+      narrow = narrow || most[i] > limit[i] + kShaken * of_states[affected_[i]];
+    }
   }
   double worst = 1.0;
   std::size_t which = 0;
@@ -420,6 +426,7 @@ SharpLaws::Verdict SharpLaws::look(const SharpStep& step, double until) {
     if (sums.cut) verdict.shorter = sums.parts.back().to - step.begin;
     return verdict;
   }
+  if (narrow) narrow_until_ = std::max(narrow_until_, until);
   for (std::size_t i = 0; i < affected_.size(); ++i)
     if (std::isfinite(most[i])) largest_[affected_[i]] = std::max(largest_[affected_[i]], most[i]);
   // Up to where it begins to matter; or, where it does from the beginning, as far as nothing is sharp.

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -66,6 +67,7 @@ class SharpLaws {
   template <class Archive>
   void carry(Archive& archive) {
     archive("largest", largest_);
+    archive("narrow until", narrow_until_);
     if (screen_) screen_->clear();
   }
 
@@ -110,7 +112,8 @@ class SharpLaws {
   std::optional<Enclosure> rates_too_;  ///< of these, then of the affected rates
   std::optional<OperatorScreen> screen_;
   StepPolynomial polynomial_;
-  std::vector<std::uint32_t> all_, unknowns_;  ///< unknowns of the polynomial
+  std::vector<std::uint32_t> all_, unknowns_;                  ///< unknowns of the polynomial
+  double narrow_until_ = -std::numeric_limits<double>::max();  ///< a force narrower than its state acts before this
   std::vector<double> largest_;  ///< by state: the largest defect seen, a scale for states that have none yet
   std::vector<Jet> states_, tears_;
   std::vector<double> y_, slopes_, solution_;

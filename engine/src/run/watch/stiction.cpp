@@ -17,13 +17,6 @@ bool two_sided(const Relation& relation) {
          (relation.kind == Relation::Kind::condition && !relation.time_only);
 }
 
-/// Whether the relation is of the kind that can be held.
-bool can_rest(const Program& program, std::uint32_t relation) {
-  const Relation& at = program.relations[relation];
-  if (!two_sided(at) || !at.where.element.valid()) return false;
-  return is_resistor(program.model->elements[at.where.element.index()].kind);
-}
-
 std::vector<ExprId> guards_that_can_rest(const Program& program) {
   std::vector<ExprId> roots;
   for (const std::uint32_t relation : program.guarded)
@@ -32,6 +25,12 @@ std::vector<ExprId> guards_that_can_rest(const Program& program) {
 }
 
 }  // namespace
+
+bool can_rest(const Program& program, std::uint32_t relation) {
+  const Relation& at = program.relations[relation];
+  if (!two_sided(at) || !at.where.element.valid()) return false;
+  return is_resistor(program.model->elements[at.where.element.index()].kind);
+}
 
 Stiction::Stiction(const Program& program, std::span<const double> parameters, Evaluator& evaluator,
                    const Tolerances& tolerances, double span)
@@ -58,6 +57,13 @@ bool Stiction::held(std::size_t guard) const {
     return std::find(guards.begin(), guards.end(), guard) != guards.end();
   };
   return among(held_) || among(surplus_);
+}
+
+std::vector<ElementId> Stiction::elements() const {
+  std::vector<ElementId> result;
+  for (const std::vector<std::size_t>* const guards : {&held_, &surplus_})
+    for (const std::size_t guard : *guards) result.push_back(relation(guard).where.element);
+  return result;
 }
 
 /// The mode where the guard is on this side of its border.
@@ -446,6 +452,27 @@ bool Stiction::bring_back(double t, std::vector<double>& x, Branch& branch, doub
   x = std::move(at);
   if (evaluator_.guards(t, x.data(), branch, guards_.data())) seen_ = guards_;
   return true;
+}
+
+std::vector<std::size_t> guards_of(const Evaluator& evaluator, const std::vector<ElementId>& resistors) {
+  std::vector<std::size_t> guards;
+  const Program& program = evaluator.program();
+  for (std::size_t guard = 0; !resistors.empty() && guard < evaluator.guard_count(); ++guard) {
+    const auto relation = static_cast<std::uint32_t>(evaluator.guard_relation(guard));
+    const ElementId element = program.relations[relation].where.element;
+    if (can_rest(program, relation) && std::find(resistors.begin(), resistors.end(), element) != resistors.end())
+      guards.push_back(guard);
+  }
+  return guards;
+}
+
+void hold_at_border(Evaluator& evaluator, std::span<const double> parameters, const RunInputs& inputs,
+                    const std::vector<ElementId>& resistors, double t, const double* x, Branch& branch) {
+  std::vector<std::size_t> guards = guards_of(evaluator, resistors);
+  if (guards.empty()) return;
+  const Tolerances tolerances(evaluator.program(), inputs, false);
+  Stiction stiction(evaluator.program(), parameters, evaluator, tolerances, inputs.stop - inputs.start);
+  static_cast<void>(stiction.decide(std::move(guards), {}, t, x, branch));
 }
 
 void Stiction::still(double* rates) const {

@@ -14,6 +14,9 @@
 
 namespace bgsim {
 
+/// Whether a relation is of the kind that can be held: in the law of a resistor, with two sides.
+bool can_rest(const Program& program, std::uint32_t relation);
+
 /// Holds signs, steps and comparisons in laws of resistors at their border: while both sides push back to it, the mode
 /// takes the value between those of the sides that keeps the guard where it is (Filippov's sliding mode; for dry
 /// friction, sticking). Resistors only: there the law between the two sides is physics. A relay in a source that does
@@ -32,6 +35,8 @@ class Stiction {
   [[nodiscard]] bool possible(std::size_t guard) const;
   [[nodiscard]] bool any() const { return !held_.empty(); }
   [[nodiscard]] bool held(std::size_t guard) const;
+  /// Whose laws those are.
+  [[nodiscard]] std::vector<ElementId> elements() const;
 
   struct Left {
     std::size_t guard;
@@ -128,5 +133,13 @@ class Stiction {
   Eigen::MatrixXd slopes_;                     ///< of the guards' rates, by guard, then mode
   Eigen::VectorXd base_, other_;
 };
+
+/// The guards of laws of these resistors that can be held.
+std::vector<std::size_t> guards_of(const Evaluator& evaluator, const std::vector<ElementId>& resistors);
+
+/// Decides once which laws of these resistors, whose guards are at their borders, are held there.
+/// @param parameters  of the evaluator
+void hold_at_border(Evaluator& evaluator, std::span<const double> parameters, const RunInputs& inputs,
+                    const std::vector<ElementId>& resistors, double t, const double* x, Branch& branch);
 
 }  // namespace bgsim
