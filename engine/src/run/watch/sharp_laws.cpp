@@ -352,7 +352,7 @@ SharpLaws::Sums SharpLaws::add_up(const SharpStep& step, Point first, Point last
 std::vector<double> SharpLaws::change_by_states(const SharpStep& step, double until, const Sums& sums,
                                                 std::span<const double> limit) {
   std::vector<double> change(affected_.size(), 0.0), shift(step.states);
-  const std::vector<double> unknown(affected_.size(), std::numeric_limits<double>::infinity());
+  std::vector<double> unknown(affected_.size(), std::numeric_limits<double>::infinity());
   SharpStep moved = step;
   moved.at = [&](double t, double* y) {
     step.at(t, y);
