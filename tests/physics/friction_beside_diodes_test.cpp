@@ -2,8 +2,11 @@
 // other.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <optional>
 #include <random>
 
+#include "support/chain.hpp"
+#include "support/rounds.hpp"
 #include "support/run.hpp"
 
 using namespace bgsim;
@@ -32,105 +35,6 @@ std::string clutch_and_backstop(const std::string& law, const std::string& force
 
 const char* const kDiode = R"({ "kind": "D", "passes": "out" })";
 const char* const kContact = R"({ "kind": "contact", "gap": 0, "initial": { "q": 0 } })";
-
-/// Masses of a chain to the ground and to each other.
-struct Chain {
-  enum class Kind { spring, friction, diode };
-  struct Link {
-    Kind kind;
-    int from, to;  ///< to: -1 is the ground
-    double value;  ///< stiffness; limit
-  };
-  std::vector<double> masses, forces, amplitudes, frequencies;
-  std::vector<Link> links;
-
-  [[nodiscard]] double force(std::size_t mass, double t) const {
-    return forces[mass] + amplitudes[mass] * std::sin(frequencies[mass] * t);
-  }
-
-  [[nodiscard]] std::string text() const {
-    std::string elements, bonds, outputs;
-    const auto bond = [&bonds](const std::string& from, const std::string& to) {
-      bonds += std::string(bonds.empty() ? "" : ", ") + R"({ "from": ")" + from + R"(", "to": ")" + to + R"(" })";
-    };
-    const auto element = [&elements](const std::string& name, const std::string& keys) {
-      elements += std::string(elements.empty() ? "\"" : ", \"") + name + R"(": { )" + keys + " }";
-    };
-    for (std::size_t i = 0; i < masses.size(); ++i) {
-      const std::string n = "n" + std::to_string(i), m = "m" + std::to_string(i), F = "F" + std::to_string(i);
-      element(n, R"("kind": "1")");
-      element(m, R"("kind": "I", "inertance": )" + number_text(masses[i], 17));
-      const std::string sine = number_text(amplitudes[i], 17) + "*sin(" + number_text(frequencies[i], 17) + "*t)";
-      element(F, R"("kind": "Se", "effort": ")" + number_text(forces[i], 17) + " + " + sine + "\"");
-      bond(n, m);
-      bond(F, n);
-      outputs += std::string(outputs.empty() ? "\"v" : ", \"v") + std::to_string(i) + R"(": ")" + n + R"(.f")";
-    }
-    for (std::size_t k = 0; k < links.size(); ++k) {
-      const Link& link = links[k];
-      const std::string name = "e" + std::to_string(k), n = "n" + std::to_string(link.from);
-      const std::string value = number_text(link.value, 17);
-      if (link.kind == Kind::spring)
-        element(name, R"("kind": "C", "capacitance": "1/)" + value + "\"");
-      else if (link.kind == Kind::friction)
-        element(name, R"("kind": "R", "law": "e = )" + value + "*sign(f)\"");
-      else
-        element(name, R"("kind": "D", "passes": "out")");
-      if (link.to < 0) {
-        bond(n, name);
-        continue;
-      }
-      const std::string h = "h" + std::to_string(k);
-      element(h, R"("kind": "0")");
-      bond(n, h);
-      bond(h, "n" + std::to_string(link.to));
-      bond(h, name);
-    }
-    return R"({ "bgsim": 1, "name": "chain", "elements": { )" + elements + R"( }, "bonds": [ )" + bonds +
-           R"( ], "outputs": { )" + outputs + R"( }, "scenes": { "main": { "stop": 3, "samples": 31 } } })";
-  }
-
-  /// Moreau's time stepping: impulses within their sets, by Gauss-Seidel, at steps of 1e-4. Of first order.
-  [[nodiscard]] std::vector<std::vector<double>> stepped() const {
-    constexpr double kStep = 1e-4;
-    constexpr int kStepsARow = 1000, kRows = 31, kSweeps = 400;
-    std::vector<double> v(masses.size(), 0.0), stretch(links.size(), 0.0);
-    std::vector<std::vector<double>> rows{v};
-    const auto speed = [&](const Link& link) {
-      return v[static_cast<std::size_t>(link.from)] - (link.to < 0 ? 0.0 : v[static_cast<std::size_t>(link.to)]);
-    };
-    const auto push = [&](const Link& link, double impulse) {
-      const auto from = static_cast<std::size_t>(link.from);
-      v[from] -= impulse / masses[from];
-      if (link.to >= 0) v[static_cast<std::size_t>(link.to)] += impulse / masses[static_cast<std::size_t>(link.to)];
-    };
-    for (int step = 0; step < kStepsARow * (kRows - 1); ++step) {
-      const double t = kStep * (step + 0.5);
-      for (std::size_t i = 0; i < v.size(); ++i) v[i] += kStep * force(i, t) / masses[i];
-      for (std::size_t k = 0; k < links.size(); ++k)
-        if (links[k].kind == Kind::spring) push(links[k], kStep * links[k].value * stretch[k]);
-      std::vector<double> impulse(links.size(), 0.0);
-      for (int sweep = 0; sweep < kSweeps; ++sweep) {
-        double most = 0.0;
-        for (std::size_t k = 0; k < links.size(); ++k) {
-          const Link& link = links[k];
-          if (link.kind == Kind::spring) continue;
-          const double inverse = 1.0 / masses[static_cast<std::size_t>(link.from)] +
-                                 (link.to < 0 ? 0.0 : 1.0 / masses[static_cast<std::size_t>(link.to)]);
-          const double wanted = impulse[k] + speed(link) / inverse, limit = kStep * link.value;
-          const double next = link.kind == Kind::diode ? std::max(0.0, wanted) : std::clamp(wanted, -limit, limit);
-          push(link, next - impulse[k]);
-          most = std::max(most, std::abs(next - impulse[k]));
-          impulse[k] = next;
-        }
-        if (most < 1e-14) break;
-      }
-      for (std::size_t k = 0; k < links.size(); ++k) stretch[k] += kStep * speed(links[k]);
-      if ((step + 1) % kStepsARow == 0) rows.push_back(v);
-    }
-    return rows;
-  }
-};
 
 }  // namespace
 
@@ -185,48 +89,47 @@ TEST_CASE("a ratchet beside friction that is held drags nothing along") {
   }
 }
 
-TEST_CASE("random chains with friction and diodes agree with time stepping", "[long]") {
-  std::mt19937 random(3);
-  const auto between = [&random](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
-  const auto below = [&random](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
-  int refused = 0;
-  constexpr int kModels = 30;
-  for (int model = 0; model < kModels; ++model) {
-    Chain chain;
-    const int count = 2 + below(2);
-    for (int i = 0; i < count; ++i) {
-      chain.masses.push_back(between(0.5, 3.0));
-      chain.forces.push_back(below(2) == 0 ? between(-2.0, 2.0) : 0.0);
-      chain.amplitudes.push_back(below(3) > 0 ? between(1.0, 6.0) : 0.0);
-      chain.frequencies.push_back(between(1.0, 8.0));
+namespace {
+
+/// How far speeds are from time stepping, in parts of the largest; none where that has not come to an answer itself:
+/// of masses that throw each other to and fro at intervals of its steps it has another one for each step.
+std::optional<double> off_from_stepping(const Chain& chain, const RunResult& run) {
+  constexpr double kKnown = 1e-3;
+  const std::vector<std::vector<double>> rows = chain.stepped(1e-4), finer = chain.stepped(2e-5);
+  double largest = 0.1, known = 0.0, off = 0.0;
+  for (const std::vector<double>& row : rows)
+    for (const double v : row) largest = std::max(largest, std::abs(v));
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    for (std::size_t i = 0; i < rows[row].size(); ++i) {
+      known = std::max(known, std::abs(rows[row][i] - finer[row][i]));
+      off = std::max(off, std::abs(column(run, "v" + std::to_string(i))[row] - finer[row][i]));
     }
-    const auto link = [&](int from, int to) {
-      using Kind = Chain::Kind;
-      const Kind kinds[] = {Kind::spring, Kind::friction, Kind::friction, Kind::diode, Kind::diode};
-      const Kind kind = kinds[below(5)];
-      chain.links.push_back({kind, from, to, kind == Kind::spring ? between(5.0, 60.0) : between(0.3, 3.0)});
-    };
-    for (int i = 0; i < count; ++i) link(i, -1);
-    for (int i = 0; i + 1 < count; ++i) link(i, i + 1);
-    if (below(2) == 0) link(0, 1);
-    INFO(chain.text());
-    const RunResult run = run_scene(chain.text(), Method::automatic, 1e-7);
-    if (run.stop != StopReason::completed) {
-      // Where diodes lock what rubs on each other no speed says what the friction is.
-      REQUIRE(run.failure->code == "BG622");
-      ++refused;
-      continue;
-    }
-    const std::vector<std::vector<double>> rows = chain.stepped();
-    double largest = 0.1;
-    for (const std::vector<double>& row : rows)
-      for (const double v : row) largest = std::max(largest, std::abs(v));
-    for (std::size_t row = 0; row < rows.size(); ++row)
-      for (std::size_t i = 0; i < rows[row].size(); ++i) {
-        INFO("row " << row << ", v" << i);
-        // Steps of 1e-4 under accelerations of up to 10 a unit of mass.
-        CHECK(column(run, "v" + std::to_string(i))[row] == Approx(rows[row][i]).margin(3e-3 * largest));
+  if (known > kKnown * largest) return std::nullopt;
+  return off / largest;
+}
+
+}  // namespace
+
+TEST_CASE("random chains with friction, diodes and contacts agree with time stepping", "[long]") {
+  // Where an impact would create energy a chain is refused (BG621). Others that are: docs/design/state.md.
+  for (const ChainKinds& kinds : {ChainKinds{false, 4}, ChainKinds{true, 4}}) {
+    const std::uint64_t models = share_of(kinds.contacts ? 300 : 200);
+    std::uint64_t refused = 0, unknown = 0;
+    for (std::uint64_t seed = 0; seed < models; ++seed) {
+      std::mt19937 random(static_cast<unsigned>(seed));
+      const Chain chain = random_chain(random, kinds);
+      INFO("seed " << seed << ": " << chain.text());
+      const RunResult run = run_scene(chain.text(), Method::automatic, 1e-7);
+      if (run.stop != StopReason::completed) {
+        ++refused;
+        continue;
       }
+      const std::optional<double> off = off_from_stepping(chain, run);
+      if (!off) ++unknown;
+      // Steps of 2e-5 under accelerations of up to 10 a unit of mass, and what is known of them.
+      CHECK(off.value_or(0.0) <= 2e-3);
+    }
+    CHECK(refused <= models / 50);
+    CHECK(unknown <= models / 5);
   }
-  CHECK(refused <= kModels / 20);
 }

@@ -10,6 +10,7 @@
 
 #include "expression/graph.hpp"
 #include "program/evaluator_impl.hpp"
+#include "program/own_borders.hpp"
 
 namespace bgsim {
 
@@ -127,11 +128,13 @@ std::string Evaluator::Impl::text(ExprId expression) const {
   constexpr std::size_t kLongest = 160;
   const auto name = [this](SymbolId symbol) { return program.symbol_names[symbol.index()]; };
   std::string result;
-  if (program.continued.empty()) {
+  const auto has_own_border = [](const Element& element) { return element.own_border.valid(); };
+  const std::vector<Element>& elements = program.model->elements;
+  if (program.continued.empty() && std::none_of(elements.begin(), elements.end(), has_own_border)) {
     result = readable_text(program.pool, expression, name);
   } else {
     ExprPool written;
-    const ExprId root = as_written(program, expression, written);
+    const ExprId root = without_own_borders(program, written, as_written(program, expression, written));
     result = readable_text(written, root, name);
   }
   if (result.size() > kLongest) result = result.substr(0, kLongest) + " ...";

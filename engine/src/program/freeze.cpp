@@ -9,6 +9,7 @@
 
 #include "expression/graph.hpp"
 #include "model/samples.hpp"
+#include "program/own_borders.hpp"
 
 namespace bgsim {
 namespace {
@@ -320,7 +321,8 @@ ExprId Freezer::freeze(ExprId expression, Relation relation) {
   relation.time_only = variation(expression) == Variation::time_only;
   if (relation.kind != Relation::Kind::denominator) relation.where = order_.origins[expression.index()];
   const auto name = [this](SymbolId symbol) { return program_.symbol_names[symbol.index()]; };
-  relation.text = readable_text(program_.pool, plain_[expression.index()], name);
+  relation.text =
+      readable_text(program_.pool, without_own_borders(program_, program_.pool, plain_[expression.index()]), name);
   if (relation.time_only)
     for (const ExprId e : reachable(program_.pool, std::array{relation.origin}))
       relation.samples = relation.samples || program_.pool.is_constant(e, kSamplesEarly);

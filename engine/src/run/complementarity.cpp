@@ -202,6 +202,19 @@ bool is_decided(const Complementarity& problem, const ComplementarySides& sides)
 
 }  // namespace
 
+void scale(Complementarity& problem, const ComplementarityUnits& units) {
+  for (std::size_t i = 0; i < problem.size; ++i) {
+    for (auto& [j, value] : problem.z[i]) value = value.times_two_to(units.z[j] - units.row[i]);
+    for (auto& [j, value] : problem.w[i]) value = value.times_two_to(units.w[j] - units.row[i]);
+    problem.r[i] = problem.r[i].times_two_to(-units.row[i]);
+  }
+}
+
+void scale_back(ComplementarySides& sides, const ComplementarityUnits& units) {
+  for (std::size_t i = 0; i < sides.value.size(); ++i)
+    sides.value[i] = sides.value[i].times_two_to((sides.takes_z[i] ? units.z : units.w)[i]);
+}
+
 ComplementarySides solve_complementarity(const Complementarity& problem, const std::vector<bool>& first,
                                          const std::vector<bool>& held) {
   if (problem.size == 0) return {true, {}, {}, {}};

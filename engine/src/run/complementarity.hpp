@@ -19,6 +19,11 @@ struct Complementarity {
   std::vector<PowerSeries> r;
 };
 
+/// Powers of two by which rows, and the unknowns of pairs, are divided: these do not round.
+struct ComplementarityUnits {
+  std::vector<int> row, z, w;
+};
+
 struct ComplementarySides {
   bool solved = false;
   /// By pair: whether z_i is the one that may differ from 0. Together they are a basis: with all others at 0, the rows
@@ -27,6 +32,10 @@ struct ComplementarySides {
   std::vector<PowerSeries> value;      ///< by pair: of z_i or of w_i, whichever it is
   std::vector<std::size_t> unbounded;  ///< where there is no solution: the pairs on the ray that shows it
 };
+
+/// The problem in these units, and what was found in them as it is.
+void scale(Complementarity& problem, const ComplementarityUnits& units);
+void scale_back(ComplementarySides& sides, const ComplementarityUnits& units);
 
 /// Solves by Lemke's method with lexicographic ratios, from the basis nearest to @p first. It ends for every problem;
 /// where the relation between z and w is monotone (what a passive network makes of its ports), the end is a

@@ -8,6 +8,7 @@
 #include "base/codes.hpp"
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
+#include "run/block_pivoting.hpp"
 #include "run/complementarity.hpp"
 #include "run/diode_failures.hpp"
 #include "run/network_slopes.hpp"
@@ -24,7 +25,7 @@ constexpr double kOfTerms = 256.0 * kEpsilon;
 class Sides {
  public:
   Sides(const DiodeNetwork& network, NetworkSlopes slopes, double t, std::vector<DiodeState> before, DiodeSight& sight,
-        double span, const std::vector<ElementId>& held)
+        double span)
       : network_(network),
         at_(std::move(slopes)),
         t_(t),
@@ -39,10 +40,7 @@ class Sides {
         way_rounding_(n_, 0.0) {
     result_.diodes = std::move(before);
     result_.room.assign(n_, 0.0);
-    for (std::size_t b = 0; b < border_.size(); ++b) {
-      border_[b].place = network.borders[b].at_border;
-      border_[b].held = std::find(held.begin(), held.end(), network.borders[b].element) != held.end();
-    }
+    for (std::size_t b = 0; b < border_.size(); ++b) border_[b].place = network.borders[b].at_border;
   }
 
   DiodeSides run(ImpactOf impact) {
@@ -90,26 +88,20 @@ class Sides {
   /// Which borders are unknowns of the problem: those to which both sides push back, so that there is one solution. The
   /// others are on the side of their guard.
   bool look_at_borders() {
-    if (border_.empty()) return true;
     for (std::size_t b = 0; b < border_.size(); ++b) {
       Border& border = border_[b];
       const std::size_t port = n_ + b;
       const auto slope = [&](std::size_t k) { return at_.flows().slope(port, k, port); };
       std::size_t order = 0;
-      while (order < kOrders && slope(order) == 0.0) ++order;
-      const bool sees = order < kOrders && std::isfinite(slope(order));
-      border.pushes_back = sees && slope(order) < 0.0;
-      border.held = border.held && border.pushes_back && order > 0;
-      double value = at_.flows().at_zero(port, 0);
-      for (std::size_t j = 0; j < n_ + border_.size(); ++j)
-        value += at_.flows().slope(port, 0, j) * (j < n_ ? source_value(j) : border_[j - n_].place);
-      const double rounding = at_.flows().off(port, 0) + kOfTerms * at_.flows().size(port, 0);
-      if (!border.held && std::abs(value) > rounding)
-        border.place = value > 0.0 ? 1.0 : 0.0;
+      while (order + 1 < kOrders && slope(order) == 0.0) ++order;
+      border.pushes_back = std::isfinite(slope(order)) && slope(order) < 0.0;
+      const double guard = at_.guard(b), rounding = at_.flows().off(port, 0) + kOfTerms * at_.flows().size(port, 0);
+      if (std::abs(guard) > rounding)
+        border.place = guard > 0.0 ? 1.0 : 0.0;
       else if (border.pushes_back)
-        result_.at_border.push_back(network_.borders[b].element);
+        result_.at_border.push_back({network_.borders[b].element});
     }
-    return linearize();
+    return border_.empty() || linearize();
   }
 
   /// Which contacts touch, and at what speed they close. False if one is beyond its gap.
@@ -364,7 +356,6 @@ class Sides {
     }
     std::array<double, kOrders> right{}, rounding{};
     add_flow(n_ + border, row, problem, right, rounding);
-    if (border_[border].held) right[0] = 0.0;
     problem.z[row].push_back({row + 1, one});
     problem.w[row].push_back({row, -one});
     problem.r[row] = series(right, rounding);
@@ -398,39 +389,27 @@ class Sides {
       count_from_rebound(i, problem);
     }
     for (std::size_t b = 0; b < border_.size(); ++b) add_border(b, problem);
-    scale(problem);
     return problem;
   }
 
   /// Flows and efforts as parts of what each diode's own come to, so that neither the units nor the part of the model
-  /// that a diode is in decides what is large: by powers of two, since these do not round.
-  void scale(Complementarity& problem) {
+  /// that a diode is in decides what is large.
+  [[nodiscard]] ComplementarityUnits units() const {
     const auto exponent = [](double size) { return size > 0.0 ? std::ilogb(size) : 0; };
-    z_exponent_.assign(problem.size, 0);
-    w_exponent_.assign(problem.size, 0);
-    std::vector<int> row_exponent(problem.size, 0);
+    const std::vector<int> none(pair_of(border_.size()), 0);
+    ComplementarityUnits units{none, none, none};
     for (std::size_t i = 0; i < n_; ++i) {
-      const double r = resistance_[i];
-      const int flow = exponent(effort_size_[i] / r), effort = flow + exponent(r);
-      row_exponent[i] = flow;
-      z_exponent_[i] = away_[i] ? effort : flow;
-      w_exponent_[i] = away_[i] ? flow : effort;
+      const int flow = exponent(effort_size_[i] / resistance_[i]), effort = flow + exponent(resistance_[i]);
+      units.row[i] = flow;
+      units.z[i] = away_[i] ? effort : flow;
+      units.w[i] = away_[i] ? flow : effort;
     }
     for (std::size_t b = 0; b < border_.size(); ++b) {
       double size = 0.0;  // of the guard; one that is at rest begins with its rate
       for (std::size_t k = 0; k < kOrders && !(size > 0.0); ++k) size = at_.flows().size(n_ + b, k);
-      row_exponent[pair_of(b)] = w_exponent_[pair_of(b)] = z_exponent_[pair_of(b) + 1] = exponent(size);
+      units.row[pair_of(b)] = units.w[pair_of(b)] = units.z[pair_of(b) + 1] = exponent(size);
     }
-    for (std::size_t i = 0; i < problem.size; ++i) {
-      const int row = -row_exponent[i];
-      for (auto& [j, value] : problem.z[i]) value = value.times_two_to(row + z_exponent_[j]);
-      for (auto& [j, value] : problem.w[i]) value = value.times_two_to(row + w_exponent_[j]);
-      problem.r[i] = problem.r[i].times_two_to(row);
-    }
-  }
-  void scale_back(ComplementarySides& sides) const {
-    for (std::size_t i = 0; i < sides.value.size(); ++i)
-      sides.value[i] = sides.value[i].times_two_to((sides.takes_z[i] ? z_exponent_ : w_exponent_)[i]);
+    return units;
   }
 
   [[nodiscard]] double rebound(std::size_t diode) const { return restitution_[diode] * closing_[diode]; }
@@ -449,19 +428,22 @@ class Sides {
         held[i] =
             away_[i] || (!*result_.diodes[i].may_begin && (!result_.diodes[i].conducts || result_.diodes[i].pinned));
       }
-      ComplementarySides sides = solve_complementarity(problem(), first, held);
+      Complementarity problem = this->problem();
+      const ComplementarityUnits units = this->units();
+      scale(problem, units);
+      ComplementarySides sides = solve_complementarity(problem, first, held);
+      // What the series do not decide is better than nothing where trial modes would not know the parts of friction.
+      if (!sides.solved && !border_.empty()) sides = solve_by_blocks(problem, first, held).value_or(std::move(sides));
       if (!sides.solved) {
         fail(no_sides_failure(network_, ports_of(sides.unbounded), t_));
         return;
       }
-      scale_back(sides);
-      for (std::size_t i = 0; i < n_; ++i)
-        if (away_[i]) sides.takes_z[i] = !sides.takes_z[i];
-      for (std::size_t i = 0; i < n_; ++i)
-        if (away_[i] && !sides.takes_z[i]) {
-          fail_for_good(free_contact_failure(network_, i, t_));
-          return;
-        }
+      scale_back(sides, units);
+      for (std::size_t i = 0; i < n_; ++i) {
+        if (!away_[i]) continue;
+        sides.takes_z[i] = !sides.takes_z[i];
+        if (!sides.takes_z[i]) return static_cast<void>(fail_for_good(free_contact_failure(network_, i, t_)));
+      }
       if (take(sides, held)) return;
       if (!linearize()) return;
       at_.bound_flows();
@@ -497,8 +479,8 @@ class Sides {
     }
     for (std::size_t b = 0; b < border_.size(); ++b) {
       if (!border_[b].pushes_back) continue;
-      const double part = sides.takes_z[pair_of(b)] ? sides.value[pair_of(b)].finite_part() : 0.0;
-      const double place = std::clamp(part, 0.0, 1.0);
+      const PowerSeries& value = sides.value[pair_of(b)];
+      const double place = sides.takes_z[pair_of(b)] ? std::clamp(value.finite_part(), 0.0, 1.0) : 0.0;
       same = same && std::abs(place - border_[b].place) <= kSame;
       border_[b].place = place;
     }
@@ -507,8 +489,10 @@ class Sides {
     sides_again_ = sides.takes_z == last_sides_ ? sides_again_ + 1 : 0;
     last_sides_ = sides.takes_z;
     if (!same && !is_linear() && sides_again_ < kMostTimes) return false;
+    for (std::size_t i = 0; i < n_; ++i) result_.at_gap.push_back(network_.displacements[i].valid() && !away_[i]);
     take_impulses(sides);
     take_flights(sides);
+    take_borders(sides);
     result_.undecided.assign(n_, false);
     for (std::size_t i = 0; i < n_; ++i) {
       result_.undecided[i] = !away_[i] && sides.value[i].zero && sides.value[i].known != PowerSeries::kExact;
@@ -533,6 +517,17 @@ class Sides {
     }
     if (any) result_.kick = std::move(kick);
     if (any) result_.closing = closing_;
+  }
+
+  /// Those whose guard is 0, as far as it is known here.
+  void take_borders(const ComplementarySides& sides) {
+    result_.at_border.clear();
+    const auto zero = [&sides](std::size_t pair, bool z) {
+      return sides.takes_z[pair] != z || sides.value[pair].zero || sides.value[pair].order > 0;
+    };
+    for (std::size_t b = 0; b < border_.size(); ++b)
+      if (border_[b].pushes_back && zero(pair_of(b), false) && zero(pair_of(b) + 1, true))
+        result_.at_border.push_back(law_at(network_.borders[b], border_[b].place));
   }
 
   void take_flights(const ComplementarySides& sides) {
@@ -578,12 +573,10 @@ class Sides {
   struct Border {
     double place = 0.0;        ///< of the law, at the present point
     bool pushes_back = false;  ///< from both sides
-    bool held = false;         ///< before this
   };
   std::vector<Border> border_;
   std::vector<double> resistance_;  ///< by diode: r
   std::vector<double> effort_size_;
-  std::vector<int> z_exponent_, w_exponent_;   ///< by pair: powers of two of their units
   std::vector<bool> away_;                     ///< by diode: a contact that does not touch
   std::vector<bool> separates_;                ///< by diode: a contact that opens, beyond rounding
   std::vector<double> restitution_, closing_;  ///< by diode: of a contact that touches; else 0
@@ -598,9 +591,9 @@ class Sides {
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
                        std::vector<DiodeState> before, KeptEvaluators& evaluators, DiodeSight& sight, double span,
-                       const std::vector<ElementId>& held, ImpactOf impact) {
-  NetworkSlopes slopes(network, parameters, t, stored, resolution, evaluators);
-  return Sides(network, std::move(slopes), t, std::move(before), sight, span, held).run(impact);
+                       ImpactOf impact) {
+  return Sides(network, {network, parameters, t, stored, resolution, evaluators}, t, std::move(before), sight, span)
+      .run(impact);
 }
 
 }  // namespace bgsim

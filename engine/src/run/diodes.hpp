@@ -8,17 +8,10 @@
 
 #include "bgsim/evaluator.hpp"
 #include "bgsim/simulate.hpp"
+#include "run/at_border.hpp"
 #include "run/kept_evaluators.hpp"
 
 namespace bgsim {
-
-/// A border that the law of a resistor may hold (see Stiction), in the network of the diodes: there the law is linear
-/// between its two sides, with a place from 0, below the guard's 0, to 1, above it, that takes whatever keeps it there.
-struct NetworkBorder {
-  ElementId element;
-  std::string name;
-  double at_border = 0.5;  ///< the place that the law has for a guard that is 0
-};
 
 /// What diodes see of the rest of a model: the model with each of them as a resistor in series with a source,
 /// e = r f + s. That does not fix what is an effort and what a flow, so one program serves for all of their modes.
@@ -70,6 +63,7 @@ enum class ImpactOf {
 
 struct DiodeSides {
   std::vector<DiodeState> diodes;
+  std::vector<bool> at_gap;  ///< by diode: a contact without room, though it may not have come to its gap just now
   /// By diode: whether what it has at this side is 0 as far as the series reach, so that they do not say which way it
   /// goes. Each store that conducting diodes tie to others takes an order from what is known.
   std::vector<bool> undecided;
@@ -82,8 +76,8 @@ struct DiodeSides {
   std::vector<double> least_flight;  ///< by diode: of a contact, a shorter one is lost in rounding
   /// By diode: a contact that takes an impulse leaves its wall at this speed, 0 or more. Empty where none takes one.
   std::vector<std::optional<double>> kick;
-  std::vector<double> closing;       ///< by diode: speed at which such a contact closes
-  std::vector<ElementId> at_border;  ///< resistors whose laws were at their borders as the sides were found
+  std::vector<double> closing;      ///< by diode: speed at which such a contact closes
+  std::vector<AtBorder> at_border;  ///< resistors whose laws are at their borders, as the sides were found
   std::optional<Diagnostic> failure;
   bool final = false;  ///< other sides would not help
 };
@@ -112,11 +106,10 @@ struct DiodeSides {
 /// @param resolution  of a state: by how much it may be off
 /// @param sight       of the network; looked for where it is empty, or the slopes of its laws have changed
 /// @param span        duration of the scene
-/// @param held        resistors whose laws are held at their border: their guards are 0 there, to the tolerance
 /// @param impact      of which contacts, where some close
 DiodeSides diode_sides(const DiodeNetwork& network, const std::vector<double>& parameters, double t,
                        const Stored& stored, const std::function<double(const StateInfo&)>& resolution,
                        std::vector<DiodeState> before, KeptEvaluators& evaluators, DiodeSight& sight, double span,
-                       const std::vector<ElementId>& held, ImpactOf impact = ImpactOf::all);
+                       ImpactOf impact = ImpactOf::all);
 
 }  // namespace bgsim

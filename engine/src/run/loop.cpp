@@ -168,18 +168,23 @@ bool Run::bring_back() {
   constexpr double kOneStep = 1.0, kMultistep = 10.0;  // tolerances; these begin again at the first order
   if (!events_.holding()) return true;
   const bool multistep = !one_step_ && facts_of(inputs_.method).family == MethodFamily::multistep;
-  std::vector<double> x = x_;
   // What jumps at a known time may let go of what is held: there it is looked at only.
   const double least = due_ ? std::numeric_limits<double>::infinity() : multistep ? kMultistep : kOneStep;
-  if (!events_.bring_back(t_, x, branch_, least)) return true;
+  return !bring_back(least) || events_.settle(t_, x_.data(), branch_) || fail(*events_.failure());
+}
+
+/// @param least  in tolerances: what has drifted by less stays
+/// @return whether anything was brought back
+bool Run::bring_back(double least) {
+  std::vector<double> x = x_;
+  if (!events_.bring_back(t_, x, branch_, least)) return false;
   errors_.before_set(t_, x_, branch_, [this](double t, std::vector<double>& states, Branch branch) {
     events_.bring_back(t, states, branch, 0.0);
     return true;
   });
   x_ = std::move(x);
   errors_.after_set(t_, x_, branch_);
-  fresh_ = true;
-  return events_.settle(t_, x_.data(), branch_) || fail(*events_.failure());
+  return fresh_ = true;
 }
 
 /// Sinks take the last step up to @p t.

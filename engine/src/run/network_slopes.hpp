@@ -56,6 +56,9 @@ class NetworkSlopes {
   [[nodiscard]] double threshold(std::size_t diode) const { return diodes_[4 * diode + 2]; }
   [[nodiscard]] bool fires(std::size_t diode) const { return diodes_[4 * diode + 3] != 0.0; }
 
+  /// The value of a border's guard.
+  [[nodiscard]] double guard(std::size_t border) const { return rates_[flow(n_ + border, 0)]; }
+
   // Of contacts; they ask for the rates alone, and are known where look() came as far as these.
   [[nodiscard]] bool has_rates() const { return !rates_.empty(); }
   [[nodiscard]] double displacement(std::size_t contact) const { return x_[contacts_[contact].state]; }

@@ -81,11 +81,10 @@ class Run {
   [[nodiscard]] bool left_mode() const { return left_mode_; }
   /// Whether that was after a change of a condition on states, not at a known time or at the start.
   [[nodiscard]] bool left_by_states() const { return left_by_states_; }
-  /// Before the start: resistors whose laws were held at their border where the run before this one ended.
-  /// @param surely  no store has jumped since
-  void know_held(std::vector<ElementId> elements, bool surely) { events_.know_held(std::move(elements), surely); }
+  /// Before the start: see EventWatch.
+  void know_at_border(std::vector<AtBorder> laws) { events_.know_at_border(std::move(laws)); }
   /// Resistors whose laws were held at their border at the end.
-  [[nodiscard]] std::vector<ElementId> held() const { return events_.held_elements(); }
+  [[nodiscard]] std::vector<AtBorder> held() const { return events_.held_laws(); }
   /// By Program::switch_elements: not 0 where one leaves it.
   [[nodiscard]] const std::vector<double>& leaving() const { return leaves_; }
   /// Of a program with variations: where it has left the mode.
@@ -152,6 +151,7 @@ class Run {
   bool take_events();
   void go_to(double t);
   bool bring_back();
+  bool bring_back(double least);
   bool audit_to(double t);
   bool follow_grid();
   [[nodiscard]] bool at_end() const;

@@ -58,8 +58,9 @@ bool SwitchedRun::stretch_in(const Program& in_mode, const std::string& resume) 
   const RunInputs inputs = inputs_here(*program);
   Run run(*program, inputs, options, clock_, delayed_, &evaluators_.of(*program, inputs.parameters));
   run.know_scales(scales(*program));
-  run.know_held(held_, !jumped_);
-  jumped_ = false;
+  std::vector<AtBorder> at_border = at_border_;
+  at_border.insert(at_border.end(), held_.begin(), held_.end());
+  run.know_at_border(std::move(at_border));
   run.know_steps(steps_, next_snapshot_, static_cast<bool>(options.snapshot));
   if (resume.empty()) hand_errors(*program, run);
   if (const double soonest = soonest_return(); resume.empty() && soonest > 0.0)

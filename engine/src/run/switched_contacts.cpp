@@ -13,7 +13,7 @@ std::vector<ElementId> SwitchedRun::diode_elements(const Model& model) const {
 }
 
 bool SwitchedRun::take_impact() {
-  jumped_ = true;
+  held_.clear();
   try {
     const ImpactProgram& impact = impact_of_(mode_);
     const Program& program = impact.program;

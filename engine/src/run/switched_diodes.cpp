@@ -52,10 +52,10 @@ bool SwitchedRun::settle_diodes() {
     DiodeSight& sight = sights_[mode_of_switches()];
     const double span = inputs_.stop - inputs_.start;
     DiodeSides sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_,
-                                   sight, span, held_, impact_of());
+                                   sight, span, impact_of());
     if (ends_sequence(sides))
       sides = diode_sides(network, inputs_.parameters, stored_.t, stored_, resolution, diodes_, evaluators_, sight,
-                          span, held_, impact_of());
+                          span, impact_of());
     at_border_ = std::move(sides.at_border);
     for (std::size_t i = 0; sides.failure && i < diodes_.size(); ++i)
       if (network.displacements[i].valid()) diodes_[i] = sides.diodes[i];
@@ -65,6 +65,7 @@ bool SwitchedRun::settle_diodes() {
     diodes_ = std::move(sides.diodes);
     kick_ = std::move(sides.kick);
     closing_ = std::move(sides.closing);
+    at_gap_ = std::move(sides.at_gap);
     flight_ = std::move(sides.flight);
     returns_ = std::move(sides.returns);
     least_flight_ = std::move(sides.least_flight);
@@ -210,13 +211,24 @@ std::vector<double> SwitchedRun::diode_rounding(Evaluator& evaluator, Branch& br
   // So is what holds a law at its border, in which values are linear.
   constexpr double kOfPlaces = 64.0 * std::numeric_limits<double>::epsilon();
   std::vector<double> values(bounds.size()), moved(bounds.size());
-  const std::vector<std::size_t> guards = guards_of(evaluator, at_border_);
-  if (!guards.empty()) evaluator.diodes(stored_.t, x_.data(), branch, values.data());
-  for (const std::size_t guard : guards) {
-    Branch other = branch;
-    other.modes[evaluator.guard_relation(guard)] += 1.0;
-    if (!evaluator.diodes(stored_.t, x_.data(), other, moved.data())) continue;
+  const std::vector<GuardMode> guards = guards_of(evaluator, at_border_);
+  bool known = false;
+  const auto values_known = [&] {
+    return known = known || evaluator.diodes(stored_.t, x_.data(), branch, values.data());
+  };
+  const auto add_moved = [&] {
     for (std::size_t i = 0; i < bounds.size(); ++i) bounds[i] += kOfPlaces * std::abs(moved[i] - values[i]);
+  };
+  for (const GuardMode& at : guards) {
+    Branch other = branch;
+    other.modes[evaluator.guard_relation(at.guard)] += 1.0;
+    if (values_known() && evaluator.diodes(stored_.t, x_.data(), other, moved.data())) add_moved();
+  }
+  for (const Element& element : program.model->elements) {
+    if (!element.share.valid() || parameters_[element.share.index()] == 0.0) continue;
+    std::vector<double> other = parameters_;
+    other[element.share.index()] += 1.0;
+    if (values_known() && Evaluator(program, other).diodes(stored_.t, x_.data(), branch, moved.data())) add_moved();
   }
   for (double& bound : bounds) bound = kSafety * bound + std::numeric_limits<double>::min();
   return bounds;
@@ -225,7 +237,7 @@ std::vector<double> SwitchedRun::diode_rounding(Evaluator& evaluator, Branch& br
 double SwitchedRun::lift_off_band(std::size_t i, const Element& contact) const {
   // Well below what a contact may be beyond its gap where it closes, however far the tolerance falls until then.
   constexpr double kOfResolution = 1e-6;
-  if (!diodes_[i].touches || flight_.empty() || flight_[i] != 0.0) return 0.0;
+  if (flight_.empty() || !at_gap_[i] || flight_[i] != 0.0) return 0.0;
   const StateInfo displacement{{}, {}, 0, contact.contact->displacement};
   return std::max({kOfResolution * resolution_of(displacement), least_flight_[i], std::numeric_limits<double>::min()});
 }
@@ -242,6 +254,7 @@ bool SwitchedRun::hold_bands(const Program& program) {
   // The mode that was left because of a diode turns out to be the right one.
   const bool again = !switched_ && mode_ == left_;
   bands_.resize(diodes_.size(), 0.0);
+  put_shares(program, at_border_, parameters_);
   Evaluator& evaluator = evaluators_.of(program, parameters_);
   Branch branch = first_branch(program);
   std::vector<double> values(4 * diodes_.size()), rounding;

@@ -102,7 +102,7 @@ bool SwitchedRun::jump_into_mode(const Program& program, bool& moved) {
   moved = jump.moved;
   jump_exactly(evaluator);
   if (!jump.moved) return true;
-  jumped_ = true;
+  held_.clear();
   if (jump.loss < -kRounding * jump.scale)
     return fail(diagnostic_of(
         "BG621",

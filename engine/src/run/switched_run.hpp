@@ -310,6 +310,7 @@ class SwitchedRun {
   std::vector<ContactHistory> contacts_;      ///< by diode
   std::vector<std::optional<double>> kick_;   ///< by diode: see DiodeSides::kick
   std::vector<double> closing_;               ///< by diode: see DiodeSides::closing
+  std::vector<bool> at_gap_;                  ///< by diode: see DiodeSides::at_gap
   std::vector<double> flight_;                ///< by diode: see DiodeSides::flight
   std::vector<double> returns_;               ///< by diode: see DiodeSides::returns; of the last settle_diodes()
   std::vector<double> least_flight_;          ///< by diode: see DiodeSides::least_flight
@@ -331,10 +332,9 @@ class SwitchedRun {
   bool simultaneous_ = false;  ///< several contacts have taken impulses at once
   std::vector<double> flow_off_, effort_off_;      ///< by diode: what they may be off by
   std::vector<double> flow_error_, effort_error_;  ///< the same, without an allowance
-  std::vector<ElementId> held_;       ///< resistors whose laws the last stretch held at their border where it ended
-  bool jumped_ = false;               ///< stores have jumped since then
-  std::vector<ElementId> at_border_;  ///< see DiodeSides::at_border
-  std::vector<bool> undecided_;       ///< by diode: on its border, as far as rounding lets one see
+  std::vector<AtBorder> held_;       ///< laws that the last stretch held where it ended, if no store has jumped since
+  std::vector<AtBorder> at_border_;  ///< see DiodeSides::at_border
+  std::vector<bool> undecided_;      ///< by diode: on its border, as far as rounding lets one see
   double again_at_ = std::numeric_limits<double>::quiet_NaN();  ///< when diodes left a mode that was found again
   std::vector<double> bands_;                                   ///< by diode, of the present program
   std::vector<bool> tripped_;          ///< by diode: it left its side in the last change of the mode

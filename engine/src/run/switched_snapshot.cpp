@@ -188,6 +188,7 @@ void SwitchedRun::carry(Archive& archive) {
   archive.check(diodes_.size() == diodes && contacts_.size() == diodes);
   by_diode("kick", kick_);
   by_diode("closing", closing_);
+  by_diode("at gap", at_gap_);
   by_diode("flight", flight_);
   by_diode("least flight", least_flight_);
   by_diode("rests", rests_);

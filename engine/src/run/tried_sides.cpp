@@ -18,10 +18,10 @@ constexpr int kSmallTimes = 10;         ///< small times, each ten times the one
 class Trial {
  public:
   Trial(const Program& program, const RunInputs& inputs, const Stored& stored, const std::vector<DiodeState>& before,
-        const std::function<double(const StateInfo&)>& resolution, const std::vector<ElementId>& at_border)
+        const std::function<double(const StateInfo&)>& resolution, const std::vector<AtBorder>& at_border)
       : program_(program),
         inputs_(inputs),
-        parameters_(parameters_of(program, inputs)),
+        parameters_(parameters_of(program, inputs, at_border)),
         evaluator_(program, parameters_),
         at_border_(at_border),
         t_(stored.t),
@@ -70,9 +70,11 @@ class Trial {
   [[nodiscard]] double loss() const { return loss_; }
 
  private:
-  static std::vector<double> parameters_of(const Program& program, const RunInputs& inputs) {
+  static std::vector<double> parameters_of(const Program& program, const RunInputs& inputs,
+                                           const std::vector<AtBorder>& at_border) {
     std::vector<double> parameters = inputs.parameters;
     parameters.resize(program.model->parameters.size(), 0.0);
+    put_shares(program, at_border, parameters);
     return parameters;
   }
 
@@ -131,7 +133,7 @@ class Trial {
   const RunInputs& inputs_;
   std::vector<double> parameters_;
   Evaluator evaluator_;
-  const std::vector<ElementId>& at_border_;
+  const std::vector<AtBorder>& at_border_;
   double t_;
   const std::vector<DiodeState>& before_;
   std::vector<double> values_, shifted_, x_, resolution_;
@@ -161,7 +163,7 @@ std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mod
                                       const std::vector<bool>& is_diode, const std::vector<DiodeState>& before,
                                       const std::vector<bool>& free, const RunInputs& inputs, const Stored& stored,
                                       const std::function<double(const StateInfo&)>& resolution,
-                                      const std::vector<ElementId>& at_border) {
+                                      const std::vector<AtBorder>& at_border) {
   std::vector<bool> present;
   for (const DiodeState& diode : before) present.push_back(diode.conducts);
   constexpr double kShortest = 1e-13;

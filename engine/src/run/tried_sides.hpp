@@ -28,12 +28,12 @@ struct TriedSides {
 /// @param before      by diode: those that may not begin to conduct stay as they are
 /// @param free        by diode: those that are tried on both sides; the others stay as they are
 /// @param resolution  of a state: by how much it may be off
-/// @param at_border   resistors whose laws are at their borders, and may be held there
+/// @param at_border   laws that are at their borders, and may be held there
 /// @return  none if no mode is possible at all
 std::optional<TriedSides> tried_sides(const ProgramOfMode& program_of, const Mode& mode,
                                       const std::vector<bool>& is_diode, const std::vector<DiodeState>& before,
                                       const std::vector<bool>& free, const RunInputs& inputs, const Stored& stored,
                                       const std::function<double(const StateInfo&)>& resolution,
-                                      const std::vector<ElementId>& at_border);
+                                      const std::vector<AtBorder>& at_border);
 
 }  // namespace bgsim

@@ -40,7 +40,7 @@ SignalId add_integral(Model& model, std::string name) {
 }
 
 /// With a parameter for each diode's band, one for the flow below which a thyristor's has ended, and one for the
-/// instant at which a contact comes to rest whose mode is asked for.
+/// instant at which a contact comes to rest whose mode is asked for; and those of laws that may hold their borders.
 std::shared_ptr<const Model> with_bands(std::shared_ptr<const Model> model) {
   if (std::none_of(model->elements.begin(), model->elements.end(), [](const Element& e) { return e.diode; }))
     return model;
@@ -59,6 +59,7 @@ std::shared_ptr<const Model> with_bands(std::shared_ptr<const Model> model) {
     element.contact->rest = add_parameter(result, kRestParameter + element.name + ")");
     element.contact->rest_moves = add_parameter(result, "(how the rest of " + element.name + " moves)");
   }
+  add_own_borders(result);
   return std::make_shared<const Model>(std::move(result));
 }
 
@@ -230,6 +231,12 @@ ModePrograms::Compile ModePrograms::plain(CompileOptions options) {
                                         const BlockOrder& order) { return compile(model, system, order, options); };
 }
 
+Model ModePrograms::in_mode(const Mode& mode) const {
+  Model model = bgsim::in_mode(*model_, mode);
+  use_own_borders(model);
+  return model;
+}
+
 std::vector<double> ModePrograms::completed(std::vector<double> parameters) const {
   parameters.resize(model_->parameters.size(), 0.0);
   return parameters;
@@ -263,7 +270,7 @@ const Program& ModePrograms::at(const Mode& mode, const std::vector<double>& par
   const std::scoped_lock lock(mutex_);
   const Mode seen = seen_settling(*model_, settling);
   std::unique_ptr<Made>& made = made_[{mode, seen}];
-  if (!made) made = make(std::make_shared<const Model>(with_settling(in_mode(*model_, mode), seen)), of_mode_);
+  if (!made) made = make(std::make_shared<const Model>(with_settling(in_mode(mode), seen)), of_mode_);
   check_laws(*made->model, made->graph, made->causal, completed(parameters));
   return made->program;
 }
@@ -281,7 +288,7 @@ const DiodeNetwork& ModePrograms::network(const Mode& mode) {
   if (network) return *network;
   const auto made_with = [&](bool borders) {
     auto made = std::make_unique<DiodeNetwork>();
-    const auto model = std::make_shared<const Model>(as_network(in_mode(*model_, key), *made, borders));
+    const auto model = std::make_shared<const Model>(as_network(bgsim::in_mode(*model_, key), *made, borders));
     made->program = allowed(model, [](const std::shared_ptr<const Model>& of) {
       const BondGraph graph = build_bond_graph(*of);
       const EquationSystem system = derive_equations(*of, graph, solvable_causality(*of, graph), true);
@@ -302,7 +309,7 @@ const ImpactProgram& ModePrograms::impact(const Mode& mode) {
   std::unique_ptr<ImpactProgram>& impact = impacts_[mode];
   if (impact) return *impact;
   auto made = std::make_unique<ImpactProgram>();
-  const auto model = std::make_shared<const Model>(with_impacts(in_mode(*model_, mode), *made));
+  const auto model = std::make_shared<const Model>(with_impacts(bgsim::in_mode(*model_, mode), *made));
   made->program = std::move(make(model, plain(options_))->program);
   impact = std::move(made);
   return *impact;
@@ -358,7 +365,7 @@ void ModePrograms::put_diodes(const RunInputs& inputs, DelayedPrograms& own, Swi
     const std::vector<DiodeState> before(count);
     KeptEvaluators evaluators;
     const DiodeSides sides = diode_sides(own.of(network(start.mode)), inputs.parameters, inputs.start, start.stored,
-                                         exact, before, evaluators, start.sight, inputs.stop - inputs.start, {});
+                                         exact, before, evaluators, start.sight, inputs.stop - inputs.start);
     if (!sides.failure) {
       put([&](std::size_t diode) { return sides.diodes[diode].conducts; });
       return;
@@ -412,7 +419,7 @@ void ModePrograms::begin_without_switches(const Made& without, const RunInputs& 
   for (std::size_t i = 0; ask && i < start.mode.size(); ++i) {
     const Mode before = start.mode;
     const std::shared_ptr<const Model> model =
-        std::make_shared<const Model>(with_resistors(in_mode(*model_, start.mode)));
+        std::make_shared<const Model>(with_resistors(bgsim::in_mode(*model_, start.mode)));
     const std::unique_ptr<Made> made = make(model, plain({{}, false}));
     put_switches(*made, inputs, own, start);
     if (start.mode == before) return;

@@ -58,6 +58,8 @@ class ModePrograms {
   static std::unique_ptr<Made> make(const std::shared_ptr<const Model>& model, const Compile& compile);
   static Compile plain(CompileOptions options);
 
+  /// The model of a mode's program.
+  [[nodiscard]] Model in_mode(const Mode& mode) const;
   /// With those that the programs have more than the model: 0.
   [[nodiscard]] std::vector<double> completed(std::vector<double> parameters) const;
 

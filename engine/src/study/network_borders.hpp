@@ -21,4 +21,12 @@ struct TakenBorder {
 /// The place is an integral whose rate is 0.
 std::vector<TakenBorder> take_borders(Model& model);
 
+/// The parameters Element::own_border and share, with the value 0, for each of these laws.
+void add_own_borders(Model& model);
+
+/// Adds these parameters to the laws that have them. So each law has a border of its own: of two clutches between the
+/// same shafts each has its own part of what holds both, and one between shafts that diodes lock carries what it is
+/// given, where an equation knows nothing that could say it.
+void use_own_borders(Model& model);
+
 }  // namespace bgsim

@@ -75,14 +75,10 @@ bool EventWatch::start(double t, const double* x, Branch& branch) {
   if (!any()) return true;
   if (!evaluator_.guards(t, x, branch, values_.data())) return fail_with_fault();
   for (std::size_t i = 0; i < side_.size(); ++i) side_[i] = border_[i] ? 1 : sign_of(values_[i]);
-  const auto was_held = [this](std::size_t guard) {
-    return stiction_.possible(guard) &&
-           std::find(known_held_.begin(), known_held_.end(), program_.relations[relation_[guard]].where.element) !=
-               known_held_.end();
-  };
-  for (std::size_t i = 0; i < side_.size(); ++i) just_crossed_[i] = was_held(i);
   end_ = values_;
-  hold_what_rests(t, x, branch, surely_held_ ? Near::surely : Near::crossed);
+  const std::vector<GuardMode> known = guards_of(evaluator_, known_at_border_);
+  for (const GuardMode& at : known) just_crossed_[at.guard] = true;
+  hold_what_rests(t, x, branch, Near::surely, known);
   for (std::size_t i = 0; i < side_.size(); ++i) just_crossed_[i] = side_[i] == 0 && !stiction_.held(i);
   hold_what_rests(t, x, branch, Near::here);
   return settle(t, x, branch);
@@ -263,7 +259,8 @@ bool EventWatch::guards(double t, const double* x, Branch& branch, std::vector<d
 /// What has just reached its border in the law of a resistor and is pushed back to it from both sides stays there; a
 /// condition at a kink is at no border, and neither is one that a jump has taken across, by more than its states are
 /// known to.
-void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, Near near) {
+void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, Near near,
+                                 const std::vector<GuardMode>& known) {
   std::vector<std::size_t> candidates, leaving;
   std::vector<double> error;
   const auto within = [&](double away, double errors, std::size_t guard) {
@@ -293,7 +290,7 @@ void EventWatch::hold_what_rests(double t, const double* x, Branch& branch, Near
     side_[guard] = side;
     hold_[guard] = std::numeric_limits<double>::infinity();  // as far as it has drifted: settle() tells
   };
-  const auto decided = stiction_.decide(candidates, leaving, t, x, branch);
+  const auto decided = stiction_.decide(candidates, leaving, t, x, branch, known);
   if (decided) {
     for (const Stiction::Left& left : *decided)
       if (side_[left.guard] != left.side ||

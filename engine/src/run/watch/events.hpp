@@ -78,13 +78,10 @@ class EventWatch {
 
   /// Whether modes are held that depend on the point: prepare() sets them before anything is evaluated there.
   [[nodiscard]] bool holding() const { return stiction_.any() || followed_any_; }
-  [[nodiscard]] std::vector<ElementId> held_elements() const { return stiction_.elements(); }
-  /// Before start(): laws of these were held where this run goes on. Their guards have drifted from 0.
-  /// @param surely  no store has jumped since
-  void know_held(std::vector<ElementId> elements, bool surely) {
-    known_held_ = std::move(elements);
-    surely_held_ = surely;
-  }
+  [[nodiscard]] std::vector<AtBorder> held_laws() const { return stiction_.laws(); }
+  /// Before start(): laws that are at their borders where this run goes on, though rounding may have left their guards
+  /// the sign of the side that they leave.
+  void know_at_border(std::vector<AtBorder> laws) { known_at_border_ = std::move(laws); }
   bool prepare(double t, const double* x, Branch& branch) {
     return (!followed_any_ || follow(t, x, branch)) && (!stiction_.any() || stiction_.balance(t, x, branch));
   }
@@ -207,9 +204,9 @@ class EventWatch {
   enum class Near : std::uint8_t {
     here,     ///< by where they are
     crossed,  ///< they have crossed at this instant, and not by a jump
-    surely,   ///< they were held until now, and nothing has jumped
+    surely,   ///< it is known from before the start
   };
-  void hold_what_rests(double t, const double* x, Branch& branch, Near near);
+  void hold_what_rests(double t, const double* x, Branch& branch, Near near, const std::vector<GuardMode>& known = {});
   std::optional<double> dip(double from, double to, const std::vector<double>& middle,
                             const std::vector<double>& end) const;
   bool locate(Integrator& integrator, double from, double to);
@@ -263,9 +260,8 @@ class EventWatch {
   bool may_hold_, fixed_steps_;
   const Tolerances& tolerances_;
   Stiction stiction_;
-  std::vector<ElementId> known_held_;  ///< at the start
-  bool surely_held_ = false;
-  std::vector<std::size_t> relation_;  ///< by guard
+  std::vector<AtBorder> known_at_border_;  ///< at the start
+  std::vector<std::size_t> relation_;      ///< by guard
   Denominators denominators_;
   std::vector<bool> border_;  ///< by guard: of a floor or table cell
   std::vector<int> side_;     ///< by guard: side of its mode; 0 undecided

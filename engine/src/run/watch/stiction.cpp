@@ -59,10 +59,10 @@ bool Stiction::held(std::size_t guard) const {
   return among(held_) || among(surplus_);
 }
 
-std::vector<ElementId> Stiction::elements() const {
-  std::vector<ElementId> result;
+std::vector<AtBorder> Stiction::laws() const {
+  std::vector<AtBorder> result;
   for (const std::vector<std::size_t>* const guards : {&held_, &surplus_})
-    for (const std::size_t guard : *guards) result.push_back(relation(guard).where.element);
+    for (const std::size_t guard : *guards) result.push_back({relation(guard).where.element});
   return result;
 }
 
@@ -141,9 +141,33 @@ void Stiction::hold(const std::vector<std::size_t>& guards, const std::vector<st
   }
 }
 
+/// Where several solutions have the same rates, takes the one with these modes.
+/// @param found  by guard: the places of one solution
+void Stiction::prefer(const std::vector<GuardMode>& known, const std::vector<std::size_t>& guards,
+                      const Eigen::MatrixXd& q, std::vector<double>& found) const {
+  constexpr double kSame = 1e-9;
+  std::vector<double> wanted = found;
+  for (const GuardMode& at : known) {
+    const auto guard = std::find(guards.begin(), guards.end(), at.guard);
+    if (guard == guards.end() || !std::isfinite(at.mode)) continue;
+    const double below = mode_on(at.guard, -1), above = mode_on(at.guard, 1);
+    wanted[static_cast<std::size_t>(guard - guards.begin())] =
+        std::clamp((at.mode - below) / (above - below), 0.0, 1.0);
+  }
+  for (std::size_t i = 0; i < guards.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    double moves = 0.0;
+    for (std::size_t j = 0; j < guards.size(); ++j)
+      moves += q(row, static_cast<Eigen::Index>(j)) * (wanted[j] - found[j]);
+    if (!(std::abs(moves) <= kSame * (std::abs(base_[row]) + slopes_.row(row).cwiseAbs().sum()))) return;
+  }
+  found = std::move(wanted);
+}
+
 std::optional<std::vector<Stiction::Left>> Stiction::decide(std::vector<std::size_t> candidates,
                                                             const std::vector<std::size_t>& leaving, double t,
-                                                            const double* x, Branch& branch) {
+                                                            const double* x, Branch& branch,
+                                                            const std::vector<GuardMode>& known) {
   constexpr double kAtSide = 1e-9;
   Branch tried = branch;
   std::vector<std::size_t> guards = held_;
@@ -155,7 +179,7 @@ std::optional<std::vector<Stiction::Left>> Stiction::decide(std::vector<std::siz
   const auto without = [&](std::size_t guard) -> std::optional<std::vector<Left>> {
     std::erase(candidates, guard);
     if (candidates.empty() && before == 0) return std::nullopt;
-    return decide(std::move(candidates), leaving, t, x, branch);
+    return decide(std::move(candidates), leaving, t, x, branch, known);
   };
   // No border holds from which a side pushes away.
   for (std::size_t k = before; k < guards.size(); ++k)
@@ -167,8 +191,12 @@ std::optional<std::vector<Stiction::Left>> Stiction::decide(std::vector<std::siz
   std::vector<std::size_t> stay;  // positions
   std::vector<double> place(n);
   const auto from_side = [&place](std::size_t k) { return std::min(place[k], 1.0 - place[k]); };
+  for (std::size_t k = 0; k < n; ++k) place[k] = found.takes_z[k] ? found.value[k].finite_part() : 0.0;
+  // What shares a hold already goes on with its part, if it can.
+  std::vector<GuardMode> present = known;
+  for (std::size_t k = 0; k < before && !surplus_.empty(); ++k) present.push_back({guards[k], mode(guards[k], branch)});
+  prefer(present, guards, q, place);
   for (std::size_t k = 0; k < n; ++k) {
-    place[k] = found.takes_z[k] ? found.value[k].finite_part() : 0.0;
     int side = found.takes_z[n + k] && found.value[n + k].sign() > 0 ? 1
                : !found.takes_z[k] && found.value[k].sign() > 0      ? -1
                                                                      : 0;
@@ -454,25 +482,31 @@ bool Stiction::bring_back(double t, std::vector<double>& x, Branch& branch, doub
   return true;
 }
 
-std::vector<std::size_t> guards_of(const Evaluator& evaluator, const std::vector<ElementId>& resistors) {
-  std::vector<std::size_t> guards;
+std::vector<GuardMode> guards_of(const Evaluator& evaluator, const std::vector<AtBorder>& laws) {
+  std::vector<GuardMode> guards;
   const Program& program = evaluator.program();
-  for (std::size_t guard = 0; !resistors.empty() && guard < evaluator.guard_count(); ++guard) {
+  const auto law_of = [&](std::size_t guard) {
     const auto relation = static_cast<std::uint32_t>(evaluator.guard_relation(guard));
-    const ElementId element = program.relations[relation].where.element;
-    if (can_rest(program, relation) && std::find(resistors.begin(), resistors.end(), element) != resistors.end())
-      guards.push_back(guard);
-  }
+    if (!can_rest(program, relation)) return laws.end();
+    return std::find_if(laws.begin(), laws.end(),
+                        [&](const AtBorder& law) { return law.resistor == program.relations[relation].where.element; });
+  };
+  for (std::size_t guard = 0; !laws.empty() && guard < evaluator.guard_count(); ++guard)
+    if (const auto law = law_of(guard); law != laws.end()) guards.push_back({guard, law->mode});
   return guards;
 }
 
 void hold_at_border(Evaluator& evaluator, std::span<const double> parameters, const RunInputs& inputs,
-                    const std::vector<ElementId>& resistors, double t, const double* x, Branch& branch) {
-  std::vector<std::size_t> guards = guards_of(evaluator, resistors);
-  if (guards.empty()) return;
+                    const std::vector<AtBorder>& laws, double t, const double* x, Branch& branch) {
+  const std::vector<GuardMode> known = guards_of(evaluator, laws);
+  if (known.empty()) return;
+  std::vector<std::size_t> guards;
+  for (const GuardMode& at : known) guards.push_back(at.guard);
   const Tolerances tolerances(evaluator.program(), inputs, false);
   Stiction stiction(evaluator.program(), parameters, evaluator, tolerances, inputs.stop - inputs.start);
-  static_cast<void>(stiction.decide(std::move(guards), {}, t, x, branch));
+  // As the run has them, to the last digit: an effort that is 0 but for rounding is to be the same in both.
+  if (stiction.decide(std::move(guards), {}, t, x, branch, known) && stiction.any())
+    static_cast<void>(stiction.balance(t, x, branch));
 }
 
 void Stiction::still(double* rates) const {

@@ -9,6 +9,7 @@
 
 #include "bgsim/evaluator.hpp"
 #include "program/enclosure.hpp"
+#include "run/at_border.hpp"
 #include "run/complementarity.hpp"
 #include "run/tolerances.hpp"
 
@@ -16,6 +17,12 @@ namespace bgsim {
 
 /// Whether a relation is of the kind that can be held: in the law of a resistor, with two sides.
 bool can_rest(const Program& program, std::uint32_t relation);
+
+/// A guard of the law of a resistor, with its mode where that is known (see AtBorder).
+struct GuardMode {
+  std::size_t guard;
+  double mode;
+};
 
 /// Holds signs, steps and comparisons in laws of resistors at their border: while both sides push back to it, the mode
 /// takes the value between those of the sides that keeps the guard where it is (Filippov's sliding mode; for dry
@@ -35,8 +42,8 @@ class Stiction {
   [[nodiscard]] bool possible(std::size_t guard) const;
   [[nodiscard]] bool any() const { return !held_.empty(); }
   [[nodiscard]] bool held(std::size_t guard) const;
-  /// Whose laws those are.
-  [[nodiscard]] std::vector<ElementId> elements() const;
+  /// The laws that are held.
+  [[nodiscard]] std::vector<AtBorder> laws() const;
 
   struct Left {
     std::size_t guard;
@@ -46,9 +53,12 @@ class Stiction {
   /// borders. The modes of all of them follow, those of candidates that no border attracts aside.
   /// @param leaving  those of the held ones whose modes have just gone beyond a side, by rounding: where that is still
   ///                 their side they leave, though nothing moves them yet
+  /// @param known    where the modes are not unique, those that they are to have: what decided about the diodes beside
+  ///                 them took these
   /// @return those that move away from their border; none if nothing was decided, and all is as before
   std::optional<std::vector<Left>> decide(std::vector<std::size_t> candidates, const std::vector<std::size_t>& leaving,
-                                          double t, const double* x, Branch& branch);
+                                          double t, const double* x, Branch& branch,
+                                          const std::vector<GuardMode>& known = {});
   /// Of a guard that is held: it is not any more. The surplus are balanced with the others until the next decision.
   void release(std::size_t guard);
   /// Gives the held modes the values that keep their guards in place. False at a fault.
@@ -101,6 +111,8 @@ class Stiction {
   [[nodiscard]] Eigen::MatrixXd falls(const std::vector<std::size_t>& guards) const;
   [[nodiscard]] ComplementarySides sides(const std::vector<std::size_t>& guards, const Eigen::MatrixXd& q,
                                          std::size_t before) const;
+  void prefer(const std::vector<GuardMode>& known, const std::vector<std::size_t>& guards, const Eigen::MatrixXd& q,
+              std::vector<double>& found) const;
   bool border(const std::vector<std::size_t>& guards, const std::vector<double>& values, const double* x,
               std::vector<double>& at) const;
   [[nodiscard]] double tolerances_between(const double* x, const std::vector<double>& other) const;
@@ -134,12 +146,12 @@ class Stiction {
   Eigen::VectorXd base_, other_;
 };
 
-/// The guards of laws of these resistors that can be held.
-std::vector<std::size_t> guards_of(const Evaluator& evaluator, const std::vector<ElementId>& resistors);
+/// The guards of these laws that can be held. Where a law has several, their modes are not known.
+std::vector<GuardMode> guards_of(const Evaluator& evaluator, const std::vector<AtBorder>& laws);
 
-/// Decides once which laws of these resistors, whose guards are at their borders, are held there.
+/// Decides once which of these laws are held.
 /// @param parameters  of the evaluator
 void hold_at_border(Evaluator& evaluator, std::span<const double> parameters, const RunInputs& inputs,
-                    const std::vector<ElementId>& resistors, double t, const double* x, Branch& branch);
+                    const std::vector<AtBorder>& laws, double t, const double* x, Branch& branch);
 
 }  // namespace bgsim

@@ -1,0 +1,26 @@
+#include "run/at_border.hpp"
+
+#include <algorithm>
+
+namespace bgsim {
+
+AtBorder law_at(const NetworkBorder& border, double place) {
+  AtBorder law{border.element};
+  if (!border.mode) return law;
+  law.mode = border.mode->below + (border.mode->above - border.mode->below) * place;
+  law.share = law.mode - border.mode->at;
+  return law;
+}
+
+void put_shares(const Program& program, const std::vector<AtBorder>& laws, std::vector<double>& parameters) {
+  for (const Element& element : program.model->elements)
+    if (element.share.valid()) parameters[element.share.index()] = 0.0;
+  for (const AtBorder& law : laws) {
+    const ParameterId share = program.model->elements[law.resistor.index()].share;
+    const bool moves = std::any_of(program.relations.begin(), program.relations.end(),
+                                   [&](const Relation& relation) { return relation.where.element == law.resistor; });
+    if (share.valid() && !moves) parameters[share.index()] = law.share;
+  }
+}
+
+}  // namespace bgsim
