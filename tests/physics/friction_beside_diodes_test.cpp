@@ -91,29 +91,43 @@ TEST_CASE("a ratchet beside friction that is held drags nothing along") {
 
 namespace {
 
-/// How far speeds are from time stepping, in parts of the largest; none where that has not come to an answer itself:
-/// of masses that throw each other to and fro at intervals of its steps it has another one for each step.
-std::optional<double> off_from_stepping(const Chain& chain, const RunResult& run) {
-  constexpr double kKnown = 1e-3;
-  const std::vector<std::vector<double>> rows = chain.stepped(1e-4), finer = chain.stepped(2e-5);
-  double largest = 0.1, known = 0.0, off = 0.0;
-  for (const std::vector<double>& row : rows)
-    for (const double v : row) largest = std::max(largest, std::abs(v));
-  for (std::size_t row = 0; row < rows.size(); ++row)
-    for (std::size_t i = 0; i < rows[row].size(); ++i) {
-      known = std::max(known, std::abs(rows[row][i] - finer[row][i]));
-      off = std::max(off, std::abs(column(run, "v" + std::to_string(i))[row] - finer[row][i]));
+using Rows = std::vector<std::vector<double>>;
+
+/// The largest difference, in parts of the largest speed.
+double between(const Rows& a, const Rows& b) {
+  double largest = 0.1, most = 0.0;
+  for (std::size_t row = 0; row < a.size(); ++row)
+    for (std::size_t i = 0; i < a[row].size(); ++i) {
+      largest = std::max(largest, std::abs(a[row][i]));
+      most = std::max(most, std::abs(a[row][i] - b[row][i]));
     }
-  if (known > kKnown * largest) return std::nullopt;
-  return off / largest;
+  return most / largest;
+}
+
+/// How far speeds are from time stepping; none where that has not come to an answer itself: of masses that throw each
+/// other to and fro at intervals of its steps it has another one for each step.
+std::optional<double> off_from_stepping(const Chain& chain, const RunResult& run) {
+  constexpr double kKnown = 1e-3, kOff = 2e-3;
+  Rows speeds(run.trace.times.size());
+  for (std::size_t row = 0; row < speeds.size(); ++row)
+    for (std::size_t i = 0; i < chain.masses.size(); ++i)
+      speeds[row].push_back(column(run, "v" + std::to_string(i))[row]);
+  Rows rows = chain.stepped(1e-4);
+  for (const double step : {2e-5, 1e-6}) {
+    Rows finer = chain.stepped(step);
+    if (between(finer, rows) > kKnown) return std::nullopt;
+    rows = std::move(finer);
+    if (between(rows, speeds) <= kOff) break;
+  }
+  return between(rows, speeds);
 }
 
 }  // namespace
 
-TEST_CASE("random chains with friction, diodes and contacts agree with time stepping", "[long]") {
+TEST_CASE("random chains with friction and contacts agree with time stepping", "[long]") {
   // Where an impact would create energy a chain is refused (BG621). Others that are: docs/design/state.md.
   for (const ChainKinds& kinds : {ChainKinds{false, 4}, ChainKinds{true, 4}}) {
-    const std::uint64_t models = share_of(kinds.contacts ? 300 : 200);
+    const std::uint64_t models = share_of(kinds.contacts ? 230 : 200);
     std::uint64_t refused = 0, unknown = 0;
     for (std::uint64_t seed = 0; seed < models; ++seed) {
       std::mt19937 random(static_cast<unsigned>(seed));
@@ -126,7 +140,7 @@ TEST_CASE("random chains with friction, diodes and contacts agree with time step
       }
       const std::optional<double> off = off_from_stepping(chain, run);
       if (!off) ++unknown;
-      // Steps of 2e-5 under accelerations of up to 10 a unit of mass, and what is known of them.
+      // Twice what is known of the steps.
       CHECK(off.value_or(0.0) <= 2e-3);
     }
     CHECK(refused <= models / 50);

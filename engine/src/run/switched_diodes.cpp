@@ -175,13 +175,22 @@ bool SwitchedRun::try_allowed() {
 
 bool SwitchedRun::hold_or_try(const Program& program, bool& tried) {
   const std::vector<double> bands = bands_, parameters = parameters_;
-  try_others_ = !tried;
-  const bool holds = hold_bands(program);
-  try_others_ = false;
-  if (holds || result_.failure) return holds;
+  const auto holds = [&](const std::vector<AtBorder>& shared, bool others) {
+    try_others_ = others;
+    const bool result = hold_bands(program, shared);
+    try_others_ = false;
+    if (result || result_.failure) return result;
+    bands_ = bands;
+    parameters_ = parameters;
+    return false;
+  };
+  // What diodes lock needs no friction, as a rule, and that has no part then.
+  const bool again = !switched_ && mode_ == left_;
+  const bool shares =
+      std::any_of(at_border_.begin(), at_border_.end(), [](const AtBorder& at) { return at.share != 0.0; });
+  if (shares && !again && (holds({}, true) || result_.failure)) return !result_.failure;
+  if (holds(at_border_, !tried) || result_.failure) return !result_.failure;
   tried = true;
-  bands_ = bands;
-  parameters_ = parameters;
   const auto resolution = [this](const StateInfo& state) { return resolution_of(state); };
   const Mode found = mode_;
   const DiodeNetwork& network = network_of_(mode_);
@@ -192,7 +201,7 @@ bool SwitchedRun::hold_or_try(const Program& program, bool& tried) {
   if ((!contacts || !at_border_.empty()) && try_sides(resolution, may_be_tried(network)) && mode_ != found)
     return false;
   mode_ = found;
-  return hold_bands(program);  // for its message
+  return hold_bands(program, at_border_);  // for its message
 }
 
 std::vector<double> SwitchedRun::diode_rounding(Evaluator& evaluator, Branch& branch) const {
@@ -249,12 +258,33 @@ double SwitchedRun::holding_flow(std::size_t i, double flow) const {
   return flow > flow_error_[i] ? 0.0 : flow_error_[i];
 }
 
-bool SwitchedRun::hold_bands(const Program& program) {
+std::vector<std::string> SwitchedRun::shared_outputs(const Program& program) {
+  std::vector<std::string> result;
+  std::vector<double> own(program.output_names.size()), other(own.size());
+  const auto outputs_with = [&](const std::vector<double>& parameters, std::vector<double>& values) {
+    Evaluator& evaluator = evaluators_.of(program, parameters);
+    Branch branch = first_branch(program);
+    if (!evaluator.initialize_modes(stored_.t, x_.data(), branch)) return false;
+    hold_at_border(evaluator, parameters, inputs_, at_border_, stored_.t, x_.data(), branch);
+    return evaluator.outputs(stored_.t, x_.data(), branch, values.data());
+  };
+  for (const Element& element : program.model->elements) {
+    if (!element.share.valid() || parameters_[element.share.index()] == 0.0) continue;
+    std::vector<double> moved = parameters_;
+    moved[element.share.index()] = 0.0;
+    if (!outputs_with(moved, other) || !outputs_with(parameters_, own)) continue;
+    for (std::size_t i = 0; i < own.size(); ++i)
+      if (own[i] != other[i]) result.push_back(program.output_names[i]);
+  }
+  return result;
+}
+
+bool SwitchedRun::hold_bands(const Program& program, const std::vector<AtBorder>& shared) {
   constexpr double kTwice = 2.0, kMore = 4.0, kFar = 1e6;
   // The mode that was left because of a diode turns out to be the right one.
   const bool again = !switched_ && mode_ == left_;
   bands_.resize(diodes_.size(), 0.0);
-  put_shares(program, at_border_, parameters_);
+  put_shares(program, shared, parameters_);
   Evaluator& evaluator = evaluators_.of(program, parameters_);
   Branch branch = first_branch(program);
   std::vector<double> values(4 * diodes_.size()), rounding;

@@ -61,7 +61,10 @@ const Program* SwitchedRun::program_here() {
 void SwitchedRun::note_indefinite(const Program& program) {
   std::string outputs;
   std::size_t count = 0;
-  for (const std::string& output : program.indefinite_outputs)
+  std::vector<std::string> names = shared_outputs(program);
+  const bool shared = !names.empty();
+  names.insert(names.end(), program.indefinite_outputs.begin(), program.indefinite_outputs.end());
+  for (const std::string& output : names)
     if (indefinite_.insert(output).second) outputs += (count++ == 0 ? "\"" : "\", \"") + output;
   if (outputs.empty()) return;
   std::string why;
@@ -78,6 +81,9 @@ void SwitchedRun::note_indefinite(const Program& program) {
     add(element, is_closed(element) ? "has no flow, whatever its effort is, and is taken to conduct"
                                     : "has no effort beside diodes that conduct, and is taken to have no flow");
   }
+  for (const Element& element : program.model->elements)
+    if (shared && element.share.valid() && parameters_[element.share.index()] != 0.0)
+      add(element, "is held between what diodes or contacts lock, and its part is one of many");
   result_.report.notes.push_back("from t = " + number_text(stored_.t, 6) + " " + outputs +
                                  (count == 1 ? "\" is" : "\" are") + " indefinite: " + why);
 }

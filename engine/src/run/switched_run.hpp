@@ -175,6 +175,8 @@ class SwitchedRun {
   /// No estimate from here on. @param possible  false: of models like this one there is none.
   void lose_errors(const std::string& why, bool possible);
 
+  /// Outputs that depend on a part that no equation of this mode determines (see put_shares).
+  [[nodiscard]] std::vector<std::string> shared_outputs(const Program& program);
   /// By how much the border of a contact is moved that opens without a speed: what has just begun to push it is
   /// rounding at first, and turns as it likes. A small part of the tolerance of the displacement.
   [[nodiscard]] double lift_off_band(std::size_t i, const Element& contact) const;
@@ -182,7 +184,8 @@ class SwitchedRun {
   /// False if a value is farther beyond: with a failure, or, if `try_others_`, without.
   /// The flow up to which a thyristor that is not fired has ended, in the mode that begins.
   [[nodiscard]] double holding_flow(std::size_t i, double flow) const;
-  bool hold_bands(const Program& program);
+  /// @param shared  laws that have the parts that the sides were found with, where the mode has no equation for these
+  bool hold_bands(const Program& program, const std::vector<AtBorder>& shared);
 
   /// Takes sides that the graph allows in place of those that it has just refused. False if there are none.
   bool try_allowed();
