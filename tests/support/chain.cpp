@@ -14,12 +14,12 @@ constexpr double kStop = 3.0;
 
 std::string number(double value) { return number_text(value, 17); }
 
-std::string keys(const Chain::Link& link) {
+std::string keys(const Chain::Link& link, const std::string& direction) {
   switch (link.kind) {
     case Chain::Kind::spring:
       return R"("kind": "C", "law": "e = )" + number(link.value) + "*q + " + number(link.second) + R"(*q^3")";
     case Chain::Kind::friction:
-      return R"("kind": "R", "law": "e = )" + number(link.value) + "*sign(f)\"";
+      return R"("kind": "R", "law": "e = )" + number(link.value) + "*(" + direction + ")\"";
     case Chain::Kind::diode:
       return R"("kind": "D", "passes": "out")";
     case Chain::Kind::contact:
@@ -35,6 +35,11 @@ double Chain::Link::ground(double t) const { return ground_speed * std::sin(grou
 
 double Chain::force(std::size_t mass, double t) const {
   return forces[mass] + amplitudes[mass] * std::sin(frequencies[mass] * t);
+}
+
+bool Chain::has_one_way() const {
+  return std::any_of(links.begin(), links.end(),
+                     [](const Link& link) { return link.kind == Kind::diode || link.kind == Kind::contact; });
 }
 
 std::string Chain::text() const {
@@ -58,7 +63,7 @@ std::string Chain::text() const {
   for (std::size_t k = 0; k < links.size(); ++k) {
     const Link& link = links[k];
     const std::string name = "e" + std::to_string(k), n = "n" + std::to_string(link.from);
-    element(name, keys(link));
+    element(name, keys(link, direction));
     if (link.to < 0 && link.ground_speed == 0.0) {
       bond(n, name);
       continue;
@@ -135,11 +140,11 @@ std::vector<std::vector<double>> Chain::stepped(double step) const {
   return rows;
 }
 
-Chain random_chain(std::mt19937& random, const ChainKinds& kinds) {
+Chain random_chain(std::mt19937& random, bool contacts) {
   const auto between = [&random](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
   const auto below = [&random](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
   Chain chain;
-  const int count = 2 + below(kinds.most - 1);
+  const int count = 2 + below(3);
   for (int i = 0; i < count; ++i) {
     chain.masses.push_back(between(0.5, 3.0));
     chain.forces.push_back(below(2) == 0 ? between(-2.0, 2.0) : 0.0);
@@ -150,7 +155,7 @@ Chain random_chain(std::mt19937& random, const ChainKinds& kinds) {
     using Kind = Chain::Kind;
     const Kind of[] = {Kind::spring, Kind::friction, Kind::friction, Kind::diode,
                        Kind::diode,  Kind::contact,  Kind::contact};
-    Chain::Link made{of[below(kinds.contacts ? 7 : 5)], from, to, between(0.3, 3.0)};
+    Chain::Link made{of[below(contacts ? 7 : 5)], from, to, between(0.3, 3.0)};
     if (made.kind == Kind::spring) made.value = between(5.0, 60.0);
     if (made.kind == Kind::spring && below(2) == 0) made.second = between(0.0, 400.0);
     if (made.kind == Kind::contact) made.value = below(2) == 0 ? 0.0 : between(0.0, 0.2);

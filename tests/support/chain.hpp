@@ -22,8 +22,11 @@ struct Chain {
   };
   std::vector<double> masses, forces, amplitudes, frequencies;
   std::vector<Link> links;
+  std::string direction = "sign(f)";  ///< of friction, as the model is to have it: -1 to 1
 
   [[nodiscard]] double force(std::size_t mass, double t) const;
+  /// Whether there is a diode or a contact.
+  [[nodiscard]] bool has_one_way() const;
   /// A model with the outputs v0, v1, ...: 31 rows of 3 s.
   [[nodiscard]] std::string text() const;
   /// The same rows by Moreau's time stepping: impulses within their sets, by Gauss-Seidel; Newton's law of impacts. Of
@@ -31,10 +34,8 @@ struct Chain {
   [[nodiscard]] std::vector<std::vector<double>> stepped(double step) const;
 };
 
-struct ChainKinds {
-  bool contacts = false;  ///< among the links
-  int most = 3;           ///< masses, two or more
-};
-Chain random_chain(std::mt19937& random, const ChainKinds& kinds);
+/// Of two to four masses.
+/// @param contacts  among the links
+Chain random_chain(std::mt19937& random, bool contacts);
 
 }  // namespace bgsim::test

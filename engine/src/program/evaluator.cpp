@@ -128,15 +128,12 @@ std::string Evaluator::Impl::text(ExprId expression) const {
   constexpr std::size_t kLongest = 160;
   const auto name = [this](SymbolId symbol) { return program.symbol_names[symbol.index()]; };
   std::string result;
-  const auto has_own_border = [](const Element& element) { return element.own_border.valid(); };
-  const std::vector<Element>& elements = program.model->elements;
-  if (program.continued.empty() && std::none_of(elements.begin(), elements.end(), has_own_border)) {
+  ExprPool written;
+  const std::unordered_map<SymbolId, ExprId> hidden = own_borders(program, written);
+  if (program.continued.empty() && hidden.empty())
     result = readable_text(program.pool, expression, name);
-  } else {
-    ExprPool written;
-    const ExprId root = without_own_borders(program, written, as_written(program, expression, written));
-    result = readable_text(written, root, name);
-  }
+  else
+    result = readable_text(written, substitute(written, as_written(program, expression, written), hidden), name);
   if (result.size() > kLongest) result = result.substr(0, kLongest) + " ...";
   return result;
 }

@@ -321,8 +321,10 @@ ExprId Freezer::freeze(ExprId expression, Relation relation) {
   relation.time_only = variation(expression) == Variation::time_only;
   if (relation.kind != Relation::Kind::denominator) relation.where = order_.origins[expression.index()];
   const auto name = [this](SymbolId symbol) { return program_.symbol_names[symbol.index()]; };
-  relation.text =
-      readable_text(program_.pool, without_own_borders(program_, program_.pool, plain_[expression.index()]), name);
+  if (!own_borders_) own_borders_ = own_borders(program_, program_.pool);
+  const ExprId plain = plain_[expression.index()];
+  relation.text = readable_text(program_.pool,
+                                own_borders_->empty() ? plain : substitute(program_.pool, plain, *own_borders_), name);
   if (relation.time_only)
     for (const ExprId e : reachable(program_.pool, std::array{relation.origin}))
       relation.samples = relation.samples || program_.pool.is_constant(e, kSamplesEarly);

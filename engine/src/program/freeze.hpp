@@ -1,6 +1,7 @@
 /// Freezing: relations become modes, so that expressions are smooth between events.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <utility>
@@ -60,6 +61,7 @@ class Freezer {
   std::vector<ExprId> frozen_, plain_;  ///< by ExprId of the order's pool
   std::vector<Variation> variation_;
   std::unordered_map<std::uint32_t, ExprId> off_modes_;  ///< by ExprId of the order's pool, where it was asked for
+  std::optional<std::unordered_map<SymbolId, ExprId>> own_borders_;  ///< looked for once
   std::vector<SymbolId> modes_;
   std::vector<TableId> tables_;
   std::unordered_map<std::uint64_t, std::uint32_t> cells_;

@@ -1,17 +1,13 @@
 #include "program/own_borders.hpp"
 
-#include <unordered_map>
-
-#include "bgsim/expression.hpp"
-
 namespace bgsim {
 
-ExprId without_own_borders(const Program& program, ExprPool& pool, ExprId expression) {
-  std::unordered_map<SymbolId, ExprId> none;
+std::unordered_map<SymbolId, ExprId> own_borders(const Program& program, ExprPool& pool) {
+  std::unordered_map<SymbolId, ExprId> values;
   for (const Element& element : program.model->elements)
     for (const ParameterId parameter : {element.own_border, element.share})
-      if (parameter.valid()) none.emplace(program.parameters[parameter.index()], pool.constant(0.0));
-  return none.empty() ? expression : substitute(pool, expression, none);
+      if (parameter.valid()) values.emplace(program.parameters[parameter.index()], pool.constant(0.0));
+  return values;
 }
 
 }  // namespace bgsim

@@ -1,12 +1,13 @@
 /// Laws as the model has them, for messages.
 #pragma once
 
+#include <unordered_map>
+
 #include "bgsim/program.hpp"
 
 namespace bgsim {
 
-/// An expression without the parameters Element::own_border and share, which are 0.
-/// @param pool  of the expression; @p program names its symbols
-ExprId without_own_borders(const Program& program, ExprPool& pool, ExprId expression);
+/// The parameters Element::own_border and share of a program, each with the 0 that it is, for substitute().
+std::unordered_map<SymbolId, ExprId> own_borders(const Program& program, ExprPool& pool);
 
 }  // namespace bgsim

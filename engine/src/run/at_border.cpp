@@ -1,16 +1,9 @@
 #include "run/at_border.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace bgsim {
-
-AtBorder law_at(const NetworkBorder& border, double place) {
-  AtBorder law{border.element};
-  if (!border.mode) return law;
-  law.mode = border.mode->below + (border.mode->above - border.mode->below) * place;
-  law.share = law.mode - border.mode->at;
-  return law;
-}
 
 void put_shares(const Program& program, const std::vector<AtBorder>& laws, std::vector<double>& parameters) {
   for (const Element& element : program.model->elements)
@@ -19,7 +12,7 @@ void put_shares(const Program& program, const std::vector<AtBorder>& laws, std::
     const ParameterId share = program.model->elements[law.resistor.index()].share;
     const bool moves = std::any_of(program.relations.begin(), program.relations.end(),
                                    [&](const Relation& relation) { return relation.where.element == law.resistor; });
-    if (share.valid() && !moves) parameters[share.index()] = law.share;
+    if (share.valid() && !moves && std::isfinite(law.mode)) parameters[share.index()] = law.mode;
   }
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <limits>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,23 +14,13 @@ namespace bgsim {
 struct NetworkBorder {
   ElementId element;
   std::string name;
-  double at_border = 0.5;  ///< the place that the law has for a guard that is 0
-  struct Mode {
-    double below, at, above;
-  };
-  /// Of the law's sign, step or comparison where the guard is below 0, 0 and above; none where there are several.
-  std::optional<Mode> mode;
 };
 
 struct AtBorder {
   ElementId resistor;
-  /// Of the law's sign, step or comparison, between those of its sides; not finite where that is not known.
+  /// Of the sign of the law (see use_own_borders), from -1 to 1; not finite where that is not known.
   double mode = std::numeric_limits<double>::quiet_NaN();
-  double share = 0.0;  ///< that less the mode of a guard of 0
 };
-
-/// With its place between the two sides.
-AtBorder law_at(const NetworkBorder& border, double place);
 
 /// Sets Element::share of those that a program has no equation for what holds them, since diodes lock what moves there;
 /// and those of all others to 0.

@@ -216,7 +216,7 @@ void scale_back(ComplementarySides& sides, const ComplementarityUnits& units) {
 }
 
 ComplementarySides solve_complementarity(const Complementarity& problem, const std::vector<bool>& first,
-                                         const std::vector<bool>& held) {
+                                         const std::vector<bool>& held, bool open) {
   if (problem.size == 0) return {true, {}, {}, {}};
   const auto by_blocks = [&](const std::vector<bool>& from) {
     auto sides = solve_by_blocks(problem, from, held);
@@ -248,6 +248,8 @@ ComplementarySides solve_complementarity(const Complementarity& problem, const s
     if (again.takes_z == from) break;
     from = std::move(again.takes_z);
   }
+  if (open && !sides.solved)
+    if (auto others = solve_by_blocks(problem, first, held)) return std::move(*others);
   return sides;
 }
 

@@ -42,8 +42,10 @@ void scale_back(ComplementarySides& sides, const ComplementarityUnits& units);
 /// solution or a proof that there is none.
 /// @param first  by pair: z_i is the one to begin with. As a basis it need not be regular.
 /// @param held   by pair: z_i is 0 and w_i of any sign.
+/// @param open   where nothing else is found, a solution with values of which the series say no more than that they
+///               are 0 as far as these are known
 /// @note n pivots of n^2 operations as a rule, exponential at the worst; ended after 50 (n + 10) of them, unsolved.
 ComplementarySides solve_complementarity(const Complementarity& problem, const std::vector<bool>& first,
-                                         const std::vector<bool>& held);
+                                         const std::vector<bool>& held, bool open = false);
 
 }  // namespace bgsim

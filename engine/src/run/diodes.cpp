@@ -8,7 +8,6 @@
 #include "base/codes.hpp"
 #include "base/text.hpp"
 #include "bgsim/text.hpp"
-#include "run/block_pivoting.hpp"
 #include "run/complementarity.hpp"
 #include "run/diode_failures.hpp"
 #include "run/network_slopes.hpp"
@@ -40,7 +39,6 @@ class Sides {
         way_rounding_(n_, 0.0) {
     result_.diodes = std::move(before);
     result_.room.assign(n_, 0.0);
-    for (std::size_t b = 0; b < border_.size(); ++b) border_[b].place = network.borders[b].at_border;
   }
 
   DiodeSides run(ImpactOf impact) {
@@ -431,9 +429,8 @@ class Sides {
       Complementarity problem = this->problem();
       const ComplementarityUnits units = this->units();
       scale(problem, units);
-      ComplementarySides sides = solve_complementarity(problem, first, held);
-      // What the series do not decide is better than nothing where trial modes would not know the parts of friction.
-      if (!sides.solved && !border_.empty()) sides = solve_by_blocks(problem, first, held).value_or(std::move(sides));
+      // What the series leave open is for the trial modes to see, which do not know the parts of friction.
+      ComplementarySides sides = solve_complementarity(problem, first, held, !border_.empty());
       if (!sides.solved) {
         fail(no_sides_failure(network_, ports_of(sides.unbounded), t_));
         return;
@@ -527,7 +524,7 @@ class Sides {
     };
     for (std::size_t b = 0; b < border_.size(); ++b)
       if (border_[b].pushes_back && zero(pair_of(b), false) && zero(pair_of(b) + 1, true))
-        result_.at_border.push_back(law_at(network_.borders[b], border_[b].place));
+        result_.at_border.push_back({network_.borders[b].element, 2.0 * border_[b].place - 1.0});
   }
 
   void take_flights(const ComplementarySides& sides) {
@@ -571,7 +568,7 @@ class Sides {
   double span_;
   std::size_t n_;
   struct Border {
-    double place = 0.0;        ///< of the law, at the present point
+    double place = 0.5;        ///< of the law, at the present point
     bool pushes_back = false;  ///< from both sides
   };
   std::vector<Border> border_;

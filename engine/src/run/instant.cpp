@@ -146,7 +146,7 @@ bool Run::stays_in_mode() {
     return fail_with_fault();
   left_mode_ = std::any_of(leaves_.begin(), leaves_.end(), [](double leaves) { return leaves != 0.0; });
   // The next mode sees a state, not what was held: of a mass that a contact throws back it could not say which it is.
-  if (left_mode_ && events_.holding()) static_cast<void>(bring_back(0.0));
+  if (left_mode_ && events_.holding()) static_cast<void>(put_on_borders(0.0));
   if (left_mode_ && !program_.diode_elements.empty()) {
     diodes_.resize(4 * program_.diode_elements.size());
     if (!evaluator_.diodes(t_, x_.data(), branch_, diodes_.data())) return fail_with_fault();

@@ -170,12 +170,12 @@ bool Run::bring_back() {
   const bool multistep = !one_step_ && facts_of(inputs_.method).family == MethodFamily::multistep;
   // What jumps at a known time may let go of what is held: there it is looked at only.
   const double least = due_ ? std::numeric_limits<double>::infinity() : multistep ? kMultistep : kOneStep;
-  return !bring_back(least) || events_.settle(t_, x_.data(), branch_) || fail(*events_.failure());
+  return !put_on_borders(least) || events_.settle(t_, x_.data(), branch_) || fail(*events_.failure());
 }
 
 /// @param least  in tolerances: what has drifted by less stays
 /// @return whether anything was brought back
-bool Run::bring_back(double least) {
+bool Run::put_on_borders(double least) {
   std::vector<double> x = x_;
   if (!events_.bring_back(t_, x, branch_, least)) return false;
   errors_.before_set(t_, x_, branch_, [this](double t, std::vector<double>& states, Branch branch) {
@@ -184,7 +184,8 @@ bool Run::bring_back(double least) {
   });
   x_ = std::move(x);
   errors_.after_set(t_, x_, branch_);
-  return fresh_ = true;
+  fresh_ = true;
+  return true;
 }
 
 /// Sinks take the last step up to @p t.

@@ -151,7 +151,7 @@ class Run {
   bool take_events();
   void go_to(double t);
   bool bring_back();
-  bool bring_back(double least);
+  bool put_on_borders(double least);
   bool audit_to(double t);
   bool follow_grid();
   [[nodiscard]] bool at_end() const;

@@ -187,7 +187,7 @@ bool SwitchedRun::hold_or_try(const Program& program, bool& tried) {
   // What diodes lock needs no friction, as a rule, and that has no part then.
   const bool again = !switched_ && mode_ == left_;
   const bool shares =
-      std::any_of(at_border_.begin(), at_border_.end(), [](const AtBorder& at) { return at.share != 0.0; });
+      std::any_of(at_border_.begin(), at_border_.end(), [](const AtBorder& at) { return at.mode != 0.0; });
   if (shares && !again && (holds({}, true) || result_.failure)) return !result_.failure;
   if (holds(at_border_, !tried) || result_.failure) return !result_.failure;
   tried = true;
@@ -268,11 +268,12 @@ std::vector<std::string> SwitchedRun::shared_outputs(const Program& program) {
     hold_at_border(evaluator, parameters, inputs_, at_border_, stored_.t, x_.data(), branch);
     return evaluator.outputs(stored_.t, x_.data(), branch, values.data());
   };
+  bool known = false;
   for (const Element& element : program.model->elements) {
     if (!element.share.valid() || parameters_[element.share.index()] == 0.0) continue;
     std::vector<double> moved = parameters_;
     moved[element.share.index()] = 0.0;
-    if (!outputs_with(moved, other) || !outputs_with(parameters_, own)) continue;
+    if (!(known = known || outputs_with(parameters_, own)) || !outputs_with(moved, other)) continue;
     for (std::size_t i = 0; i < own.size(); ++i)
       if (own[i] != other[i]) result.push_back(program.output_names[i]);
   }

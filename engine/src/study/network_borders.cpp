@@ -53,43 +53,24 @@ bool meet(ExprPool& pool, ExprId below, ExprId above, ExprId guard) {
          (pool.is_constant(one) && pool.is_constant(other) && pool[one].constant == pool[other].constant);
 }
 
-/// The signs, steps and comparisons of a law, where all have one guard.
-struct Borders {
-  ExprId guard;
-  ExprId only;  ///< where there is one of them
-};
-
-/// None where there are several guards, or none that varies.
-std::optional<Borders> borders_of(Model& model, const std::vector<ExprId>& nodes) {
-  std::optional<Borders> found;
+/// The guard of all signs, steps and comparisons; none where there are several, or none that varies.
+std::optional<ExprId> only_guard(Model& model, const std::vector<ExprId>& nodes) {
+  std::optional<ExprId> found;
   for (const ExprId e : nodes) {
     const ExprNode node = model.pool[e];  // a copy: the pool grows
     if (!is_border(node.op)) continue;
     const ExprId at = guard_of(model.pool, node).at;
-    if (found && found->guard != at) return std::nullopt;
-    found = Borders{at, found ? ExprId() : e};
+    if (found && *found != at) return std::nullopt;
+    found = at;
   }
   if (!found) return std::nullopt;
-  const std::vector<SymbolId> symbols = symbols_in(model.pool, {&found->guard, 1});
+  const std::vector<SymbolId> symbols = symbols_in(model.pool, {&*found, 1});
   const auto varies = [&model](SymbolId symbol) {
     using Kind = ModelSymbol::Kind;
     const Kind kind = model.symbols[symbol.index()].kind;
     return kind == Kind::port_variable || kind == Kind::bond_variable || kind == Kind::signal;
   };
   return std::any_of(symbols.begin(), symbols.end(), varies) ? found : std::nullopt;
-}
-
-/// With another expression in the place of one.
-ExprId replaced(ExprPool& pool, ExprId root, ExprId what, ExprId by) {
-  IdMap<ExprId> images;
-  images.insert(what, by);
-  arguments_first(
-      pool, root, [&images](ExprId e) { return images.find(e) != nullptr; },
-      [&](ExprId e) {
-        const ExprNode node = pool[e];  // a copy: the pool grows
-        images.insert(e, rebuilt(pool, node, [&images](ExprId a) { return *images.find(a); }));
-      });
-  return *images.find(root);
 }
 
 /// The law where the guard has this sign.
@@ -109,39 +90,29 @@ ExprId on_side(ExprPool& pool, ExprId root, int side) {
   return *images.find(root);
 }
 
-std::vector<ExprId> roots_of(const Element& element) {
-  std::vector<ExprId> roots;
-  for (const Law& law : element.laws) roots.push_back(law.right);
-  return roots;
-}
-
-struct Sides {
-  Borders borders;
+struct LawSides {
+  ExprId guard;
   std::vector<ExprId> below, above;  ///< by law
-  double at_border = 0.5;            ///< the place that the laws have for a guard that is 0
 };
 
 /// Of the laws of a resistor that may hold its border; else none.
-std::optional<Sides> sides_of(Model& model, const Element& element) {
+std::optional<LawSides> sides_of(Model& model, const Element& element) {
   if (!is_resistor(element.kind) || element.laws.empty()) return std::nullopt;
   ExprPool& pool = model.pool;
-  const std::vector<ExprId> roots = roots_of(element);
-  const std::optional<Borders> borders = borders_of(model, reachable(pool, roots));
-  if (!borders) return std::nullopt;
-  Sides sides{*borders, {}, {}};
-  bool has_slopes = true, jumps = false, as_below = true, as_above = true;
+  std::vector<ExprId> roots;
+  for (const Law& law : element.laws) roots.push_back(law.right);
+  const std::optional<ExprId> guard = only_guard(model, reachable(pool, roots));
+  if (!guard) return std::nullopt;
+  LawSides sides{*guard, {}, {}};
+  bool has_slopes = true, jumps = false;
   for (const ExprId root : roots) {
-    sides.below.push_back(on_side(pool, root, -1));
-    sides.above.push_back(on_side(pool, root, 1));
-    const ExprId below = sides.below.back(), above = sides.above.back(), at = on_side(pool, root, 0);
-    as_below = as_below && at == below;
-    as_above = as_above && at == above;
+    const ExprId below = on_side(pool, root, -1), above = on_side(pool, root, 1);
     has_slopes = has_slopes && !may_have_no_slope(pool, below) && !may_have_no_slope(pool, above);
-    jumps = jumps || !meet(pool, below, above, borders->guard);
+    jumps = jumps || !meet(pool, below, above, *guard);
+    sides.below.push_back(below);
+    sides.above.push_back(above);
   }
-  if (!has_slopes || !jumps) return std::nullopt;
-  sides.at_border = as_below ? 0.0 : as_above ? 1.0 : 0.5;
-  return sides;
+  return has_slopes && jumps ? std::optional(std::move(sides)) : std::nullopt;
 }
 
 }  // namespace
@@ -150,30 +121,22 @@ std::vector<TakenBorder> take_borders(Model& model) {
   std::vector<TakenBorder> borders;
   ExprPool& pool = model.pool;
   for (std::size_t i = 0; i < model.elements.size(); ++i) {
-    const std::optional<Sides> sides = sides_of(model, model.elements[i]);
+    const std::optional<LawSides> sides = sides_of(model, model.elements[i]);
     if (!sides) continue;
     Element& element = model.elements[i];
-    TakenBorder taken{{ElementId(static_cast<std::uint32_t>(i)), element.name, sides->at_border, {}},
-                      sides->borders.guard};
-    if (sides->borders.only.valid()) {
-      const ExprNode node = pool[sides->borders.only];
-      const int way = guard_of(pool, node).way;
-      taken.border.mode = {apply(node.op, -way, 0.0), apply(node.op, 0.0, 0.0), apply(node.op, way, 0.0)};
-    }
     const SignalId place = add_signal(model, "(place of " + element.name + ")", Signal::Kind::integral);
     const ExprId symbol = pool.symbol(model.signals[place.index()].symbol);
-    for (std::size_t k = 0; k < sides->below.size(); ++k)
+    for (std::size_t k = 0; k < element.laws.size(); ++k)
       element.laws[k].right = pool.add(sides->below[k], pool.mul(symbol, pool.sub(sides->above[k], sides->below[k])));
     element.modulated = true;
-    borders.push_back(std::move(taken));
+    borders.push_back({{ElementId(static_cast<std::uint32_t>(i)), element.name}, sides->guard});
   }
   return borders;
 }
 
 void add_own_borders(Model& model) {
   for (std::size_t i = 0; i < model.elements.size(); ++i) {
-    const std::optional<Sides> sides = sides_of(model, model.elements[i]);
-    if (!sides || !sides->borders.only.valid()) continue;
+    if (!sides_of(model, model.elements[i])) continue;
     const std::string name = model.elements[i].name;
     model.elements[i].own_border = add_parameter(model, "(border of " + name + ")");
     model.elements[i].share = add_parameter(model, "(share of " + name + ")");
@@ -185,12 +148,16 @@ void use_own_borders(Model& model) {
   const auto symbol_of = [&](ParameterId parameter) { return pool.symbol(model.parameters[parameter.index()].symbol); };
   for (Element& element : model.elements) {
     if (!element.own_border.valid()) continue;
-    const ExprId only = borders_of(model, reachable(pool, roots_of(element)))->only;
-    const ExprNode node = pool[only];  // a copy: the pool grows
-    const ExprId moved = pool.add(ExprId(node.a), symbol_of(element.own_border));
-    const ExprId own = is_comparison(node.op) ? pool.make(node.op, moved, ExprId(node.b)) : pool.make(node.op, moved);
-    const ExprId with_share = pool.add(own, symbol_of(element.share));
-    for (Law& law : element.laws) law.right = replaced(pool, law.right, only, with_share);
+    const LawSides sides = *sides_of(model, element);
+    const ExprId guard = pool.add(sides.guard, symbol_of(element.own_border)), half = pool.constant(0.5);
+    const ExprId way = pool.add(pool.make(Op::sign, guard), symbol_of(element.share));
+    for (std::size_t k = 0; k < element.laws.size(); ++k) {
+      const ExprId below = sides.below[k], above = sides.above[k];
+      element.laws[k].right =
+          below == pool.neg(above)
+              ? pool.mul(above, way)
+              : pool.add(pool.mul(half, pool.add(below, above)), pool.mul(pool.mul(half, pool.sub(above, below)), way));
+    }
   }
 }
 
