@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <random>
+#include <set>
 
 #include "support/chain.hpp"
 #include "support/rounds.hpp"
@@ -165,6 +166,8 @@ TEST_CASE("random chains with friction and contacts agree with time stepping", "
   // Where an impact would create energy a chain is refused. Of the others docs/design/state.md says what is missing.
   const std::map<std::pair<bool, std::uint64_t>, std::string> may_be_refused{
       {{false, 10}, "BG622"}, {{false, 111}, "BG622"}, {{true, 3}, "BG621"}};
+  // With contacts: masses that throw each other to and fro at intervals of the steps.
+  const std::set<std::uint64_t> unknown_to_stepping{1, 18, 103, 111, 113, 118, 138, 151, 154, 192, 196, 207};
   struct Round {
     std::string direction;
     bool contacts;
@@ -175,7 +178,6 @@ TEST_CASE("random chains with friction and contacts agree with time stepping", "
        {"if(f > 0, 1, if(f < 0, -1, 0))", "2*step(f) - 1", "if(f < 0, -1, 1)", "1 - 2*step(-f)"})
     rounds.push_back({direction, true, share_of(60)});
   for (const Round& round : rounds) {
-    std::uint64_t unknown = 0;
     for (std::uint64_t seed = 0; seed < round.models; ++seed) {
       std::mt19937 random(static_cast<unsigned>(seed));
       Chain chain = random_chain(random, round.contacts);
@@ -192,10 +194,9 @@ TEST_CASE("random chains with friction and contacts agree with time stepping", "
         continue;
       }
       const std::optional<double> off = off_from_stepping(chain, run);
-      if (!off) ++unknown;
+      if (!off) CHECK((round.contacts && unknown_to_stepping.contains(seed)));
       // Twice what is known of the steps.
       CHECK(off.value_or(0.0) <= 2e-3);
     }
-    CHECK(unknown <= round.models / 10);
   }
 }
