@@ -37,11 +37,6 @@ double Chain::force(std::size_t mass, double t) const {
   return forces[mass] + amplitudes[mass] * std::sin(frequencies[mass] * t);
 }
 
-bool Chain::has_one_way() const {
-  return std::any_of(links.begin(), links.end(),
-                     [](const Link& link) { return link.kind == Kind::diode || link.kind == Kind::contact; });
-}
-
 std::string Chain::text() const {
   std::string elements, bonds, outputs;
   const auto bond = [&bonds](const std::string& from, const std::string& to) {

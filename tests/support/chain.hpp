@@ -25,8 +25,6 @@ struct Chain {
   std::string direction = "sign(f)";  ///< of friction, as the model is to have it: -1 to 1
 
   [[nodiscard]] double force(std::size_t mass, double t) const;
-  /// Whether there is a diode or a contact.
-  [[nodiscard]] bool has_one_way() const;
   /// A model with the outputs v0, v1, ...: 31 rows of 3 s.
   [[nodiscard]] std::string text() const;
   /// The same rows by Moreau's time stepping: impulses within their sets, by Gauss-Seidel; Newton's law of impacts. Of

@@ -187,7 +187,7 @@ struct Element {
   std::optional<SwitchLaw> switches;
   std::optional<DiodeLaw> diode;
   std::optional<ContactLaw> contact;
-  /// Of a resistor beside diodes, in their modes (see use_own_borders): what is added to its guard, 0, and to its sign.
+  /// Of a resistor beside diodes, in their modes (see use_own_borders): what is added to its guard, and to its sign.
   ParameterId own_border, share;
   bool stands_in = false;  ///< where another kind stands for a switch (ModePrograms): what its mode is there
   /// Of an Sw in a mode: of the other side's kind, since other switches set already what it would.

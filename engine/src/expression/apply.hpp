@@ -34,8 +34,9 @@ inline double compare(Op op, double a, double b) {
   }
 }
 
-/// Between false and true is a condition that is held at its border (run/watch/stiction.hpp).
-inline bool is_held(double a) { return a > 0.0 && a < 1.0; }
+/// Neither false nor true is a condition that is held at its border (run/watch/stiction.hpp): between the two, or, at
+/// points that a step tries, beyond them, where laws go on as straight lines.
+inline bool is_held(double a) { return a != 0.0 && a != 1.0; }
 inline double opposite(double a) { return std::isnan(a) ? kNoNumber : is_held(a) ? 1.0 - a : truth(a == 0.0); }
 
 /// False wins over a fault in the other operand, as it would from left to right: `x > 0 and log(x) > 1`.

@@ -7,6 +7,7 @@
 #include "bgsim/program.hpp"
 #include "program/freeze.hpp"
 #include "program/joined_laws.hpp"
+#include "program/one_border.hpp"
 #include "program/partial_lists.hpp"
 #include "program/patterns.hpp"
 #include "program/strips.hpp"
@@ -559,7 +560,8 @@ class Compiler {
 Program compile(std::shared_ptr<const Model> model, const EquationSystem& system, const BlockOrder& order,
                 const CompileOptions& options) {
   const std::optional<BlockOrder> joined = with_joined_laws(system, order);
-  const BlockOrder& of = joined ? *joined : order;
+  const std::optional<BlockOrder> one_border = with_one_border(*model, system, joined ? *joined : order);
+  const BlockOrder& of = one_border ? *one_border : joined ? *joined : order;
   if (options.columns == nullptr) return Compiler(std::move(model), system, of, options, nullptr).run();
   BlockOrder with = of;
   const SystemPartials plain = take_plain_partials(system, with, options);

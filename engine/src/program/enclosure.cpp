@@ -388,7 +388,7 @@ void Enclosure::run(const Node& node, double half) {
   const int n = node.arguments;
   if (node.op == Op::select) {
     const Jet &b = jets_[node.b], &c = jets_[node.c];
-    if (is_thin(a.value)) {
+    if (is_thin(a.value) && !operators::is_held(a.value.lower())) {
       out = a.value.lower() != 0.0 ? b : c;
     } else {
       out = {apply(Op::select, a.middle, b.middle, c.middle), or_unknown(hull(b.value, c.value)), kAllNumbers, 0.0,

@@ -216,8 +216,8 @@ void Evaluator::Impl::fail_at(std::uint32_t slot, const std::string& target) {
       const ExprId child(children[k]);
       const std::uint32_t s = slot_of(child);
       if (s == kNoSlot || std::isfinite(slots[s])) continue;
-      const bool branch_not_taken =
-          node.op == Op::select && k > 0 && (slots[slot_of(ExprId(node.a))] != 0.0) != (k == 1);
+      const double condition = node.op == Op::select && k > 0 ? slots[slot_of(ExprId(node.a))] : 0.5;
+      const bool branch_not_taken = !operators::is_held(condition) && (condition != 0.0) != (k == 1);
       if (branch_not_taken) continue;
       at = child;
       deeper = true;

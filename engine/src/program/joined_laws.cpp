@@ -12,6 +12,7 @@
 #include "expression/partial.hpp"
 #include "expression/sides.hpp"
 #include "expression/signed_power.hpp"
+#include "program/rewritten.hpp"
 
 namespace bgsim {
 namespace {
@@ -29,7 +30,7 @@ class Rewriting {
     for (std::size_t i = 0; i < size; ++i) {
       const ExprId e(i);
       note(e);
-      ExprId image = rebuilt_of(e);
+      ExprId image = with_images(made_, e, image_);
       // What such a law is a part of has been looked at with it.
       if (const auto border = image == e ? border_of(e) : std::nullopt) {
         image = without_condition(e, *border);
@@ -46,28 +47,11 @@ class Rewriting {
   [[nodiscard]] std::size_t kinks() const { return kinks_; }
 
   BlockOrder take() && {
-    const auto replace = [this](std::vector<ExprId>& list) {
-      for (ExprId& e : list)
-        if (e.valid()) e = image_[e.index()];
-    };
-    for (std::vector<ExprId>* list :
-         {&made_.resolved, &made_.rates, &made_.outputs, &made_.powers, &made_.stored, &made_.continuous,
-          &made_.switches, &made_.event_conditions, &made_.event_values, &made_.delayed, &made_.delayed_before,
-          &made_.diodes, &made_.impulses, &made_.conjugates})
-      replace(*list);
-    for (std::vector<ExprId>& list : made_.port_powers) replace(list);
-    for (Block& block : made_.blocks) replace(block.residuals);
+    replace_by_images(made_, image_);
     return std::move(made_);
   }
 
  private:
-  ExprId rebuilt_of(ExprId e) {
-    const ExprNode node = made_.pool[e];  // a copy: the pool grows
-    bool same = true;
-    for_each_argument(node, [&](ExprId a) { same = same && image_[a.index()] == a; });
-    return same ? e : rebuilt(made_.pool, node, [this](ExprId a) { return image_[a.index()]; });
-  }
-
   /// Which state @p e follows, and of what it has the sign or the step for a factor.
   void note(ExprId e) {
     const ExprNode& node = made_.pool[e];

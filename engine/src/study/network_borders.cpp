@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <unordered_map>
 
+#include "expression/border.hpp"
 #include "expression/graph.hpp"
 #include "expression/partial.hpp"
 #include "model/add_symbols.hpp"
@@ -12,22 +12,6 @@
 
 namespace bgsim {
 namespace {
-
-/// A guard, and the side of it on which a sign, step or comparison is as written: -1 where that has the guard the other
-/// way round.
-struct Guard {
-  ExprId at;
-  int way = 1;
-};
-
-bool is_border(Op op) { return op == Op::sign || op == Op::step || is_comparison(op); }
-
-Guard guard_of(ExprPool& pool, const ExprNode& node) {
-  const ExprId at = is_comparison(node.op) ? pool.sub(ExprId(node.a), ExprId(node.b)) : ExprId(node.a);
-  if (pool[at].op == Op::neg) return {ExprId(pool[at].a), -1};
-  const ExprId other = is_comparison(node.op) ? pool.sub(ExprId(node.b), ExprId(node.a)) : pool.neg(at);
-  return other < at ? Guard{other, -1} : Guard{at, 1};
-}
 
 /// Whether it may have no value where its condition would not ask for it, or no slope at its border.
 bool may_have_no_slope(const ExprPool& pool, ExprId root) {
@@ -41,16 +25,6 @@ bool may_have_no_slope(const ExprPool& pool, ExprId root) {
     }
     return node.op != Op::div && node.op != Op::mod && is_partial(pool, e);
   });
-}
-
-/// Whether both sides are the same at the border, as far as that can be seen: a kink holds nothing.
-bool meet(ExprPool& pool, ExprId below, ExprId above, ExprId guard) {
-  if (below == above) return true;
-  if (!pool.is_symbol(guard)) return false;
-  const std::unordered_map<SymbolId, ExprId> at_border{{pool.symbol_of(guard), pool.constant(0.0)}};
-  const ExprId one = substitute(pool, below, at_border), other = substitute(pool, above, at_border);
-  return one == other ||  // 0 and -0 are two
-         (pool.is_constant(one) && pool.is_constant(other) && pool[one].constant == pool[other].constant);
 }
 
 /// The guard of all signs, steps and comparisons; none where there are several, or none that varies.
@@ -73,23 +47,6 @@ std::optional<ExprId> only_guard(Model& model, const std::vector<ExprId>& nodes)
   return std::any_of(symbols.begin(), symbols.end(), varies) ? found : std::nullopt;
 }
 
-/// The law where the guard has this sign.
-ExprId on_side(ExprPool& pool, ExprId root, int side) {
-  IdMap<ExprId> images;
-  arguments_first(
-      pool, root, [&images](ExprId e) { return images.find(e) != nullptr; },
-      [&](ExprId e) {
-        const ExprNode node = pool[e];  // a copy: the pool grows
-        if (is_border(node.op)) {
-          const double value = guard_of(pool, node).way * side;
-          images.insert(e, pool.constant(apply(node.op, value, 0.0)));
-        } else {
-          images.insert(e, rebuilt(pool, node, [&images](ExprId a) { return *images.find(a); }));
-        }
-      });
-  return *images.find(root);
-}
-
 struct LawSides {
   ExprId guard;
   std::vector<ExprId> below, above;  ///< by law
@@ -106,7 +63,7 @@ std::optional<LawSides> sides_of(Model& model, const Element& element) {
   LawSides sides{*guard, {}, {}};
   bool has_slopes = true, jumps = false;
   for (const ExprId root : roots) {
-    const ExprId below = on_side(pool, root, -1), above = on_side(pool, root, 1);
+    const ExprId below = on_side(pool, root, *guard, -1), above = on_side(pool, root, *guard, 1);
     has_slopes = has_slopes && !may_have_no_slope(pool, below) && !may_have_no_slope(pool, above);
     jumps = jumps || !meet(pool, below, above, *guard);
     sides.below.push_back(below);
@@ -145,18 +102,23 @@ void add_own_borders(Model& model) {
 
 void use_own_borders(Model& model) {
   ExprPool& pool = model.pool;
+  const ExprId zero = pool.constant(0.0), one = pool.constant(1.0), half = pool.constant(0.5);
   const auto symbol_of = [&](ParameterId parameter) { return pool.symbol(model.parameters[parameter.index()].symbol); };
   for (Element& element : model.elements) {
     if (!element.own_border.valid()) continue;
     const LawSides sides = *sides_of(model, element);
-    const ExprId guard = pool.add(sides.guard, symbol_of(element.own_border)), half = pool.constant(0.5);
-    const ExprId way = pool.add(pool.make(Op::sign, guard), symbol_of(element.share));
+    const ExprId guard = pool.add(sides.guard, symbol_of(element.own_border)), share = symbol_of(element.share);
     for (std::size_t k = 0; k < element.laws.size(); ++k) {
       const ExprId below = sides.below[k], above = sides.above[k];
-      element.laws[k].right =
-          below == pool.neg(above)
-              ? pool.mul(above, way)
-              : pool.add(pool.mul(half, pool.add(below, above)), pool.mul(pool.mul(half, pool.sub(above, below)), way));
+      if (below == pool.neg(above)) {
+        element.laws[k].right = pool.mul(above, pool.add(pool.make(Op::sign, guard), share));
+        continue;
+      }
+      // Neither side is evaluated on the other one, where it may be much larger, or have no value.
+      const ExprId place = pool.mul(half, pool.add(one, share));
+      const ExprId at_border = pool.add(below, pool.mul(place, pool.sub(above, below)));
+      element.laws[k].right = pool.select(pool.make(Op::gt, guard, zero), above,
+                                          pool.select(pool.make(Op::lt, guard, zero), below, at_border));
     }
   }
 }

@@ -24,10 +24,9 @@ std::vector<TakenBorder> take_borders(Model& model);
 /// The parameters Element::own_border and share, with the value 0, for each of these laws.
 void add_own_borders(Model& model);
 
-/// Writes these laws with one sign each, whose guard and value have these parameters added. So each law has a border of
-/// its own: of two clutches between the same shafts each has its own part of what holds both, and one between shafts
-/// that diodes lock carries what it is given, where no equation says what that is. A law that is written with steps or
-/// conditions is held as one with a sign is.
+/// Adds these parameters to the guards and values of these laws. So each law has a border of its own: of two clutches
+/// between the same shafts each has its own part of what holds both, and one between shafts that diodes lock carries
+/// what it is given, where no equation says what that is.
 void use_own_borders(Model& model);
 
 }  // namespace bgsim

@@ -107,7 +107,7 @@ bool EventWatch::settle(double t, const double* x, Branch& branch) {
     if (!guards(t, x, branch, values_)) return fail_with_fault();
     for (std::size_t i = 0; i < largest_.size(); ++i) largest_[i] = std::max(largest_[i], std::abs(values_[i]));
     for (std::size_t i = 0; i < hold_.size(); ++i)
-      if (std::isinf(hold_[i])) hold_[i] = 4.0 * std::abs(values_[i]);
+      if (std::isinf(hold_[i])) hold_[i] = std::max(kSetOut, 4.0 * std::abs(values_[i]));
     keep_what_only_wavers(branch);
     if (round >= kRoundsToHold) keep_what_is_nothing(t, x, branch);
     if (!any_crossed(values_, branch) || !change(values_, branch)) {
