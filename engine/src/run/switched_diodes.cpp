@@ -304,10 +304,11 @@ bool SwitchedRun::hold_bands(const Program& program, const std::vector<AtBorder>
     double& band = bands_[i];
     const bool room = element.contact && conducts;  // which is no flow
     // A thyristor that is not fired may be anywhere beyond its border: that is no rounding, and fired it conducts
-    // there.
-    const bool matters = conducts ? !diodes_[i].pinned : *diodes_[i].may_begin;
+    // there. One that has ended has rounding for a flow, on the side on which it conducts.
+    const bool blocks_anyway = !conducts && !*diodes_[i].may_begin;
+    const bool matters = conducts ? !diodes_[i].pinned : !blocks_anyway;
     const std::size_t value = 4 * i + (conducts ? 1 : 0);
-    if (!matters) {
+    if (blocks_anyway) {
       band = 0.0;
     } else if (!again || room) {
       band = std::max({0.0, kTwice * beyond, room ? lift_off_band(i, element) : 0.0});

@@ -98,10 +98,12 @@ class Trial {
     for (std::size_t i = 0; i < conducts.size(); ++i) {
       const bool fires = values_[4 * i + 3] != 0.0;
       if (conducts[i] && !before_[i].conducts && !fires) return false;
-      // One that has ended is on the conducting side without a flow either way.
-      const double flow = before_[i].pinned && !fires ? std::abs(values_[4 * i + 1]) : -values_[4 * i + 1];
+      // One that has ended is on the conducting side without a flow either way. One with a flow is a diode: it does
+      // not end because it is not fired.
+      const bool off = !fires && (!before_[i].conducts || before_[i].pinned);
+      const double flow = off ? std::abs(values_[4 * i + 1]) : -values_[4 * i + 1];
       const double beyond = conducts[i] ? flow : values_[4 * i] - values_[4 * i + 2];
-      if ((!conducts[i] && !fires) || !(beyond > 0.0)) continue;
+      if ((!conducts[i] && off) || !(beyond > 0.0)) continue;
       if (error.empty()) error = errors(t, x);
       if (beyond > error[2 * i + (conducts[i] ? 1 : 0)]) return false;
     }
