@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
 
 #include "support/run.hpp"
@@ -241,4 +242,26 @@ TEST_CASE("pulses of outputs between the points of a step are found, of time and
           CHECK(std::abs(z.integral / (width * shape.area) - 1.0) < 1e-5);
           for (const std::string &note : run.report.notes) CHECK(note.find("less accurate") == std::string::npos);
         }
+}
+
+TEST_CASE("extremes have their digits in any unit of time") {
+  for (const double unit : {1e-12, 1e-9, 1e-6, 1.0, 1e6}) {
+    std::ostringstream text;
+    text.precision(17);
+    text << R"x({ "bgsim": 1, "name": "wave", "elements": { "j": { "kind": "1" }, "r": { "kind": "R", "resistance": 1 },
+      "l": { "kind": "I", "inertance": )x"
+         << unit << R"x( }, "v": { "kind": "Se", "effort": "sin(t/)x" << unit << R"x()" } },
+      "bonds": [ { "from": "v", "to": "j" }, { "from": "j", "to": "r" }, { "from": "j", "to": "l" } ],
+      "outputs": { "v": "v.e" }, "scenes": { "run": { "stop": )x"
+         << 20.0 * unit << ", \"samples\": 11 } } }";
+    const RunResult run = test::compile_text(text.str()).run(measured());
+    INFO(unit);
+    REQUIRE(run.stop == StopReason::completed);
+    const OutputMeasure &v = run.report.measures.front();
+    CHECK(std::abs(v.most - 1.0) < 1e-12);
+    CHECK(std::abs(v.least + 1.0) < 1e-12);
+    // Half the digits: a sine is flat at its top. The first of the three peaks.
+    CHECK(std::abs(v.most_at / unit - std::numbers::pi / 2.0) < 1e-7);
+    CHECK(std::abs(v.least_at / unit - 3.0 * std::numbers::pi / 2.0) < 1e-7);
+  }
 }

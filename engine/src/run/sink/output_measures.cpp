@@ -298,15 +298,18 @@ void OutputMeasures::look_for_extreme(const std::vector<Sample>& samples, std::s
   const bool inner = best > 0 && best + 1 < samples.size();
   if (!inner || !(value > least) || value + (value - least) <= so_far) return;
   std::vector<double> row(row_.size());
-  const auto lower = [&](double t) {
+  // By the part of the way: the search knows its argument to some 1e-9 and no better, which may be more than all times.
+  const double from = samples[best - 1].t, length = samples[best + 1].t - from;
+  const auto lower = [&](double part) {
+    const double t = from + part * length;
     solution(t, x_.data(), branch_);
     return evaluate(t, x_.data(), row) ? -sign * row[output] : std::numeric_limits<double>::infinity();
   };
   constexpr int kHalfTheDigits = std::numeric_limits<double>::digits / 2;  // a parabola is flat at its top
   std::uintmax_t most_evaluations = 40;
-  const auto [t, negative] = boost::math::tools::brent_find_minima(lower, samples[best - 1].t, samples[best + 1].t,
-                                                                   kHalfTheDigits, most_evaluations);
-  if (measuring_) take(output, t, -sign * negative);
+  const auto [part, negative] =
+      boost::math::tools::brent_find_minima(lower, 0.0, 1.0, kHalfTheDigits, most_evaluations);
+  if (measuring_) take(output, from + part * length, -sign * negative);
 }
 
 void OutputMeasures::take(std::size_t output, double t, double value) {
