@@ -127,6 +127,35 @@ TEST_CASE("a limit of time is named as it was given where switches divide a run"
   CHECK(ended.failure->situation.find("the limit of 0.05 s of wall time") == 0);
 }
 
+TEST_CASE("limits of time and interruptions hold where modes follow each other without a step") {
+  // Three masses fall onto each other and the ground: ever more impacts within one instant.
+  const std::string text = R"({ "bgsim": 1, "name": "stack", "elements": {
+      "b0": { "kind": "1" }, "m0": { "kind": "I", "inertance": 1.5 }, "g0": { "kind": "Se", "effort": -15 },
+      "b1": { "kind": "1" }, "m1": { "kind": "I", "inertance": 1.6 }, "g1": { "kind": "Se", "effort": -16 },
+      "b2": { "kind": "1" }, "m2": { "kind": "I", "inertance": 0.9 }, "g2": { "kind": "Se", "effort": -9 },
+      "h0": { "kind": "0" }, "c0": { "kind": "contact", "gap": 0, "restitution": 0.3, "initial": { "q": -0.68 } },
+      "h1": { "kind": "0" }, "c1": { "kind": "contact", "gap": 0, "restitution": 0, "initial": { "q": -0.76 } },
+      "l0": { "kind": "1" }, "tf": { "kind": "TF", "modulus": -1 },
+      "ground": { "kind": "contact", "gap": 0, "restitution": 0, "initial": { "q": -0.11 } } },
+    "bonds": [ { "from": "b0", "to": "m0" }, { "from": "g0", "to": "b0" }, { "from": "b1", "to": "m1" },
+      { "from": "g1", "to": "b1" }, { "from": "b2", "to": "m2" }, { "from": "g2", "to": "b2" },
+      { "from": "b0", "to": "h0" }, { "from": "h0", "to": "b1" }, { "from": "h0", "to": "c0" },
+      { "from": "b1", "to": "h1" }, { "from": "h1", "to": "b2" }, { "from": "h1", "to": "c1" },
+      { "from": "b0", "to": "tf" }, { "from": "tf", "to": "l0" }, { "from": "l0", "to": "ground" } ],
+    "outputs": { "v": "m0.f" }, "scenes": { "run": { "stop": 4, "samples": 11, "impacts": "sequential" } } })";
+  SimulateOptions limited = untimed();
+  limited.time_limit = 0.3;  // of some ten seconds, until the run is ended by its pace (BG617)
+  const RunResult ended = Study::from_text(text).scene().simulate(limited);
+  REQUIRE(has_code(ended, "BG618"));
+  CHECK(ended.failure->situation.find("the limit of 0.3 s of wall time") == 0);
+  SimulateOptions asking = untimed();
+  int asked = 0;
+  asking.progress = [&](double) { return ++asked < 10; };
+  const RunResult interrupted = Study::from_text(text).scene().simulate(asking);
+  CHECK(interrupted.stop == StopReason::interrupted);
+  CHECK(has_code(interrupted, "BG606"));
+}
+
 TEST_CASE("a run whose pace is steady and hopeless is reported, then ended, and names what is fast") {
   std::vector<Diagnostic> remarks;
   SimulateOptions options;

@@ -142,12 +142,13 @@ class Projection {
       bool still = true;
       for (std::size_t k = 0; k < count; ++k, ++port) {
         contents(program_.energy_elements[part], static_cast<std::uint32_t>(k), from[k], to[k]);
-        work += factors_[port] * (to[k] - from[k]);
+        const double at_port = factors_[port] * (to[k] - from[k]);
+        work += at_port;
+        jump.scale += std::abs(at_port);  // of windings that are closely coupled much more than all of them
         still = still && from[k] == to[k];
       }
       if (still) continue;
       jump.supplied += work;
-      jump.scale += std::abs(work);
       const double energy = program_.energy_modulated[part] ? std::numeric_limits<double>::quiet_NaN()
                                                             : evaluator_.energy_by_laws(part, from, to);
       (std::isnan(energy) ? jump.exchanged : jump.stored) += std::isnan(energy) ? work : energy;

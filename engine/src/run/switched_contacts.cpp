@@ -48,10 +48,7 @@ bool SwitchedRun::take_impact() {
     }
     const bool audited = !program.energy_roles.empty();
     const double loss = audited ? jump.loss - rebound : 0.0;
-    // Speeds that are rounding of those the run has had carry so much of its energy, and follow no law.
-    constexpr double kOfRounding = std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon();
-    const double nothing = kRounding * jump.scale + kOfRounding * result_.report.energy.turnover;
-    if (loss < -nothing) return fail(impact_failure(names, -loss, stored_.t));
+    if (loss < -energy_of_rounding(jump)) return fail(impact_failure(names, -loss, stored_.t));
     EnergyAudit& energy = result_.report.energy;
     energy.supplied += audited ? jump.supplied - rebound : 0.0;
     energy.stored += jump.stored;

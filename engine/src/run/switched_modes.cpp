@@ -100,6 +100,12 @@ Diagnostic SwitchedRun::not_allowed(const ModelError& error) const {
   return diagnostic;
 }
 
+double SwitchedRun::energy_of_rounding(const Jump& jump) const {
+  // Speeds that are rounding of those the run has had carry so much of its energy, and follow no law.
+  constexpr double kOfRounding = std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon();
+  return kRounding * jump.scale + kOfRounding * result_.report.energy.turnover;
+}
+
 bool SwitchedRun::jump_into_mode(const Program& program, bool& moved) {
   Evaluator& evaluator = evaluators_.of(program, parameters_);
   Jump jump = jump_into(evaluator, stored_.t, stored_);
@@ -109,7 +115,7 @@ bool SwitchedRun::jump_into_mode(const Program& program, bool& moved) {
   jump_exactly(evaluator);
   if (!jump.moved) return true;
   held_.clear();
-  if (jump.loss < -kRounding * jump.scale)
+  if (jump.loss < -energy_of_rounding(jump))
     return fail(diagnostic_of(
         "BG621",
         "at t = " + number_text(stored_.t) + " the switches come to \"" + mode_words() +
@@ -273,8 +279,21 @@ bool SwitchedRun::chatters(const Program& program) {
 }
 
 bool SwitchedRun::takes_too_long() {
-  constexpr double kStretches = 8.0;
+  constexpr double kStretches = 8.0, kBetweenAsking = 0.05;  // seconds
   const double seconds = clock_() - begin_;
+  // Modes may follow each other without a step, in which a run would ask.
+  if (options_.time_limit > 0.0 && seconds >= options_.time_limit) {
+    fail(time_limit_failure(stored_.t, inputs_.stop, options_.time_limit));
+    return true;
+  }
+  if (options_.progress && seconds - asked_ > kBetweenAsking) {
+    asked_ = seconds;
+    if (!options_.progress(stored_.t)) {
+      fail(interrupted_failure(stored_.t));
+      result_.stop = StopReason::interrupted;
+      return true;
+    }
+  }
   headway_.add(seconds, stored_.t, result_.report.steps + result_.rows + result_.report.mode_changes);
   if (options_.time_limit > 0.0 || !(options_.longest_run > 0.0)) return false;
   const auto pace = headway_.pace(std::max(kStretches, seconds / kStretches));

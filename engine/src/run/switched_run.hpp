@@ -214,6 +214,8 @@ class SwitchedRun {
   [[nodiscard]] std::string mode_words() const { return names_ ? mode_text(*names_, mode_) : "the first one"; }
 
   /// What the stores hold as the mode begins.
+  /// What a jump may seem to create: rounding, of what it moves and of what the run has moved.
+  [[nodiscard]] double energy_of_rounding(const Jump& jump) const;
   bool jump_into_mode(const Program& program, bool& moved);
 
   /// A store whose content vanishes at once, with nothing that takes it up.
@@ -298,6 +300,7 @@ class SwitchedRun {
   bool try_others_ = false;  ///< sides that do not hold are no failure yet
   Headway headway_;
   double begin_;
+  double asked_ = 0.0;  ///< seconds since then at which the caller was asked last
   std::shared_ptr<const Model> names_;
   RunResult result_;
   std::optional<double> last_row_, earlier_row_;   ///< times of the last row, and of the last before this stretch
