@@ -13,7 +13,8 @@ namespace {
 
 /// A block on a spring, that breaks loose, comes to rest and turns back under a force.
 std::string block(const std::string& law, const std::string& force, const std::string& speed) {
-  return R"j({ "bgsim": 1, "name": "block", "signals": { "mu": "if(s.q > 0.2, 0.7, 0.5)" }, "elements": {
+  return R"j({ "bgsim": 1, "name": "block", "signals": { "mu": "if(s.q > 0.2, 0.7, 0.5)",
+      "dir": "sign(n.f)", "side": "if(m.p > 0, 0.5, 1)", "three": "if(n.f > 0, 1, if(n.f < 0, -1, 0))" }, "elements": {
       "n": { "kind": "1" }, "m": { "kind": "I", "inertance": 1.3, "initial": { "f": )j" +
          speed + R"j( } }, "s": { "kind": "C", "capacitance": 0.4 }, "F": { "kind": "Se", "effort": ")j" + force +
          R"j(" }, "r": { "kind": "MR", "law": "e = )j" + law + R"j(" } },
@@ -45,6 +46,9 @@ TEST_CASE("a law with one border runs the same however it is written") {
       {"if(f > 0, exp(0.8) - 1, exp(-0.8) - 1)", "exp(0.8*(2*step(f) - 1)) - 1"},
       {"if(f > 0, 1, -0.5)*mu", "if(f > 0, mu, if(f < 0, -0.5*mu, 0))"},
       {"if(f > 0, 0.5 + 0.4*exp(-f), -0.7)", "if(f > 0, 0.5 + 0.4*exp(-f), if(f < 0, -0.7, 0))"},
+      {"0.8*sign(f)", "0.8*dir"},
+      {"0.8*sign(f)", "0.8*three"},
+      {"if(f > 0, 0.5, -1)", "side*sign(f)"},
       {"(s.q^2 + 0.3)*sign(f)", "if(f > 0, s.q^2 + 0.3, if(f < 0, -s.q^2 - 0.3, 0))"},
   };
   struct Drive {

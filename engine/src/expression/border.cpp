@@ -24,7 +24,22 @@ ExprId at_border(ExprPool& pool, ExprId root, ExprId guard) {
 bool is_border(Op op) { return op == Op::sign || op == Op::step || is_comparison(op); }
 
 Guard guard_of(ExprPool& pool, const ExprNode& node) {
-  const ExprId at = is_comparison(node.op) ? pool.sub(ExprId(node.a), ExprId(node.b)) : ExprId(node.a);
+  ExprId at = is_comparison(node.op) ? pool.sub(ExprId(node.a), ExprId(node.b)) : ExprId(node.a);
+  // A momentum and its speed have one border.
+  for (bool scaled = true; scaled;) {
+    const ExprNode& product = pool[at];
+    const auto positive = [&pool](std::uint32_t e) {
+      return pool.is_constant(ExprId(e)) && pool[ExprId(e)].constant > 0;
+    };
+    scaled = false;
+    if ((product.op == Op::mul || product.op == Op::div) && positive(product.b)) {
+      at = ExprId(product.a);
+      scaled = true;
+    } else if (product.op == Op::mul && positive(product.a)) {
+      at = ExprId(product.b);
+      scaled = true;
+    }
+  }
   if (pool[at].op == Op::neg) return {ExprId(pool[at].a), -1};
   const ExprId other = is_comparison(node.op) ? pool.sub(ExprId(node.b), ExprId(node.a)) : pool.neg(at);
   return other < at ? Guard{other, -1} : Guard{at, 1};

@@ -19,6 +19,11 @@ bool is_of_resistor(const Model& model, const BlockOrder& order, ExprId e) {
   return element.valid() && is_resistor(model.elements[element.index()].kind);
 }
 
+/// Of a resistor or of a signal, which laws may follow.
+bool is_of_laws(const Model& model, const BlockOrder& order, ExprId e) {
+  return order.origins[e.index()].signal.valid() || is_of_resistor(model, order, e);
+}
+
 class OneBorder {
  public:
   OneBorder(const Model& model, const EquationSystem& system, const BlockOrder& order)
@@ -72,7 +77,7 @@ class OneBorder {
     });
     follows_.push_back(follows);
     said_.emplace_back();
-    if (!follows.state || !is_of_resistor(model_, made_, e)) return;
+    if (!follows.state || !is_of_laws(model_, made_, e)) return;
     if (!is_border(node.op))
       said_.back() = said_by_arguments(e);
     else if (!follows.loop)
@@ -110,6 +115,9 @@ class OneBorder {
       const std::vector<Said>& of = said_[argument];
       return std::any_of(of.begin(), of.end(), [guard](const Said& at) { return at.guard == guard; });
     };
+    constexpr std::size_t kMost = 16;  // a law has no more; a logic of signals has
+    if (said.size() > kMost) return {};
+    const bool of_resistor = is_of_resistor(model_, made_, e);
     for (std::size_t k = 0; k < said.size(); ++k) {
       bool straight = false;
       if (node.op == Op::add || node.op == Op::sub || node.op == Op::neg) straight = true;
@@ -117,14 +125,16 @@ class OneBorder {
       if (node.op == Op::div) straight = !among(node.b, said[k].guard);
       // One of two sides is in force, or a condition chooses between what does not have its guard.
       if (node.op == Op::select) straight = arguments[k] == 1 || !among(node.a, said[k].guard);
-      said[k].bent = said[k].bent || !straight;
+      // A relation of a signal is none that a law could hold.
+      const bool held = !of_resistor || is_of_resistor(model_, made_, said[k].border);
+      said[k].bent = said[k].bent || !straight || !held;
     }
     return said;
   }
 
   /// @p image where nothing is changed.
   ExprId by_one_border_each(ExprId e, const std::vector<Said>& said, ExprId image) {
-    if (is_logical(made_.pool[e].op)) return image;
+    if (is_logical(made_.pool[e].op) || !is_of_resistor(model_, made_, e)) return image;
     ExprId made = e;
     for (const Said& of : said)
       if (of.bent) made = by_one_border(made, of.guard);
@@ -137,8 +147,16 @@ class OneBorder {
     const ExprId below = on_side(pool, e, guard, -1), at = on_side(pool, e, guard, 0),
                  above = on_side(pool, e, guard, 1);
     if (meet(pool, below, above, guard)) return e;
-    if (pool.neg(above) == below && pool.is_constant(at, 0.0)) return pool.mul(above, pool.make(Op::sign, guard));
-    return pool.select(pool.make(at == above ? Op::ge : Op::gt, guard, pool.constant(0.0)), above, below);
+    const ExprId zero = pool.constant(0.0);
+    const ExprId sign = pool.make(Op::sign, guard), is_above = pool.make(at == above ? Op::ge : Op::gt, guard, zero),
+                 is_below = pool.make(at == above ? Op::lt : Op::le, guard, zero);
+    if (pool.neg(above) == below && pool.is_constant(at, 0.0) && may_be_held(sign)) return pool.mul(above, sign);
+    return may_be_held(is_above) ? pool.select(is_above, above, below) : pool.select(is_below, below, above);
+  }
+
+  /// Not where a signal has the same relation.
+  [[nodiscard]] bool may_be_held(ExprId relation) const {
+    return relation.index() >= made_.origins.size() || is_of_resistor(model_, made_, relation);
   }
 
   const Model& model_;
@@ -159,7 +177,7 @@ class OneBorder {
 std::optional<BlockOrder> with_one_border(const Model& model, const EquationSystem& system, const BlockOrder& order) {
   bool any = false;
   for (std::size_t i = 0; i < order.pool.size() && !any; ++i)
-    any = is_border(order.pool[ExprId(i)].op) && is_of_resistor(model, order, ExprId(i));
+    any = is_border(order.pool[ExprId(i)].op) && is_of_laws(model, order, ExprId(i));
   if (!any) return std::nullopt;
   OneBorder laws(model, system, order);
   if (!laws.changed()) return std::nullopt;
