@@ -24,25 +24,27 @@ ExprId at_border(ExprPool& pool, ExprId root, ExprId guard) {
 bool is_border(Op op) { return op == Op::sign || op == Op::step || is_comparison(op); }
 
 Guard guard_of(ExprPool& pool, const ExprNode& node) {
-  ExprId at = is_comparison(node.op) ? pool.sub(ExprId(node.a), ExprId(node.b)) : ExprId(node.a);
+  Guard guard{is_comparison(node.op) ? pool.sub(ExprId(node.a), ExprId(node.b)) : ExprId(node.a)};
   // A momentum and its speed have one border.
+  const auto scales = [&](std::uint32_t by, std::uint32_t what) {
+    if (!pool.is_constant(ExprId(by)) || pool[ExprId(by)].constant == 0.0) return false;
+    if (pool[ExprId(by)].constant < 0.0) guard.way = -guard.way;
+    guard.at = ExprId(what);
+    return true;
+  };
   for (bool scaled = true; scaled;) {
-    const ExprNode& product = pool[at];
-    const auto positive = [&pool](std::uint32_t e) {
-      return pool.is_constant(ExprId(e)) && pool[ExprId(e)].constant > 0;
-    };
+    const ExprNode at = pool[guard.at];
     scaled = false;
-    if ((product.op == Op::mul || product.op == Op::div) && positive(product.b)) {
-      at = ExprId(product.a);
+    if (at.op == Op::neg) {
+      guard = {ExprId(at.a), -guard.way};
       scaled = true;
-    } else if (product.op == Op::mul && positive(product.a)) {
-      at = ExprId(product.b);
-      scaled = true;
+    } else if (at.op == Op::mul || at.op == Op::div) {
+      scaled = scales(at.b, at.a) || (at.op == Op::mul && scales(at.a, at.b));
     }
   }
-  if (pool[at].op == Op::neg) return {ExprId(pool[at].a), -1};
-  const ExprId other = is_comparison(node.op) ? pool.sub(ExprId(node.b), ExprId(node.a)) : pool.neg(at);
-  return other < at ? Guard{other, -1} : Guard{at, 1};
+  if (const ExprNode at = pool[guard.at]; at.op == Op::sub)
+    if (const ExprId other = pool.sub(ExprId(at.b), ExprId(at.a)); other < guard.at) return {other, -guard.way};
+  return guard;
 }
 
 ExprId on_side(ExprPool& pool, ExprId law, ExprId guard, int side) {

@@ -14,7 +14,7 @@ struct Guard {
   int way = 1;
 };
 
-/// Of a node for which is_border() is true. Those of one difference have one guard, however they are written.
+/// Of a node for which is_border() is true. Those of one difference, or of numbers times it, have one guard.
 Guard guard_of(ExprPool& pool, const ExprNode& node);
 
 /// A law where this guard has that sign: -1, 0 or 1.

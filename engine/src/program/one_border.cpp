@@ -115,9 +115,9 @@ class OneBorder {
       const std::vector<Said>& of = said_[argument];
       return std::any_of(of.begin(), of.end(), [guard](const Said& at) { return at.guard == guard; });
     };
-    constexpr std::size_t kMost = 16;  // a law has no more; a logic of signals has
-    if (said.size() > kMost) return {};
     const bool of_resistor = is_of_resistor(model_, made_, e);
+    constexpr std::size_t kMost = 64;  // lists in a logic of thousands of signals would be as long as it is
+    if (!of_resistor && said.size() > kMost) return {};
     for (std::size_t k = 0; k < said.size(); ++k) {
       bool straight = false;
       if (node.op == Op::add || node.op == Op::sub || node.op == Op::neg) straight = true;

@@ -1,4 +1,6 @@
 // From one mode of a switched run to the next: the program, the jump, and where changes of the mode have no end.
+#include <limits>
+
 #include "base/codes.hpp"
 #include "run/failures.hpp"
 #include "run/switched_run.hpp"

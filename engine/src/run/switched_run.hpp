@@ -213,9 +213,9 @@ class SwitchedRun {
 
   [[nodiscard]] std::string mode_words() const { return names_ ? mode_text(*names_, mode_) : "the first one"; }
 
-  /// What the stores hold as the mode begins.
   /// What a jump may seem to create: rounding, of what it moves and of what the run has moved.
   [[nodiscard]] double energy_of_rounding(const Jump& jump) const;
+  /// What the stores hold as the mode begins.
   bool jump_into_mode(const Program& program, bool& moved);
 
   /// A store whose content vanishes at once, with nothing that takes it up.
