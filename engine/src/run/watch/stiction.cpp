@@ -492,7 +492,11 @@ std::vector<GuardMode> guards_of(const Evaluator& evaluator, const std::vector<A
                         [&](const AtBorder& law) { return law.resistor == program.relations[relation].where.element; });
   };
   for (std::size_t guard = 0; !laws.empty() && guard < evaluator.guard_count(); ++guard)
-    if (const auto law = law_of(guard); law != laws.end()) guards.push_back({guard, law->mode});
+    if (const auto law = law_of(guard); law != laws.end()) {
+      // A condition has other modes on its sides, either of which may be that above the guard.
+      const bool sign = program.relations[evaluator.guard_relation(guard)].kind == Relation::Kind::sign;
+      guards.push_back({guard, sign ? law->mode : std::numeric_limits<double>::quiet_NaN()});
+    }
   return guards;
 }
 

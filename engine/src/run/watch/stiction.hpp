@@ -146,7 +146,7 @@ class Stiction {
   Eigen::VectorXd base_, other_;
 };
 
-/// The guards of these laws that can be held. Where a law has several, their modes are not known.
+/// The guards of these laws that can be held. The modes of laws with a sign are known, those of others are not.
 std::vector<GuardMode> guards_of(const Evaluator& evaluator, const std::vector<AtBorder>& laws);
 
 /// Decides once which of these laws are held.
