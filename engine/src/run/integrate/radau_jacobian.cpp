@@ -42,7 +42,10 @@ bool RadauJacobian::slopes(double t, const double* y, Branch& branch, double* en
 
 bool RadauJacobian::see(const Beginning& at, const Rates& rates, bool derived) {
   as_before_ = false;
-  if (!derived && dense_) return by_differences(at, rates);
+  if (!derived && dense_) {
+    look(at);
+    return by_differences(at, rates);
+  }
   const bool look = derived && steps_since_look_ >= kStepsBetweenLooks;
   const auto evaluate = [&](const double* x) {
     return look && loops_ == Loops::inside ? evaluator_.jacobian(at.t, x, at.branch, entries_.data(), rounding_)
@@ -76,6 +79,14 @@ void RadauJacobian::show_tolerances(const Beginning& at) {
   }
   tolerances_.see({at.t, at.x.data(), pattern_, entries_.data(), rounding_},
                   [&](double t, const double* x, double* out) { return evaluator_.rates(t, x, at.branch, out); });
+}
+
+void RadauJacobian::look(const Beginning& at) {
+  if (steps_since_look_ < kStepsBetweenLooks || loops_ == Loops::unknowns) return;
+  aside_ = at.branch;
+  if (!evaluator_.jacobian(at.t, at.x.data(), aside_, entries_.data(), rounding_)) return;
+  steps_since_look_ = 0;
+  show_tolerances(at);
 }
 
 bool RadauJacobian::by_differences(const Beginning& at, const Rates& rates) {

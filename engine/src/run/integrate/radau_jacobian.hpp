@@ -44,6 +44,9 @@ class RadauJacobian {
   /// @param derived  whether the program's own slopes are those of these rates
   /// @return  false where there are no slopes
   bool see(const Beginning& at, const Rates& rates, bool derived);
+  /// At the rounding of the rates, which the tolerances are shown: by the program's slopes, also where these are not
+  /// those of the rates (which hold a friction).
+  void look(const Beginning& at);
   /// Whether the last see() found what the one before it had found.
   [[nodiscard]] bool is_as_before() const { return as_before_; }
   /// What the last see() found.

@@ -144,6 +144,7 @@ class RodasIntegrator final : public ImplicitSteps {
     const double ahead = std::max({time_ - previous_, h, 1e-9 * (limit_ - time_)});
     const auto rates_at_begin = [this](const double* x, double* out) { return rates(time_, x, branch_, out); };
     if (special_rates_ && system_->dense()) {
+      jacobian_.look({time_, ahead, y_, rate_, branch_});
       if (!see_held(rates_at_begin)) return false;
     } else {
       if (!jacobian_.see({time_, ahead, y_, rate_, branch_}, rates_at_begin, !special_rates_)) return false;
