@@ -291,3 +291,21 @@ TEST_CASE("a mode with idle switches is listed as allowed, and shown") {
   CHECK(open.model().elements.back().idle);
   CHECK_FALSE(study.in_mode({true, false}).model().elements.back().idle);
 }
+
+TEST_CASE("a diode beside laws that the searches for loops' solutions try") {
+  // The look for what diodes leave indefinite met a symbol that only a search had used, and read past its list.
+  const RunResult run = Study::from_text(R"j({ "bgsim": 1, "name": "main", "elements": {
+      "s": { "kind": "Se", "effort": 5 }, "line": { "kind": "1" },
+      "r": { "kind": "R", "law": "0 = f/sqrt(e) + 2*log10(0.01 + 0.3/sqrt(e))" }, "fork": { "kind": "0" },
+      "a": { "kind": "1" }, "ra": { "kind": "R", "law": "0 = f/sqrt(e) + 2*log10(0.02 + 0.2/sqrt(e))" },
+      "b": { "kind": "1" }, "rb": { "kind": "R", "law": "0 = f/sqrt(e) + 2*log10(0.03 + 0.1/sqrt(e))" },
+      "tank": { "kind": "C", "capacitance": 2 }, "n": { "kind": "0" }, "extra": { "kind": "D" } },
+    "bonds": [ { "from": "s", "to": "line" }, { "from": "line", "to": "r" }, { "from": "line", "to": "fork" },
+      { "from": "fork", "to": "a" }, { "from": "a", "to": "ra" }, { "from": "a", "to": "n" },
+      { "from": "fork", "to": "b" }, { "from": "b", "to": "rb" }, { "from": "b", "to": "n" },
+      { "from": "n", "to": "tank" }, { "from": "b", "to": "extra" } ],
+    "outputs": { "q": "tank.q", "fa": "a.f", "fb": "b.f", "e": "fork.e" }, "scenes": { "main": { "stop": 0.1, "samples": 2 } } })j")
+                            .scene()
+                            .simulate();
+  CHECK(run.stop == StopReason::completed);
+}

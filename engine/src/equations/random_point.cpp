@@ -61,7 +61,7 @@ void RandomPoint::find_reaching() {
     const ExprId e(i);
     for (const ExprId argument : arguments(e)) users[argument.index()].push_back(e);
     const ExprNode& node = system_.pool[e];
-    if (node.op == Op::symbol && indefinite_[node.a]) open.push_back(e);
+    if (is_indefinite(node)) open.push_back(e);
   }
   while (!open.empty()) {
     const ExprId e = open.back();
@@ -134,7 +134,13 @@ void RandomPoint::evaluate_all() {
   asked_.erase(std::unique(asked_.begin(), asked_.end()), asked_.end());
 }
 
+bool RandomPoint::is_indefinite(const ExprNode& node) const {
+  return node.op == Op::symbol && node.a < indefinite_.size() && indefinite_[node.a];
+}
+
+/// None of symbols that are not the system's: what searches try an unknown with (loop_roots) stays in the pool.
 const Equation* RandomPoint::equation(const ExprNode& node) const {
+  if (node.a >= system_.symbols.size()) return nullptr;
   const SystemSymbol& symbol = system_.symbols[node.a];
   return symbol.kind == SystemSymbol::Kind::unknown ? &system_.equations[symbol.index] : nullptr;
 }
@@ -160,7 +166,7 @@ RandomPoint::Point RandomPoint::evaluated(ExprId e) const {
     case Op::constant:
       return {node.constant, 0.0, std::abs(node.constant), 0.0};
     case Op::symbol: {
-      if (indefinite_[node.a]) return {number(e.index(), 0), number(e.index(), 1), 1.0, 1.0};
+      if (is_indefinite(node)) return {number(e.index(), 0), number(e.index(), 1), 1.0, 1.0};
       const Equation* const defines = equation(node);
       return defines != nullptr && !defines->implicit ? at_[defines->expression.index()] : anything(e);
     }

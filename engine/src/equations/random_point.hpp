@@ -35,6 +35,7 @@ class RandomPoint {
   void solve_rings(double Point::*what, std::vector<double>& guess);
   [[nodiscard]] bool slopes_agree() const;
   void evaluate_all();
+  [[nodiscard]] bool is_indefinite(const ExprNode& node) const;
   [[nodiscard]] const Equation* equation(const ExprNode& node) const;
   [[nodiscard]] std::vector<ExprId> arguments(ExprId e) const;
   [[nodiscard]] Point evaluated(ExprId e) const;
