@@ -7,6 +7,7 @@
 
 #include "run/integrate/step_polynomial.hpp"
 #include "run/watch/first_crossing.hpp"
+#include "run/watch/solved_along.hpp"
 #include "support/run.hpp"
 
 using namespace bgsim;
@@ -304,4 +305,56 @@ TEST_CASE("what the work allowed does not decide is named") {
   CHECK(!unknown.bracket);
   CHECK(unknown.undecided == std::vector<std::size_t>{0});
   CHECK(unknown.enclosures <= 200);
+}
+
+TEST_CASE("what is solved for along a stretch is held by its enclosure, with its slopes") {
+  // Two blocks that their brakes hold, tied by a nonlinear loop; limits and the spring's force change. What holds them
+  // is found by hand: u = 0 of both blocks with the loop solved by bisection.
+  const CompiledModel model = compile_text(R"j({ "bgsim": 1, "name": "held", "elements": {
+      "n0": { "kind": "1" }, "m0": { "kind": "I", "inertance": 2 }, "n1": { "kind": "1" },
+      "m1": { "kind": "I", "inertance": 3 }, "F0": { "kind": "MSe", "effort": "0.3*sin(2*t)" },
+      "F1": { "kind": "MSe", "effort": "0.2*cos(t)" }, "s": { "kind": "C", "capacitance": 4, "initial": { "q": 0.5 } },
+      "b0": { "kind": "MR", "law": "e = (2 + cos(5*t))*sign(f)" }, "h": { "kind": "0" },
+      "b1": { "kind": "MR", "law": "e = if(f > 0, 1 + s.q^2, -1 - s.q^2)" } },
+    "bonds": [ { "from": "n0", "to": "m0" }, { "from": "F0", "to": "n0" }, { "from": "n0", "to": "b0" },
+      { "from": "n1", "to": "m1" }, { "from": "F1", "to": "n1" }, { "from": "n1", "to": "b1" },
+      { "from": "n0", "to": "h" }, { "from": "h", "to": "n1" }, { "from": "h", "to": "s" } ],
+    "outputs": { "v": "n0.f" }, "scenes": { "main": { "stop": 1, "samples": 2 } } })j");
+  const Program& program = model.program;
+  SolvedAlong solved(program, model.inputs.parameters);
+  std::vector<std::uint32_t> relations;
+  for (const std::uint32_t relation : program.guarded)
+    if (program.border_rates[relation].value.valid()) relations.push_back(relation);
+  REQUIRE(relations.size() == 2);
+  REQUIRE(solved.look_at({}, relations));
+  const bool first_is_sign = program.relations[relations[0]].kind == Relation::Kind::sign;
+  const auto charge = [](double t) { return 0.5 + 0.1 * t; };
+  const auto of_sign = [&](double t) { return (0.3 * std::sin(2 * t) - charge(t) / 4) / (2 + std::cos(5 * t)); };
+  const auto of_condition = [&](double t) {  // 0 on one side, 1 on the other
+    return 0.5 + 0.5 * (0.2 * std::cos(t) + charge(t) / 4) / (1 + charge(t) * charge(t));
+  };
+  const auto mode = [&](std::size_t k, double t) { return (k == 0) == first_is_sign ? of_sign(t) : of_condition(t); };
+  for (const double length : {0.5, 0.1, 0.01}) {
+    const double from = 0.3, to = from + length, middle = from + length / 2;
+    std::vector<Jet> states;
+    for (const std::uint32_t state : solved.states())
+      states.push_back(program.state_names[state] == "s.q"
+                           ? Jet{charge(middle), {charge(from), charge(to)}, {0.1, 0.1}, 0.1, {0.0, 0.0}}
+                           : Jet{0.0, {0.0, 0.0}, {0.0, 0.0}, 0.0, {0.0, 0.0}});
+    const std::vector<double> modes(program.relations.size(), 0.0), centre{mode(0, middle), mode(1, middle)};
+    REQUIRE(solved.enclose(from, to, states, modes, centre, {{-2.0, 2.0}, {-2.0, 2.0}}));
+    for (std::size_t k = 0; k < 2; ++k) {
+      Range values(mode(k, from), mode(k, from));
+      for (int i = 0; i <= 100; ++i) {
+        const double t = from + (to - from) * i / 100, d = 1e-6, slope = (mode(k, t + d) - mode(k, t - d)) / (2 * d);
+        values = hull(values, Range(mode(k, t), mode(k, t)));
+        CHECK(solved[k].value.lower() <= mode(k, t) + 1e-12);
+        CHECK(solved[k].value.upper() >= mode(k, t) - 1e-12);
+        CHECK(solved[k].slope.lower() <= slope + 1e-8);
+        CHECK(solved[k].slope.upper() >= slope - 1e-8);
+      }
+      // What is more than the values falls with the length of the stretch.
+      if (length == 0.01) CHECK(width(solved[k].value) <= 2.0 * width(values));
+    }
+  }
 }

@@ -118,6 +118,12 @@ struct JacobianPlan {
   bool explicit_form = true;  ///< false where elimination would fill too much: only the implicit form can be integrated
 };
 
+/// What holds all along a step, with its partials by what it is solved for: in Program::pool, frozen.
+struct ImplicitEquation {
+  ExprId value;                                                      ///< 0 at the solution; not valid: it is not known
+  std::vector<std::pair<std::uint32_t, ExprId>> by_tears, by_modes;  ///< (tear or relation, partial)
+};
+
 /// Partial derivatives by parameters and by time, and those of outputs, guards and what events set: what the adjoint
 /// equations need beside the Jacobian's (see Evaluator::pull_back). Empty unless asked for (CompileOptions::columns).
 struct TransposedPlan {
@@ -243,6 +249,8 @@ struct Program {
   std::vector<ExprId> sources;  ///< the largest expressions of time and parameters alone in rates and loops, not frozen
   std::vector<std::uint32_t>
       guarded;  ///< relations that are not time_only: result i of `guards` is of relation guarded[i]
+  std::vector<ImplicitEquation> border_rates;    ///< by relation: how fast the guard of one that may be held moves
+  std::vector<ImplicitEquation> loop_equations;  ///< by tear: residuals; where guards may be held, else none
   JacobianPlan plan;
   TransposedPlan transposed;
   Sparsity jacobian_pattern;  ///< df/dx with loops eliminated

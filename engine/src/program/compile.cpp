@@ -6,6 +6,7 @@
 
 #include "bgsim/program.hpp"
 #include "program/freeze.hpp"
+#include "program/implicit.hpp"
 #include "program/joined_laws.hpp"
 #include "program/one_border.hpp"
 #include "program/partial_lists.hpp"
@@ -43,6 +44,7 @@ class Compiler {
     assign_slots();
     write_routines();
     make_patterns(program_, system_.states.size(), tears_.size());
+    add_implicit_equations(program_, rates_, residuals_);
     return std::move(program_);
   }
 

@@ -260,17 +260,32 @@ void Enclosure::set_modes(std::span<const double> modes) {
   for (const Node& node : of_modes_) run(node, 0.0);
 }
 
-void Enclosure::evaluate(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears,
-                         std::span<const MovingMode> modes) {
+void Enclosure::put(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears) {
   if (at_time_ != kNowhere) jets_[at_time_] = time_jet(begin, end);
   for (std::size_t i = 0; i < states.size(); ++i) jets_[at_state_[i]] = states[i];
   for (std::size_t i = 0; i < tears.size(); ++i) jets_[at_tear_[i]] = tears[i];
+}
+
+void Enclosure::move_modes(std::span<const MovingMode> modes, double half) {
+  for (const auto& [position, relation] : modes_)
+    for (const MovingMode& moving : modes)
+      if (moving.relation == relation) jets_[position] = moving.over;
+  for (const Node& node : of_modes_) run(node, half);
+}
+
+void Enclosure::evaluate_apart(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears,
+                               std::span<const MovingMode> modes) {
+  put(begin, end, states, tears);
+  move_modes(modes, kInfinity);
+  for (const Node& node : varying_) run(node, kInfinity);
+}
+
+void Enclosure::evaluate(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears,
+                         std::span<const MovingMode> modes) {
+  put(begin, end, states, tears);
   const double half = (end - begin) / 2;
   if (!modes.empty()) {
-    for (const auto& [position, relation] : modes_)
-      for (const MovingMode& moving : modes)
-        if (moving.relation == relation) jets_[position] = moving.over;
-    for (const Node& node : of_modes_) run(node, half);
+    move_modes(modes, half);
     for (const Node& node : varying_) run(node, half);  // the rules below are for modes that rest
     return;
   }
@@ -439,7 +454,7 @@ void Enclosure::run(const Node& node, double half) {
   }
   bend_along(node.op, a, b, d.a, out);
   const double low = out.value.lower(), high = out.value.upper();
-  if (n > 1) often::narrow(a, b, half, out);
+  if (n > 1 && half != kInfinity) often::narrow(a, b, half, out);
   if (node.kept != kNowhere) kept_[node.kept] = {d, low == out.value.lower() && high == out.value.upper()};
 }
 

@@ -63,6 +63,10 @@ class Enclosure {
   /// @param modes  those that are not as set_modes() has them: any, which costs what depends on modes alone
   void evaluate(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears,
                 std::span<const MovingMode> modes = {});
+  /// Where the values of tears and modes are any in their ranges, with no part in the slopes: ranges of values follow
+  /// from ranges alone, and slopes are those at any of these.
+  void evaluate_apart(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears,
+                      std::span<const MovingMode> modes);
   /// Ranges only, over a box: slopes are left at zero. @p unknowns: states(), then tears().
   void evaluate_box(const Range& time, std::span<const Range> unknowns);
   [[nodiscard]] const Jet& operator[](std::size_t root) const { return jets_[position_of_root_[root]]; }
@@ -102,6 +106,8 @@ class Enclosure {
     Partials partials;
     bool known = false;
   };
+  void put(double begin, double end, std::span<const Jet> states, std::span<const Jet> tears);
+  void move_modes(std::span<const MovingMode> modes, double half);
   void run(const Node& node, double half);
   void take_rule(Node& node) const;
   [[nodiscard]] Partials partials(const Node& node, const Range& a, const Range& b, const Range& v) const;

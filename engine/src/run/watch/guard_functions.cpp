@@ -11,6 +11,9 @@ namespace bgsim {
 
 namespace {
 
+/// Of a step, in which what no equation encloses is sampled.
+constexpr double kSampledParts = 8.0;
+
 std::vector<ExprId> guard_expressions(const Program& program) {
   std::vector<ExprId> roots;
   for (const std::uint32_t relation : program.guarded) roots.push_back(program.relations[relation].guard);
@@ -30,7 +33,10 @@ Jet parabola(double left, double middle, double right, double length) {
 }  // namespace
 
 GuardFunctions::GuardFunctions(const Program& program, std::span<const double> parameters, Owner owner)
-    : program_(program), owner_(std::move(owner)), enclosure_(program, parameters, guard_expressions(program)) {
+    : program_(program),
+      owner_(std::move(owner)),
+      enclosure_(program, parameters, guard_expressions(program)),
+      equations_(program, parameters) {
   for (std::size_t i = 0; i < program.guarded.size(); ++i) {
     const std::uint32_t relation = program.guarded[i];
     if (program.relations[relation].has_borders()) {
@@ -86,6 +92,19 @@ void GuardFunctions::begin(Integrator& integrator, std::vector<Held> held) {
   if (given_)
     for (const std::uint32_t tear : enclosure_.tears())
       unknowns_.push_back(static_cast<std::uint32_t>(program_.state_names.size()) + tear);
+  of_equations_.clear();
+  if (!is_enclosed_by_polynomials()) {
+    std::vector<std::uint32_t> relations;
+    for (std::size_t k = 0; k < held_.size(); ++k)
+      if (!held_[k].rests) relations.push_back(static_cast<std::uint32_t>(moving_[k].relation));
+    known_ = equations_.look_at(given_ ? std::vector<std::uint32_t>{} : enclosure_.tears(), std::move(relations));
+    for (std::size_t k = 0; known_ && k < equations_.states().size(); ++k) {
+      const auto at = std::find(unknowns_.begin(), unknowns_.end(), equations_.states()[k]);
+      of_equations_.push_back(static_cast<std::size_t>(at - unknowns_.begin()));
+      if (at == unknowns_.end()) unknowns_.push_back(equations_.states()[k]);
+    }
+    least_ = (integrator.time() - integrator.previous()) / kSampledParts;
+  }
   if (unknowns_.empty()) return;
   polynomial_.take(integrator.previous(), integrator.time(), integrator.order(), unknowns_, integrator.size(),
                    [&integrator](double t, double* y) { integrator.interpolate(t, y); });
@@ -145,8 +164,45 @@ bool GuardFunctions::enclose(double from, double to) {
     };
     for (std::size_t k = 0; !given_ && k < tears; ++k) tears_[k] = follow(&Solved::tears, enclosure_.tears()[k]);
     for (std::size_t k = 0; k < moving_.size(); ++k) moving_[k].over = follow(&Solved::modes, k);
+    if (known_ && !enclose_solved(from, to, {&left, &centre, &right}) && to - from > least_) {
+      const Jet unknown{0.0, kAllNumbers, kAllNumbers, 0.0, kAllNumbers};
+      for (Jet& tear : tears_)
+        if (!given_) tear = unknown;
+      for (std::size_t k = 0; k < held_.size(); ++k)
+        if (!held_[k].rests) moving_[k].over = unknown;
+    }
   }
   enclosure_.evaluate(from, to, states_, tears_, moving_);
+  return true;
+}
+
+/// In tears_ and moving_. False, with these as they are, where nothing is known.
+bool GuardFunctions::enclose_solved(double from, double to, const std::array<const Solved*, 3>& at) {
+  of_equations_over_.clear();
+  for (const std::size_t k : of_equations_) of_equations_over_.push_back(polynomial_.over(k, from, to));
+  std::vector<double> middle;
+  std::vector<Range> about;
+  const auto add = [&](double left, double centre, double right) {
+    const Range along = parabola(left, centre, right, to - from).value;
+    const double more = 0.5 * (along.upper() - along.lower());
+    middle.push_back(centre);
+    about.emplace_back(along.lower() - more, along.upper() + more);
+  };
+  const std::vector<std::uint32_t>& tears = equations_.tears();
+  for (const std::uint32_t tear : tears) add(at[0]->tears[tear], at[1]->tears[tear], at[2]->tears[tear]);
+  for (std::size_t k = 0; k < held_.size(); ++k)
+    if (!held_[k].rests) add(at[0]->modes[k], at[1]->modes[k], at[2]->modes[k]);
+  std::vector<double> modes = modes_;
+  for (std::size_t k = 0; k < held_.size(); ++k)
+    if (held_[k].rests) modes[moving_[k].relation] = at[1]->modes[k];
+  if (!equations_.enclose(from, to, of_equations_over_, modes, middle, std::move(about))) return false;
+  for (std::size_t k = 0; !given_ && k < enclosure_.tears().size(); ++k) {
+    const auto found = std::lower_bound(tears.begin(), tears.end(), enclosure_.tears()[k]);
+    tears_[k] = equations_[static_cast<std::size_t>(found - tears.begin())];
+  }
+  std::size_t next = tears.size();
+  for (std::size_t k = 0; k < held_.size(); ++k)
+    if (!held_[k].rests) moving_[k].over = equations_[next++];
   return true;
 }
 

@@ -1,6 +1,7 @@
 /// The guards of conditions along an integrator's step, enclosed.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
 #include <utility>
@@ -10,13 +11,15 @@
 #include "run/integrate/step_polynomial.hpp"
 #include "run/watch/first_crossing.hpp"
 #include "run/watch/screen.hpp"
+#include "run/watch/solved_along.hpp"
 
 namespace bgsim {
 
 /// Guards as functions of time within the last step: enclosed by the polynomials of the states, evaluated by the
 /// evaluator. Loops' variables that are no unknowns of the integrator have no polynomial, and neither have modes that
-/// are held between their sides: on a stretch they are taken to follow the parabola through their values at its ends
-/// and in its middle, with a quarter of what it bends as room on both sides.
+/// are held between their sides: they are enclosed by the equations that they solve (SolvedAlong). Where these say
+/// nothing (a law without a slope), they are taken to follow, on each eighth of the step, the parabola through their
+/// values at its ends and in its middle, with a quarter of what it bends as room on both sides.
 class GuardFunctions final : public CrossingFunctions {
  public:
   /// What the owner knows of guards. Guards are numbered as by Evaluator::guards.
@@ -67,6 +70,7 @@ class GuardFunctions final : public CrossingFunctions {
     std::vector<double> tears, modes;  ///< all tears; by held_
   };
   const Solved* solved_at(double t);
+  bool enclose_solved(double from, double to, const std::array<const Solved*, 3>& at);
   [[nodiscard]] bool is_enclosed_by_polynomials() const;
   [[nodiscard]] Jet left(std::size_t held) const;
   void hold(std::vector<Held> held);
@@ -78,14 +82,18 @@ class GuardFunctions final : public CrossingFunctions {
   Enclosure enclosure_;
   Screen screen_;
   StepPolynomial polynomial_;
-  std::vector<std::uint32_t> unknowns_;  ///< of the polynomial: the states, then the tears if these are unknowns
+  SolvedAlong equations_;
+  bool known_ = false;                     ///< equations_ hold for all that is solved for
+  std::vector<std::uint32_t> unknowns_;    ///< of the polynomial: the states, then the tears if these are unknowns
+  std::vector<std::size_t> of_equations_;  ///< positions in unknowns_ of the states that the equations depend on
+  double least_ = 0.0;                     ///< of a stretch that is taken for a parabola's only if it is shorter
   bool given_ = false;
   bool unsolved_ = false;  ///< a guard depends on a loop that no rate needs: steps come without its solution
   double middle_ = 0.0;    ///< of the stretch last enclosed
   std::vector<double> modes_;
   std::vector<std::size_t> varying_;  ///< relations of the latest free_of()
   std::vector<bool> free_;            ///< its result
-  std::vector<Jet> states_, tears_;
+  std::vector<Jet> states_, tears_, of_equations_over_;
   std::vector<Held> held_;
   std::vector<Enclosure::MovingMode> moving_;  ///< by held_
   std::vector<Solved> solved_;                 ///< within this step

@@ -7,15 +7,10 @@
 
 #include "base/lu.hpp"
 #include "expression/apply.hpp"
-#include "model/element_kinds.hpp"
+#include "program/implicit.hpp"
 
 namespace bgsim {
 namespace {
-
-bool two_sided(const Relation& relation) {
-  return relation.kind == Relation::Kind::sign || relation.kind == Relation::Kind::step ||
-         (relation.kind == Relation::Kind::condition && !relation.time_only);
-}
 
 std::vector<ExprId> guards_that_can_rest(const Program& program) {
   std::vector<ExprId> roots;
@@ -25,12 +20,6 @@ std::vector<ExprId> guards_that_can_rest(const Program& program) {
 }
 
 }  // namespace
-
-bool can_rest(const Program& program, std::uint32_t relation) {
-  const Relation& at = program.relations[relation];
-  if (!two_sided(at) || !at.where.element.valid()) return false;
-  return is_resistor(program.model->elements[at.where.element.index()].kind);
-}
 
 Stiction::Stiction(const Program& program, std::span<const double> parameters, Evaluator& evaluator,
                    const Tolerances& tolerances, double span)

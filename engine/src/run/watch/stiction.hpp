@@ -15,9 +15,6 @@
 
 namespace bgsim {
 
-/// Whether a relation is of the kind that can be held: in the law of a resistor, with two sides.
-bool can_rest(const Program& program, std::uint32_t relation);
-
 /// A guard of the law of a resistor, with its mode where that is known (see AtBorder).
 struct GuardMode {
   std::size_t guard;
