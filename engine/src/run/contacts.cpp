@@ -47,9 +47,26 @@ std::optional<Accumulation> came_to_gap(ContactHistory& history, double t, doubl
   }
   if (!(most < kShrinks) || most - least > kSteady) return std::nullopt;
   const double ratio = last / (times[kKept - 2] - times[kKept - 3]);
-  const Accumulation series{ratio, t + last * ratio / (1.0 - ratio)};
+  const Accumulation series{ratio, t + last * ratio / (1.0 - ratio), slows_down(history)};
   if (!(series.limit < stop)) return std::nullopt;
   return series;
+}
+
+bool slows_down(const ContactHistory& history) {
+  constexpr double kTimes = 2.0;  // forces change
+  const std::vector<double>& times = history.times;
+  if (times.size() < 2 || !(history.longest > 0.0)) return true;
+  const double last = times.back() - times[times.size() - 2];
+  return history.rebound * history.longest <= kTimes * last * history.fastest;
+}
+
+bool ends_with(const ContactHistory& history, double limit) {
+  constexpr double kSame = 0.1;  // of the last interval
+  const std::vector<double>& times = history.times;
+  if (times.size() < 3) return false;
+  const double last = times.back() - times[times.size() - 2],
+               ratio = last / (times[times.size() - 2] - times[times.size() - 3]);
+  return ratio < 1.0 && std::abs(times.back() + last * ratio / (1.0 - ratio) - limit) <= kSame * last;
 }
 
 std::string accumulation_note(const Element& contact, const ContactHistory& history, const Accumulation& series) {

@@ -14,6 +14,8 @@ namespace bgsim {
 struct ContactHistory {
   std::vector<double> times;  ///< the latest at which it came to its gap
   double longest = 0.0;       ///< interval between two of these
+  double fastest = 0.0;       ///< closing speed
+  double rebound = 0.0;       ///< the latest speed
   std::uint64_t impacts = 0;
 };
 
@@ -22,12 +24,20 @@ struct Accumulation {
   double ratio =
       0.0;  ///< of an interval to the one before; 0: the last flight was below what rounding leaves of its way
   double limit = 0.0;  ///< the time to which they add up
+  /// The speeds fall as the intervals do. They need not where the way becomes shorter, too: of a light body between a
+  /// heavy one that comes nearer and a wall.
+  bool slows = true;
 };
 
 /// Notes that a contact has come to its gap at @p t. Where the intervals shrink in a steady ratio, the limit is before
 /// @p stop and what is left is too short to be resolved, that series.
 /// @param early  flights count as too short that are by this factor longer
 std::optional<Accumulation> came_to_gap(ContactHistory& history, double t, double start, double stop, double early);
+
+/// Whether the speeds of the contact have fallen as the last interval has, as those of a body under a force do.
+bool slows_down(const ContactHistory& history);
+/// The time at which a contact that has none now comes to the end of its series, if that is as good as @p limit.
+bool ends_with(const ContactHistory& history, double limit);
 
 /// A line for the report: the contact closes for good.
 std::string accumulation_note(const Element& contact, const ContactHistory& history, const Accumulation& series);

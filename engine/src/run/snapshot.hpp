@@ -169,7 +169,7 @@ class SnapshotReader {
   const nlohmann::ordered_json& json_;
 };
 
-inline constexpr int kSnapshotFormat = 10;
+inline constexpr int kSnapshotFormat = 11;
 
 /// What a snapshot is valid for: program, scene, method and tolerances, but for output times and the end of the scene.
 /// Equal programs give equal texts on all machines.

@@ -29,6 +29,8 @@ bool SwitchedRun::take_impact() {
       if (!kick_[i]) continue;
       names.push_back(element.name);
       ++contacts_[i].impacts;
+      contacts_[i].rebound = std::abs(*kick_[i]);
+      contacts_[i].fastest = std::max(contacts_[i].fastest, closing_[i]);
       ++result_.report.impacts;
     }
     Evaluator& evaluator = evaluators_.of(program, parameters);
@@ -131,8 +133,11 @@ bool SwitchedRun::look_at_contacts(const Program& program) {
         came_to_gap(contacts_[i], stored_.t, inputs_.start, inputs_.stop, inputs_.early_closing);
     const double early = inputs_.early_closing * inputs_.early_closing;  // of the height
     const bool lost = !flight_.empty() && flight_[i] > 0.0 && flight_[i] < early * least_flight_[i];
-    if (lost && !series) series = Accumulation{0.0, stored_.t};
+    if (lost && !series) series = Accumulation{0.0, stored_.t, slows_down(contacts_[i])};
     if (!series) continue;
+    // Where another series ends there as well, and the speeds are not those of a rest, the ways between the impacts
+    // come to their end first: what is left happens at that instant, impact by impact.
+    if (!series->slows && ends_with_others(program, i, *series)) continue;
     if (!inputs_.close_zeno) return fail(accumulation_failure(element, contacts_[i], *series));
     if (variation_ && !variation_->close(i, *series)) return fail(accumulation_variation_failure(element, stored_.t));
     if (++accumulations_ <= kNotedAccumulations)
@@ -143,9 +148,17 @@ bool SwitchedRun::look_at_contacts(const Program& program) {
     rests_[i] = series->limit;
     if (variation_) rest_moves_[i] = variation_->instant();
     contacts_[i].times.clear();
-    contacts_[i].longest = 0.0;
+    contacts_[i].longest = contacts_[i].fastest = 0.0;
   }
   return true;
+}
+
+bool SwitchedRun::ends_with_others(const Program& program, std::size_t contact, const Accumulation& series) const {
+  const std::vector<ElementId> elements = diode_elements(*program.model);
+  for (std::size_t i = 0; i < diodes_.size(); ++i)
+    if (i != contact && program.model->elements[elements[i].index()].contact && ends_with(contacts_[i], series.limit))
+      return true;
+  return false;
 }
 
 }  // namespace bgsim

@@ -149,6 +149,8 @@ class SwitchedRun {
   /// Counts an impact of this instant. True where closing speeds have become nothing beside the first, or impacts have
   /// no end: then the sides are to be found again, for what is left of all.
   bool ends_sequence(const DiodeSides& sides);
+  /// Whether the series of another contact ends with that of this one.
+  [[nodiscard]] bool ends_with_others(const Program& program, std::size_t contact, const Accumulation& series) const;
 
   /// Whether sides can be found by trying: that knows no restitution, and helps nobody whose model is at fault.
   [[nodiscard]] bool may_try(const DiodeNetwork& network, const DiodeSides& sides) const;

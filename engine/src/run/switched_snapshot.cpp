@@ -64,6 +64,8 @@ template <class Archive>
 void carry(Archive& archive, ContactHistory& history) {
   archive("times", history.times);
   archive("longest", history.longest);
+  archive("fastest", history.fastest);
+  archive("rebound", history.rebound);
   archive("impacts", history.impacts);
 }
 
