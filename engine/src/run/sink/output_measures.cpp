@@ -277,12 +277,16 @@ void OutputMeasures::add_piece(const Piece& piece, int order, std::size_t depth,
     size_[i].add(piece.size[i]);
     // The first of the piece: conditions do not change within it.
     if (!measures_[i].nonzero_at && piece.samples[2].row[i] != 0.0) measures_[i].nonzero_at = piece.from;
+    extremes_.clear();
     look_for_extreme(piece.samples, i, 1.0, solution);
     look_for_extreme(piece.samples, i, -1.0, solution);
+    // In the order of time: what is lower before a peak is no valley behind it, after which comes another one.
+    std::sort(extremes_.begin(), extremes_.end());
+    for (const auto& [t, value] : extremes_) take(i, t, value);
   }
 }
 
-/// The piece's largest value of sign * output, if it may be the largest so far.
+/// The piece's largest value of sign * output, if it may be the largest so far: to extremes_.
 void OutputMeasures::look_for_extreme(const std::vector<Sample>& samples, std::size_t output, double sign,
                                       const Solution& solution) {
   std::size_t best = 0;
@@ -292,8 +296,9 @@ void OutputMeasures::look_for_extreme(const std::vector<Sample>& samples, std::s
     least = std::min(least, sign * samples[k].row[output]);
   }
   const OutputMeasure& known = measures_[output];
-  const double value = sign * samples[best].row[output], so_far = sign * (sign > 0.0 ? known.most : known.least);
-  take(output, samples[best].t, samples[best].row[output]);
+  const double value = sign * samples[best].row[output];
+  const double so_far = std::max(value, sign * (sign > 0.0 ? known.most : known.least));
+  extremes_.emplace_back(samples[best].t, samples[best].row[output]);
   // What lies between the samples exceeds them by less than they differ.
   const bool inner = best > 0 && best + 1 < samples.size();
   if (!inner || !(value > least) || value + (value - least) <= so_far) return;
@@ -309,7 +314,7 @@ void OutputMeasures::look_for_extreme(const std::vector<Sample>& samples, std::s
   std::uintmax_t most_evaluations = 40;
   const auto [part, negative] =
       boost::math::tools::brent_find_minima(lower, 0.0, 1.0, kHalfTheDigits, most_evaluations);
-  if (measuring_) take(output, from + part * length, -sign * negative);
+  if (measuring_) extremes_.emplace_back(from + part * length, -sign * negative);
 }
 
 void OutputMeasures::take(std::size_t output, double t, double value) {

@@ -103,6 +103,7 @@ class OutputMeasures {
   std::vector<OutputMeasure> measures_;
   std::vector<CompensatedSum> integral_, square_, size_, left_;  ///< left: differences from the halves
   std::vector<std::array<Peak, 2>> peaks_;
+  std::vector<std::pair<double, double>> extremes_;  ///< of a piece: time, value
 };
 
 /// What two parts of a run that follow each other measured, as one.
