@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "run/failures.hpp"
 #include "run/run.hpp"
 #include "run/sink/trajectory.hpp"
 
@@ -16,7 +17,10 @@ bool Run::take_time_event() {
   jumped_at_ = t_;
   continuity_.before(t_, x_.data(), branch_);
   const Branch before = differentiates() ? branch_ : Branch{};
-  if (auto singularity = schedule_.pass(t_, branch_)) return fail(std::move(*singularity));
+  const Branch on_the_way = branch_;
+  for (const std::size_t relation : schedule_.pass(t_, branch_))
+    if (events_.is_singular(relation, t_, known_from_.empty() ? x_ : known_from_, on_the_way))
+      return fail(singularity_failure(program_, relation, t_));
   delays_.pass(t_);
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());
   if (differentiates() && !vary_event(before, {})) return false;

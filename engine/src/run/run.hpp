@@ -237,7 +237,8 @@ class Run {
   double strayed_at_ = 0.0;          ///< where a step last had to be made again for a loop's sake
   int strayed_ = 0;                  ///< how often there
   std::optional<double> next_known_;
-  std::vector<double> y_;  ///< scratch
+  std::vector<double> known_from_;  ///< states where the run began to go there
+  std::vector<double> y_;           ///< scratch
   std::vector<double> leaves_, diodes_, known_scales_;
   bool known_events_ = false;
   bool left_mode_ = false, left_by_states_ = false, follows_another_ = false;

@@ -68,6 +68,11 @@ class EventWatch {
   /// False if there is no such guard, or failure() where it comes back again and again.
   bool take_across(double t, const double* x, Branch& branch);
 
+  /// Whether a denominator of time alone that is zero at @p t leaves a rate without a bound: not in a branch of a
+  /// condition that is not taken there.
+  /// @param x  any states that are not yet those behind the singularity; @param branch  as it is before @p t
+  bool is_singular(std::size_t relation, double t, const std::vector<double>& x, const Branch& branch);
+
   /// The relation of a denominator that has fallen to next to nothing of what it was where a run cannot go on at (t,
   /// x). None if there is no such one.
   [[nodiscard]] std::optional<std::size_t> singularity_ahead(double t, const double* x, Branch branch);

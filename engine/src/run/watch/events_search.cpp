@@ -270,6 +270,16 @@ EventWatch::Search EventWatch::check_denominators(Integrator& integrator) {
   return outcome;
 }
 
+bool EventWatch::is_singular(std::size_t relation, double t, const std::vector<double>& x, const Branch& branch) {
+  if (program_.relations[relation].structural) return true;
+  constexpr double kRoundings = 1e4 * 0x1p-52, kOfScene = 1e-12;
+  probe_ = branch;
+  const Approach line{t, std::max(kRoundings * std::abs(t), kOfScene * span_), x, std::vector<double>(x.size(), 0.0)};
+  return grows_without_bound(line, program_.state_names.size(), [this](double at, const double* y, double* rates) {
+    return prepare(at, y, probe_) && evaluator_.rates(at, y, probe_, rates);
+  });
+}
+
 /// To the event, from where the integrator's last step begins.
 Approach EventWatch::approach(Integrator& integrator) {
   constexpr double kLast = 1e-12, kRoundings = 1e4 * 0x1p-52;  // the event's own time is known to some roundings

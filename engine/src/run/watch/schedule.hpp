@@ -26,8 +26,8 @@ class Schedule {
   /// events.
   [[nodiscard]] std::vector<double> samples(double t) const;
   /// Sets the modes of conditions on time to those beyond @p t.
-  /// @return  BG613: a denominator that depends on time alone reaches zero there.
-  std::optional<Diagnostic> pass(double t, Branch& branch) const;
+  /// @return  relations: denominators that depend on time alone and are zero there
+  std::vector<std::size_t> pass(double t, Branch& branch) const;
 
  private:
   const Program& program_;
