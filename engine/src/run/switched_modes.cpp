@@ -103,9 +103,9 @@ Diagnostic SwitchedRun::not_allowed(const ModelError& error) const {
 }
 
 double SwitchedRun::energy_of_rounding(const Jump& jump) const {
-  // Speeds that are rounding of those the run has had carry so much of its energy, and follow no law.
-  constexpr double kOfRounding = std::numeric_limits<double>::epsilon() * std::numeric_limits<double>::epsilon();
-  return kRounding * jump.scale + kOfRounding * result_.report.energy.turnover;
+  // Speeds that are some roundings of those the run has had carry so much of its energy, and follow no law.
+  constexpr double kRoundings = 64.0 * std::numeric_limits<double>::epsilon();
+  return kRounding * jump.scale + kRoundings * kRoundings * result_.report.energy.turnover;
 }
 
 bool SwitchedRun::jump_into_mode(const Program& program, bool& moved) {

@@ -103,9 +103,14 @@ std::vector<Branch> other_sides(const Relation& relation, std::size_t r, const B
   return result;
 }
 
-bool same_rates(const std::vector<double>& one, const std::vector<double>& other) {
-  for (std::size_t i = 0; i < one.size(); ++i)
-    if (!(std::abs(one[i] - other[i]) <= kSame * std::max(std::abs(one[i]), std::abs(other[i])))) return false;
+/// A difference that moves a state by as little of itself over the whole scene is none, either: where a flow turns back
+/// its rate is 0 on both sides, and what is left of it rounding.
+bool same_rates(const std::vector<double>& one, const std::vector<double>& other, std::span<const double> x,
+                double span) {
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    const double least = i < x.size() && span > 0.0 ? std::abs(x[i]) / span : 0.0;
+    if (!(std::abs(one[i] - other[i]) <= kSame * std::max({std::abs(one[i]), std::abs(other[i]), least}))) return false;
+  }
   return true;
 }
 
@@ -129,7 +134,8 @@ bool VariationEvents::matters(Evaluator& evaluator, const GuardSlopes& guards, d
     for (const Change& change : changes_)
       if (same_instant(guards, change.instant, instant))
         with.modes[change.relation] = first ? change.after : change.before;
-    if (!rates(evaluator, t, x, without, own) || !rates(evaluator, t, x, with, others) || !same_rates(own, others))
+    if (!rates(evaluator, t, x, without, own) || !rates(evaluator, t, x, with, others) ||
+        !same_rates(own, others, std::span(x).first(states_), span_))
       return true;
   }
   return false;
@@ -151,7 +157,8 @@ std::optional<Diagnostic> VariationEvents::begin(Evaluator& evaluator, GuardSlop
     if (std::all_of(moves.begin(), moves.end(), [](double by) { return by == 0.0; })) continue;
     bool jumps = sets;
     for (Branch& other : other_sides(relation, r, branch))
-      jumps = jumps || !rates(evaluator, t, x, other, others) || !same_rates(own, others);
+      jumps = jumps || !rates(evaluator, t, x, other, others) ||
+              !same_rates(own, others, std::span(x).first(states_), span_);
     if (jumps)
       return failure(program, r, t, "which is the start, and moves away from it with the parameter",
                      "what lies before the start has no part in the run, so the derivatives of both sides differ",
@@ -180,7 +187,7 @@ std::optional<VariationEvents::Jump> VariationEvents::take(Evaluator& evaluator,
                       "write laws that have a value, and a slope, at the border of their condition");
     return std::nullopt;
   }
-  const bool jumps = !same_rates(left, right);
+  const bool jumps = !same_rates(left, right, std::span(x).first(states_), span_);
   if (!start_ || t - time_ > kAtOnce * span_) {
     start_ = before;
     changes_.clear();
