@@ -314,3 +314,27 @@ TEST_CASE("balls that fall on each other on a floor come to rest as impact by im
       }
     }
 }
+
+TEST_CASE("impacts at speeds of rounding create no energy") {
+  // Three balls on each other that come to rest, one impact after the other: at speeds of 1e-14 an impact was refused
+  // for 2e-29 of 10 of energy (BG621).
+  const RunResult run = Study::from_text(R"j({ "bgsim": 1, "name": "stack", "elements": {
+      "b0": { "kind": "1" }, "m0": { "kind": "I", "inertance": 1.659 }, "b1": { "kind": "1" },
+      "m1": { "kind": "I", "inertance": 0.1111 }, "b2": { "kind": "1" }, "m2": { "kind": "I", "inertance": 1.402 },
+      "F0": { "kind": "Se", "effort": 16.27479 }, "F1": { "kind": "Se", "effort": 1.089891 },
+      "F2": { "kind": "Se", "effort": 13.75362 }, "r1": { "kind": "0" }, "r2": { "kind": "0" },
+      "c0": { "kind": "contact", "gap": 0, "restitution": 0.7, "initial": { "q": -0.3396 } },
+      "c1": { "kind": "contact", "gap": 0, "restitution": 0.3, "initial": { "q": 0 } },
+      "c2": { "kind": "contact", "gap": 0, "restitution": 0.9, "initial": { "q": 0 } } },
+    "bonds": [ { "from": "b0", "to": "m0" }, { "from": "b1", "to": "m1" }, { "from": "b2", "to": "m2" },
+      { "from": "F0", "to": "b0" }, { "from": "F1", "to": "b1" }, { "from": "F2", "to": "b2" },
+      { "from": "b0", "to": "c0" }, { "from": "r1", "to": "c1" }, { "from": "r1", "to": "b0" },
+      { "from": "b1", "to": "r1" }, { "from": "r2", "to": "c2" }, { "from": "r2", "to": "b1" },
+      { "from": "b2", "to": "r2" } ],
+    "outputs": { "v0": "b0.f", "v1": "b1.f", "v2": "b2.f" },
+    "scenes": { "main": { "stop": 1.673, "samples": 501, "impacts": "sequential" } } })j")
+                            .scene()
+                            .simulate(one_run());
+  REQUIRE(run.stop == StopReason::completed);
+  for (const char* const ball : {"v0", "v1", "v2"}) CHECK(std::abs(last(run, ball)) < 1e-12);  // at rest
+}

@@ -16,6 +16,8 @@ namespace {
 constexpr std::size_t kMostComparedRows = 20'000;
 /// Seconds: a longer run is not made a second time unasked.
 constexpr double kLongestRepeated = 10.0;
+/// The second run may take that and so many times the first one.
+constexpr double kTimesTheFirst = 4.0;
 /// Tolerances below this have none of a tenth that rounding allows: the second run has a looser one.
 constexpr double kLoosensBelow = 1e-12;
 constexpr double kSecondTolerance = 0.1;
@@ -105,6 +107,9 @@ void SecondRun::estimate(RunResult& result, double seconds, const Runner& run) {
   how.energy_audit = how.error_estimate = false;
   how.longest_run = options_.longest_run;
   if (options_.time_limit > 0.0) how.time_limit = std::max(1e-9, options_.time_limit - seconds);
+  // Impacts that come to rest in one run may go on in the other, and that was not asked for.
+  const double worth = kLongestRepeated + kTimesTheFirst * seconds;
+  if (options_.longest_run > 0.0 && !(how.time_limit > 0.0 && how.time_limit < worth)) how.time_limit = worth;
   how.progress = options_.progress;
   EventTimes events;
   how.events = [&events](const RunEvent& event) { events.take(event); };
