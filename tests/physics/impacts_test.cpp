@@ -338,3 +338,9 @@ TEST_CASE("impacts at speeds of rounding create no energy") {
   REQUIRE(run.stop == StopReason::completed);
   for (const char* const ball : {"v0", "v1", "v2"}) CHECK(std::abs(last(run, ball)) < 1e-12);  // at rest
 }
+
+TEST_CASE("a speed whose square is beyond the range of numbers has no size that the problem is scaled by") {
+  // The exponent of an infinite number overflowed.
+  const RunResult run = study_of("models/cradle.json").scene("", with_parameters({"v=-1e308"})).simulate(one_run());
+  CHECK(run.stop == StopReason::completed);
+}

@@ -393,7 +393,7 @@ class Sides {
   /// Flows and efforts as parts of what each diode's own come to, so that neither the units nor the part of the model
   /// that a diode is in decides what is large.
   [[nodiscard]] ComplementarityUnits units() const {
-    const auto exponent = [](double size) { return size > 0.0 ? std::ilogb(size) : 0; };
+    const auto exponent = [](double size) { return size > 0.0 && std::isfinite(size) ? std::ilogb(size) : 0; };
     const std::vector<int> none(pair_of(border_.size()), 0);
     ComplementarityUnits units{none, none, none};
     for (std::size_t i = 0; i < n_; ++i) {
