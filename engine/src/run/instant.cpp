@@ -17,9 +17,11 @@ bool Run::take_time_event() {
   jumped_at_ = t_;
   continuity_.before(t_, x_.data(), branch_);
   const Branch before = differentiates() ? branch_ : Branch{};
-  const Branch on_the_way = branch_;
-  for (const std::size_t relation : schedule_.pass(t_, branch_))
-    if (events_.is_singular(relation, t_, known_from_.empty() ? x_ : known_from_, on_the_way))
+  const Branch on_the_way = schedule_.denominators().empty() ? Branch{} : branch_;
+  schedule_.pass(t_, branch_);
+  for (const std::size_t relation : schedule_.denominators())
+    if (branch_.modes[relation] != on_the_way.modes[relation] &&
+        events_.is_singular(relation, t_, known_from_.empty() ? x_ : known_from_, on_the_way))
       return fail(singularity_failure(program_, relation, t_));
   delays_.pass(t_);
   if (!events_.settle(t_, x_.data(), branch_)) return fail(*events_.failure());

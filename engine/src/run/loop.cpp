@@ -40,7 +40,7 @@ bool Run::integrate() {
     if (!(t_ < inputs_.stop)) return true;
     next_known_ = schedule_.next(t_);
     if (const auto late = delays_.next(t_); late && (!next_known_ || *late < *next_known_)) next_known_ = late;
-    known_from_ = x_;
+    if (!schedule_.denominators().empty()) known_from_ = x_;
     if (!integrate_to(next_known_.value_or(inputs_.stop))) return false;
   }
 }

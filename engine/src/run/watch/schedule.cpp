@@ -38,15 +38,4 @@ std::vector<double> Schedule::samples(double t) const {
   return times;
 }
 
-std::vector<std::size_t> Schedule::pass(double t, Branch& branch) const {
-  const std::vector<double> before = branch.modes;
-  evaluator_.set_time_modes(t, branch);
-  std::vector<std::size_t> zeros;
-  for (std::size_t i = 0; i < program_.relations.size(); ++i)
-    if (program_.relations[i].kind == Relation::Kind::denominator && program_.relations[i].time_only &&
-        branch.modes[i] != before[i])
-      zeros.push_back(i);
-  return zeros;
-}
-
 }  // namespace bgsim

@@ -13,7 +13,11 @@ namespace bgsim {
 class Schedule {
  public:
   Schedule(const Program& program, Evaluator& evaluator, const RunInputs& inputs)
-      : program_(program), evaluator_(evaluator), inputs_(inputs) {}
+      : program_(program), evaluator_(evaluator), inputs_(inputs) {
+    for (std::size_t i = 0; i < program.relations.size(); ++i)
+      if (program.relations[i].kind == Relation::Kind::denominator && program.relations[i].time_only)
+        denominators_.push_back(i);
+  }
 
   /// Looks for the sources' pulses. To be called once, before the first step; cost as plan_sources.
   /// @return  BG615: a pulse that double precision cannot follow.
@@ -26,14 +30,16 @@ class Schedule {
   /// events.
   [[nodiscard]] std::vector<double> samples(double t) const;
   /// Sets the modes of conditions on time to those beyond @p t.
-  /// @return  relations: denominators that depend on time alone and are zero there
-  std::vector<std::size_t> pass(double t, Branch& branch) const;
+  void pass(double t, Branch& branch) const { evaluator_.set_time_modes(t, branch); }
+  /// Denominators that depend on time alone, as relations.
+  [[nodiscard]] const std::vector<std::size_t>& denominators() const { return denominators_; }
 
  private:
   const Program& program_;
   Evaluator& evaluator_;
   const RunInputs& inputs_;
   SourcePlan sources_;
+  std::vector<std::size_t> denominators_;
 };
 
 }  // namespace bgsim
