@@ -462,3 +462,19 @@ TEST_CASE("sensitivities where a flow turns back through laws with a kink in the
     CHECK(std::abs(derivatives(body, {"K"}, SensitivityNorm::mean).front() - exact) <= 1e-7 * std::abs(exact));
   }
 }
+
+TEST_CASE("adjoint sensitivities where a source's step turns the flows of a loop back") {
+  // Two compartments behind an airway, with Rohrer's resistances: the adjoint equations freeze the sign of f*abs(f),
+  // and with that of before the step the loop has no solution (BG602). By both methods.
+  const std::string body = R"j("parameters": { "K1": 1.2, "K2": 0.8, "Rb": 1.9, "C": 0.05 }, "elements": {
+      "vent": { "kind": "Se", "effort": "if(t < 1.5, 15, 5)" }, "aw": { "kind": "1" },
+      "r0": { "kind": "R", "law": "e = K1*f + K2*f*abs(f)" }, "n": { "kind": "0" }, "b": { "kind": "1" },
+      "rb": { "kind": "R", "law": "e = Rb*f + 0.5*f*abs(f)" }, "cb": { "kind": "C", "capacitance": "C" },
+      "a": { "kind": "1" }, "ra": { "kind": "R", "resistance": 1.8 }, "ca": { "kind": "C", "capacitance": "C" } },
+    "bonds": [ { "from": "vent", "to": "aw" }, { "from": "aw", "to": "r0" }, { "from": "aw", "to": "n" },
+      { "from": "n", "to": "a" }, { "from": "n", "to": "b" }, { "from": "b", "to": "rb" }, { "from": "b", "to": "cb" },
+      { "from": "a", "to": "ra" }, { "from": "a", "to": "ca" } ],
+    "outputs": { "V": "cb.q" }, "scenes": { "main": { "stop": 6, "samples": 11 } })j";
+  for (const SensitivityNorm norm : {SensitivityNorm::mean, SensitivityNorm::final})
+    for (const double derivative : derivatives(body, {"K1", "C"}, norm)) CHECK(std::isfinite(derivative));
+}

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "run/failures.hpp"
 
@@ -103,8 +104,10 @@ bool EventWatch::settle(double t, const double* x, Branch& branch) {
       most += program_.pool.table(program_.relations[relation_[i]].table).x.size();
   release_what_jumped(t, x, branch);
   constexpr std::size_t kRoundsToHold = 50;
+  bool searched = false;
   for (std::size_t round = 0; round < most; ++round) {
-    if (!guards(t, x, branch, values_)) return fail_with_fault();
+    if (!guards(t, x, branch, values_) && (std::exchange(searched, true) || !find_modes(t, x, branch)))
+      return fail_with_fault();
     for (std::size_t i = 0; i < largest_.size(); ++i) largest_[i] = std::max(largest_[i], std::abs(values_[i]));
     for (std::size_t i = 0; i < hold_.size(); ++i)
       if (std::isinf(hold_[i])) hold_[i] = std::max(kSetOut, 4.0 * std::abs(values_[i]));
@@ -118,6 +121,19 @@ bool EventWatch::settle(double t, const double* x, Branch& branch) {
   }
   failure_ = contradiction_failure(program_, recent_relations(), t);
   return false;
+}
+
+/// Where loops have no solution with the modes as they are (a source jumps, and the flow through f*abs(f) turns back),
+/// takes the modes that the search at a start finds, with the guards in values_. False if it finds none, or where modes
+/// depend on more than the point.
+bool EventWatch::find_modes(double t, const double* x, Branch& branch) {
+  if (holding()) return false;
+  Branch found = branch;
+  if (!evaluator_.initialize_modes(t, x, found) || !evaluator_.guards(t, x, found, values_.data())) return false;
+  branch = std::move(found);
+  for (std::size_t i = 0; i < side_.size(); ++i)
+    if (!border_[i]) side_[i] = sign_of(values_[i]);
+  return true;
 }
 
 /// A guard that has changed here and is back, by no more than what a loop's solution differs from solve to solve, has

@@ -202,6 +202,7 @@ class EventWatch {
   bool change(const std::vector<double>& values, Branch& branch);
   bool guards(double t, const double* x, Branch& branch, std::vector<double>& values);
   bool evaluate(Integrator& integrator, double t, std::vector<double>& values);
+  bool find_modes(double t, const double* x, Branch& branch);
   void keep_what_only_wavers(const Branch& branch);
   void keep_what_is_nothing(double t, const double* x, const Branch& branch);
   void release_what_jumped(double t, const double* x, Branch& branch);
