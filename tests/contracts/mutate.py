@@ -271,6 +271,8 @@ def one(number):
 
 
 def main():
+    # A shell that starts this in the background has SIGINT ignored, and so would the commands that are interrupted.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("command")
     parser.add_argument("source")
