@@ -19,9 +19,9 @@ struct Dips {
   [[nodiscard]] std::string text() const {
     return "(0.5 + " + std::to_string(depth) + "*cos(" + std::to_string(frequency) + "*t))";
   }
-  /// How far a mass of 1 slips up to @p stop. It breaks loose where the limit falls below the pull, and holds again
+  /// How far a mass of 1 slides up to @p stop. It breaks loose where the limit falls below the pull, and holds again
   /// where the speed comes back to 0.
-  [[nodiscard]] double slipped(double stop) const {
+  [[nodiscard]] double slides_by(double stop) const {
     const double angle = std::acos((pull - 0.5) / depth);
     double way = 0.0;
     for (int turn = 0;; ++turn) {
@@ -88,12 +88,12 @@ constexpr Method kMethods[] = {Method::automatic, Method::bdf,  Method::ida,
 }  // namespace
 
 TEST_CASE("a brake whose limit dips below what it holds lets go each time") {
-  // Nothing moves while it holds, so steps are as long as the scene allows: up to four of five slips were passed over.
-  // A slip is found to the doubles; what is slipped is integrated: `dirk5` is off by up to 1.1e-4 of it at 1e-6.
+  // Nothing moves while it holds, so steps are as long as the scene allows: times at which it slides were passed over.
+  // They are found to the doubles; the way is integrated: `dirk5` is off by up to 1.1e-4 of it at 1e-6.
   std::mt19937 random(15);
   for (std::uint64_t round = 0; round < share_of(40); ++round) {
     const Dips dips = random_dips(random);
-    const double expected = dips.slipped(10.0);
+    const double expected = dips.slides_by(10.0);
     for (const Method method : kMethods)
       for (const std::string law : {"sign(f)", "if(f > 0, 1, -1)", "(2*step(f) - 1)"}) {
         INFO(block(dips, law) << " by " << method_name(method));
@@ -108,7 +108,7 @@ TEST_CASE("two clutches that hold, one of which dips, let go each time, also bes
   std::mt19937 random(16);
   for (std::uint64_t round = 0; round < share_of(20); ++round) {
     const Dips dips = random_dips(random);
-    const double expected = dips.slipped(10.0);
+    const double expected = dips.slides_by(10.0);
     for (const bool loop : {false, true})
       for (const Method method : kMethods) {
         INFO(tied_blocks(dips, loop) << " by " << method_name(method));
