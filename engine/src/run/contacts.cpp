@@ -1,6 +1,8 @@
 #include "run/contacts.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "base/codes.hpp"
 #include "base/text.hpp"
@@ -26,6 +28,13 @@ std::string series_words(const ContactHistory& history, const Accumulation& seri
   return impacts + "each interval " + number_text(series.ratio, 4) + " of the one before";
 }
 
+/// Of a series whose last two intervals are those between the last three of these times.
+std::pair<double, double> ratio_and_limit(const std::vector<double>& times) {
+  const std::size_t n = times.size();
+  const double last = times[n - 1] - times[n - 2], ratio = last / (times[n - 2] - times[n - 3]);
+  return {ratio, times[n - 1] + last * ratio / (1.0 - ratio)};
+}
+
 }  // namespace
 
 std::optional<Accumulation> came_to_gap(ContactHistory& history, double t, double start, double stop, double early) {
@@ -46,8 +55,8 @@ std::optional<Accumulation> came_to_gap(ContactHistory& history, double t, doubl
     most = std::max(most, ratio);
   }
   if (!(most < kShrinks) || most - least > kSteady) return std::nullopt;
-  const double ratio = last / (times[kKept - 2] - times[kKept - 3]);
-  const Accumulation series{ratio, t + last * ratio / (1.0 - ratio), slows_down(history)};
+  const auto [ratio, limit] = ratio_and_limit(times);
+  const Accumulation series{ratio, limit, slows_down(history)};
   if (!(series.limit < stop)) return std::nullopt;
   return series;
 }
@@ -64,9 +73,8 @@ bool ends_with(const ContactHistory& history, double limit) {
   constexpr double kSame = 0.1;  // of the last interval
   const std::vector<double>& times = history.times;
   if (times.size() < 3) return false;
-  const double last = times.back() - times[times.size() - 2],
-               ratio = last / (times[times.size() - 2] - times[times.size() - 3]);
-  return ratio < 1.0 && std::abs(times.back() + last * ratio / (1.0 - ratio) - limit) <= kSame * last;
+  const auto [ratio, own] = ratio_and_limit(times);
+  return ratio < 1.0 && std::abs(own - limit) <= kSame * (times.back() - times[times.size() - 2]);
 }
 
 std::string accumulation_note(const Element& contact, const ContactHistory& history, const Accumulation& series) {

@@ -20,7 +20,8 @@ double magnitude(const Range& range) { return std::max(std::fabs(range.lower()),
 
 bool SolvedAlong::look_at(std::vector<std::uint32_t> tears, std::vector<std::uint32_t> relations) {
   std::sort(tears.begin(), tears.end());
-  if (equations_ && asked_ == tears && relations_ == relations) return known_;
+  if (looked_ && asked_ == tears && relations_ == relations) return known_;
+  looked_ = true;
   asked_ = std::move(tears);
   relations_ = std::move(relations);
   // Loops depend on those before them.
@@ -80,10 +81,7 @@ bool SolvedAlong::take(const std::vector<std::uint32_t>& tears) {
 }
 
 void SolvedAlong::put(std::span<const double> middle, const std::vector<Range>& ranges) {
-  const auto jet = [&](std::size_t k) {
-    Jet at{middle[k], ranges[k], Range(0.0, 0.0), 0.0, Range(0.0, 0.0)};
-    return at;
-  };
+  const auto jet = [&](std::size_t k) { return Jet{middle[k], ranges[k], Range(0.0, 0.0), 0.0, Range(0.0, 0.0)}; };
   tear_jets_.clear();
   for (const std::uint32_t tear : equations_->tears()) {
     const auto at = std::lower_bound(tears_.begin(), tears_.end(), tear);

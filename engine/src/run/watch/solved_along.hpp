@@ -51,7 +51,7 @@ class SolvedAlong {
   const Program& program_;
   std::span<const double> parameters_;
   std::vector<std::uint32_t> asked_, tears_, relations_, states_;
-  bool known_ = false;
+  bool looked_ = false, known_ = false;
   std::optional<Enclosure> equations_;  ///< the values, then the partials
   std::vector<Partial> partials_;
   std::vector<Jet> tear_jets_, found_;
