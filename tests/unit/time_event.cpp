@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "program/known_times.hpp"
 #include "support/expression_world.hpp"
 #include "support/rounds.hpp"
 
@@ -310,4 +311,37 @@ TEST_CASE("a relation of time that is kept for many searches gives the same as a
       CHECK(kept.value_just_after(t) == value_just_after(e.world.pool, relation, World::id(0), e.parameters, t));
     }
   }
+}
+
+TEST_CASE("a guess where a condition on time changes next finds what a search without one does") {
+  // The first three repeat with one or two distances; the others break that: a narrow pulse at the guess or just before
+  // it, one edge less, distances that shrink, steps by more than one. Where they break it the guess is in vain.
+  Events e;
+  e.parameters[1] = 2e-5;
+  int near = 0;
+  for (const std::string text : {"if(t/x - floor(t/x) < 0.3, 1, 0)", "floor(t/x)", "if(sin(t/(3*x)) > 0.2, 1, 0)",
+                                 "if(mod(t, x) < 0.5*x or abs(t - 50.1*x) < 1e-12*x, 1, 0)",
+                                 "if(mod(t, x) < 0.5*x and abs(t - 70*x) > 1e-9*x, 1, 0)",
+                                 "if(mod(t, x) < 0.5*x and not (t > 80.2*x and t < 82.2*x), 1, 0)",
+                                 "if(sin(t^2/x^2) > 0.2, 1, 0)", "floor(t/x) + floor(t/(7*x))"}) {
+    INFO(text);
+    const ExprId relation = e.relation(text);
+    RelationOfTime with(e.world.pool, relation, World::id(0), e.parameters),
+        without(e.world.pool, relation, World::id(0), e.parameters);
+    KnownTime known;
+    const double stop = 100.0 * e.parameters[1];
+    double t = 0.0;
+    for (int changes = 0; changes < 4000; ++changes) {
+      TimeSearch search{known.guess(t), {}};
+      const auto next = with.next_change(t, stop, &search);
+      const auto searched = without.next_change(t, stop);
+      REQUIRE(next == searched);
+      if (!next) break;
+      if (search.guess && std::abs(*next - *search.guess) <= 16.0 * (*next - before(*next))) ++near;
+      t = *next;
+      known.take_change(t);
+    }
+    CHECK(t > 0.9 * stop);
+  }
+  CHECK(near > 800);  // of which the most are of the first six
 }

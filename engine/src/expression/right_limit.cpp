@@ -50,7 +50,14 @@ struct RightLimits::Limit {
     next_.resize(nodes_.size());
   }
 
+  /// The next change after an instant and the value just after it are asked for one after the other.
   std::optional<RightLimit> at(double after) {
+    if (after_ != after) latest_ = found_at(after);
+    return latest_;
+  }
+
+ private:
+  std::optional<RightLimit> found_at(double after) {
     after_ = after;
     if (tables_ || !hides()) return std::nullopt;
     pool_.emplace();
@@ -71,7 +78,6 @@ struct RightLimits::Limit {
     return std::isnan(result.value) ? std::nullopt : std::optional(result);
   }
 
- private:
   /// Whether something is exactly at its border at the instant and at the next double, too.
   [[nodiscard]] bool hides() {
     bool found = false;
@@ -165,7 +171,8 @@ struct RightLimits::Limit {
 
   const ExprPool& from_;
   SymbolId time_;
-  double after_ = 0.0;
+  double after_ = std::numeric_limits<double>::quiet_NaN();
+  std::optional<RightLimit> latest_;  ///< at after_
   std::vector<double> values_;
   std::vector<ExprId> nodes_;                            ///< of the relation, arguments first
   std::vector<char> depends_;                            ///< by node: on time

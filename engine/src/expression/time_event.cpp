@@ -13,6 +13,7 @@ constexpr double kCrawl = 1.0 / 16384.0;       ///< of the best progress so far:
 constexpr std::size_t kMostWork = 20'000'000;  ///< operations of one search
 constexpr std::size_t kFewestTrials = 10'000;  ///< of one search, however long the relation is
 constexpr double kNoticed = 1e-6;  ///< part of the stretch searched: more than this left undecided is no contact
+constexpr double kAround = 16.0;   ///< neighbouring doubles: about what rounding moves a border by
 double next_double(double t) { return std::nextafter(t, std::numeric_limits<double>::infinity()); }
 bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
@@ -25,7 +26,6 @@ struct Stretch {
 /// falsi where what is compared or rounded is nearly a line, then by bisection. @p with where @p without has it, too.
 double last_with(TimeRelation& relation, double value, double with, double without) {
   constexpr int kMostRounds = 6;
-  constexpr double kAround = 16.0;  // neighbouring doubles: about what rounding moves a border by
   constexpr double kFaster = 64.0;  // a round that narrows it by less than six bisections do: a jump, or no line
   const auto at = [&](double t) {
     const auto there = relation.value_on(t, t);
@@ -151,15 +151,32 @@ double first_with(TimeRelation& relation, double value, double without, double w
 
 }  // namespace
 
+/// The change next to @p guess, if that is the first one and goes to the next value: the relation is decided up to some
+/// neighbouring doubles before it, and on as many behind it.
+std::optional<double> RelationOfTime::change_at(double guess, double begin, double until, double first) {
+  const double around = kAround * (next_double(guess) - guess), before = guess - around, behind = guess + around;
+  if (!(begin < before && behind + around <= until)) return std::nullopt;
+  const auto unchanged = values_.value_on(begin, before);
+  if (!unchanged || !same(*unchanged, first)) return std::nullopt;
+  const auto changed = values_.value_on(behind, behind + around);
+  if (!changed || !(std::abs(*changed - first) == 1.0)) return std::nullopt;
+  return first_with(values_, *changed, before, behind);
+}
+
 std::optional<double> RelationOfTime::next_change(double after, double until, TimeSearch* search,
                                                   std::optional<double> held) {
   if (!(next_double(after) <= until)) return std::nullopt;
   // Where rounding hides the side to which the relation goes, the search begins beyond.
   const auto right = held ? std::nullopt : limits_.at(after);
   const double begin = right ? std::max(next_double(after), after + right->hidden) : next_double(after);
-  Scanner scanner(values_, begin, until, std::max(kFewestTrials, kMostWork / std::max<std::size_t>(1, values_.size())));
   std::optional<double> first = held, change;
   if (right) first = right->value;
+  if (search != nullptr && search->guess) {
+    if (!first) first = values_.value_on(begin, next_double(begin));
+    if (first) change = change_at(*search->guess, begin, until, *first);
+    if (change) return change;
+  }
+  Scanner scanner(values_, begin, until, std::max(kFewestTrials, kMostWork / std::max<std::size_t>(1, values_.size())));
   double unchanged = held ? after : begin;
   while (const auto stretch = scanner.next()) {
     // What was undecided up to here has the value that it has at single times.

@@ -181,15 +181,16 @@ bool Evaluator::Impl::look_for_change(std::size_t relation, double after, double
   constexpr std::uint32_t kMostInARow = 100;
   constexpr double kNever = std::numeric_limits<double>::infinity();
   if (!goes_on()) return false;
-  TimeSearch search;
+  KnownTime& known = *known_times[relation];
+  TimeSearch search{known.guess(after), {}};
   RelationOfTime* kept = relation_of_time(relation);
   const auto change = kept != nullptr ? kept->next_change(after, until, &search, held)
                                       : bgsim::next_change(program.pool, program.relations[relation].origin,
                                                            program.time, symbol_values, after, until, &search, held);
-  KnownTime& known = *known_times[relation];
   known.looked_from = after;
   known.looked_until = until;
   known.next_change = change.value_or(kNever);
+  if (change) known.take_change(*change);
   if (search.undecided && !known.undecided) known.undecided = search.undecided;
   known.near_changes = change && *change - after < kNear * (until - after) ? known.near_changes + 1 : 0;
   if (known.near_changes <= kMostInARow) return true;
