@@ -54,6 +54,22 @@ TEST_CASE("mod of a state lies between zero and its second argument") {
   CHECK(fed("mod(c.q, 1) + mod(-c.q, 1)") == Approx(2.0 * kPi).margin(kError));
 }
 
+TEST_CASE("steps of a sawtooth of time are all taken, whichever number the sawtooth begins again at") {
+  // A tooth of floor(mod(3 t, 1.7)) is 0 up to 1 and 1 up to 1.7: 11 of them in 2 pi, and a rest below 1.
+  CHECK(fed("floor(mod(3*t, 1.7))") == Approx(11 * 0.7 / 3.0).margin(kError));
+  CHECK(fed("floor(3*mod(1.3*t, 1))") == Approx(8 / 1.3).margin(kError));
+  const double rest = 0.7 * 2.0 * kPi - 3 * 1.3;  // below a half
+  CHECK(fed("ceil(2*mod(0.7*t, 1.3))") == Approx((3 * (0.5 + 1.0 + 0.9) + rest) / 0.7).margin(kError));
+  // 3/6 of a period of 1/1.3, and every period from there on: (k + 0.5)/1.3 < 6 for k = 0 to 7.
+  const RunResult run = run_text(R"json({ "bgsim": 1, "name": "commutation",
+    "signals": { "n": { "integral": "0" } },
+    "elements": { "i": { "kind": "MSf", "flow": "n" }, "c": { "kind": "C", "capacitance": 1 } },
+    "bonds": [ { "from": "i", "to": "c" } ],
+    "events": { "turn": { "when": "floor(6*mod(1.3*t, 1)) >= 3", "set": { "n": "pre(n) + 1" } } },
+    "outputs": { "n": "n" }, "scenes": { "main": { "stop": 6, "samples": 7 } } })json");
+  CHECK(column(run, "n").back() == 8.0);
+}
+
 TEST_CASE("mod, round and ceil of time switch at known times") {
   // over 2 pi: 15 whole teeth of 0.4 and one of 2 pi - 6
   const double rest = 2.0 * kPi - 6.0;

@@ -48,6 +48,7 @@ struct RightLimits::Limit {
     }
     now_.resize(nodes_.size());
     next_.resize(nodes_.size());
+    continued_.resize(nodes_.size());
   }
 
   /// The next change after an instant and the value just after it are asked for one after the other.
@@ -61,18 +62,19 @@ struct RightLimits::Limit {
     after_ = after;
     if (tables_ || !hides()) return std::nullopt;
     pool_.emplace();
-    copy_.emplace(from_, *pool_, [this](SymbolId s) { return pool_->symbol(s); });
     std::vector<double>& limit = now_;
     RightLimit result;
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       const ExprNode& node = from_[nodes_[i]];
       const std::array<double, 3> x = arguments(i, limit);
       limit[i] = value_at(nodes_[i], node, x);
-      if (depends_[i] == 0 || !at_border(node.op, x[0], x[1])) continue;
-      const auto side = side_of(node, x);
-      if (!side) return std::nullopt;
-      result.hidden = std::max(result.hidden, side->hidden);
-      limit[i] = beyond(node.op, x, side->sign);
+      if (depends_[i] != 0 && at_border(node.op, x[0], x[1])) {
+        const auto side = side_of(i, x);
+        if (!side) return std::nullopt;
+        result.hidden = std::max(result.hidden, side->hidden);
+        limit[i] = beyond(node.op, x, side->sign);
+      }
+      continued_[i] = continued(i, x, limit[i]);
     }
     result.value = limit.back();
     return std::isnan(result.value) ? std::nullopt : std::optional(result);
@@ -125,11 +127,31 @@ struct RightLimits::Limit {
     return side < 0 ? x[1] : 0.0;  // mod
   }
 
-  [[nodiscard]] Guard guard_of(const ExprNode& node, const std::array<double, 3>& x) {
-    const ExprId a = (*copy_)(ExprId(node.a));
-    if (is_comparison(node.op)) return {pool_->sub(a, (*copy_)(ExprId(node.b))), std::abs(x[0])};
+  /// What goes on as it is just after the instant: a step function is what it is there, and a sawtooth is its line.
+  /// What they jump by at their own borders is no rounding of what follows from them: floor(mod(3*t, 1.7)).
+  ExprId continued(std::size_t i, const std::array<double, 3>& x, double limit) {
+    const ExprNode& node = from_[nodes_[i]];
+    const auto argument = [&](std::size_t k) { return continued_[arguments_[i][k]]; };
+    if (node.op == Op::constant) return pool_->constant(node.constant);
+    if (node.op == Op::symbol) return pool_->symbol(from_.symbol_of(nodes_[i]));
+    if (depends_[i] != 0 &&
+        (is_comparison(node.op) || node.op == Op::sign || node.op == Op::step || is_rounding(node.op)))
+      return pool_->constant(limit);
+    if (depends_[i] != 0 && node.op == Op::mod)
+      return pool_->sub(argument(0), pool_->mul(pool_->constant(std::round((x[0] - limit) / x[1])), argument(1)));
+    return rebuilt(*pool_, node, [&](ExprId e) {
+      std::size_t k = 0;
+      while (nodes_[arguments_[i][k]] != e) ++k;
+      return argument(k);
+    });
+  }
+
+  [[nodiscard]] Guard guard_of(std::size_t i, const std::array<double, 3>& x) {
+    const ExprNode& node = from_[nodes_[i]];
+    const ExprId a = continued_[arguments_[i][0]];
+    if (is_comparison(node.op)) return {pool_->sub(a, continued_[arguments_[i][1]]), std::abs(x[0])};
     if (node.op == Op::mod) {
-      const ExprId turns = pool_->div(a, (*copy_)(ExprId(node.b)));
+      const ExprId turns = pool_->div(a, continued_[arguments_[i][1]]);
       return {pool_->sub(turns, pool_->constant(x[0] / x[1])), std::abs(x[0] / x[1])};
     }
     return {pool_->sub(a, pool_->constant(x[0])), std::abs(x[0])};
@@ -137,10 +159,10 @@ struct RightLimits::Limit {
 
   /// To which side the guard goes: the sign of its first derivative that is not 0, if that lasts and shows in the
   /// values as soon as rounding lets it. No side if all vanish, as for what is the same on both sides.
-  std::optional<Side> side_of(const ExprNode& node, const std::array<double, 3>& x) {
+  std::optional<Side> side_of(std::size_t i, const std::array<double, 3>& x) {
     constexpr int kHighest = 4;
     constexpr double kBeyond = 8.0;
-    const Guard guard = guard_of(node, x);
+    const Guard guard = guard_of(i, x);
     const auto at = [this](ExprId e, double t) {
       values_[time_.index()] = t;
       const double value = evaluate(*pool_, e, values_);
@@ -181,7 +203,7 @@ struct RightLimits::Limit {
   bool tables_ = false;
   std::vector<double> now_, next_;  ///< by node: at the instant and at the next double
   std::optional<ExprPool> pool_;
-  std::optional<Translator> copy_;
+  std::vector<ExprId> continued_;  ///< by node, in pool_
 };
 
 RightLimits::RightLimits(const ExprPool& pool, ExprId relation, SymbolId time, std::span<const double> symbol_values)

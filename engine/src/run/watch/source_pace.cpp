@@ -183,16 +183,27 @@ class PulseSearch {
     return pulses;
   }
 
-  /// Whether the source takes values within that are not between those at the ends, by values at single times.
+  /// What the source has at least, by its size, where it is still.
+  [[nodiscard]] double area_of_still() const {
+    return std::accumulate(still_.begin(), still_.end(), 0.0, [](double sum, const Cell& cell) {
+      const double least = std::max({0.0, cell.low, -cell.high});
+      return std::isfinite(least) ? sum + least * (cell.end - cell.begin) : sum;
+    });
+  }
+
+  /// Whether the source takes values within that are not between those at the ends, by values at single times. Beside
+  /// the rest of the source they may have no area: ceil(mod(t, 2)) is 0 for a rounding of time where its sawtooth
+  /// begins again.
   bool leaves_its_ends(const Pulse& pulse) {
     constexpr int kPlaces = 256;
     const auto value = [&](double t) { return source_.range_on(t, t); };
     const Range ends = hull(value(pulse.begin), value(pulse.end));
+    const double negligible = kNegligible * std::max(area_, area_of_still());
     for (int i = 1; i < kPlaces; ++i) {
       const Range there = value(pulse.begin + (pulse.end - pulse.begin) * i / kPlaces);
       const double whole = std::max(known_high_, there.upper()) - std::min(known_low_, there.lower());
       const double height = std::max(there.upper() - ends.upper(), ends.lower() - there.lower());
-      if (height > kStill * whole && height * (pulse.end - pulse.begin) > kNegligible * area_) return true;
+      if (height > kStill * whole && height * (pulse.end - pulse.begin) > negligible) return true;
     }
     return false;
   }
