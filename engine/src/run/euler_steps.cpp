@@ -69,7 +69,8 @@ const double* EulerSystems::solve(double h, const std::vector<double>& rates) {
 SolverCost EulerSystems::cost() const { return algebra_.pattern != nullptr ? solver_cost(algebra_) : SolverCost{}; }
 
 EulerFromRest::EulerFromRest(const Program& program, Evaluator& evaluator)
-    : evaluator_(evaluator),
+    : program_(program),
+      evaluator_(evaluator),
       systems_(program, false),
       end_(program.state_names.size()),
       rates_(end_.size()),
@@ -81,6 +82,10 @@ bool EulerFromRest::rates_at_end(double t) {
   branch_ = here_;
   return evaluator_.initialize_modes(t, end_.data(), branch_) &&
          evaluator_.rates(t, end_.data(), branch_, rates_.data());
+}
+
+void EulerFromRest::hold_clocks(const double* x) {
+  for (const ProgramDelay& delay : program_.delays) end_[delay.clock] = x[delay.clock];
 }
 
 /// A store that nothing has reached yet is a point without slopes for the next one in line: each is moved by what flows
@@ -99,6 +104,7 @@ void EulerFromRest::spread(double t, double h, const double* x) {
         end_[i] += part * (0.9 + 0.1 * unequal_part(i + 1)) * h * rates_[i];
         moved = moved || end_[i] != x[i];
       }
+    hold_clocks(x);
     if (!moved || !rates_at_end(t)) return;
   }
 }
@@ -117,6 +123,7 @@ bool EulerFromRest::step(double t, double h, const double* x, const Branch& here
       if (!std::isfinite(slope)) slope = 0.0;
     if (!systems_.factor(h, jacobian_)) return false;
     for (std::size_t i = 0; i < end_.size(); ++i) residual_[i] = rates_[i] - (end_[i] - x[i]) / h;
+    for (const ProgramDelay& delay : program_.delays) residual_[delay.clock] = 0.0;
     const double* const change = systems_.solve(h, residual_);
     if (change == nullptr) return false;
     bool near = true;
@@ -131,6 +138,7 @@ bool EulerFromRest::step(double t, double h, const double* x, const Branch& here
     if (near) break;
   }
   for (std::size_t i = 0; i < end_.size(); ++i) change_[i] = end_[i] - x[i];
+  for (const ProgramDelay& delay : program_.delays) change_[delay.clock] = h;
   return rates_at_end(t);
 }
 

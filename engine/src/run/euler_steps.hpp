@@ -38,7 +38,8 @@ class EulerSystems {
   std::vector<double> entries_, swept_;
 };
 
-/// One such step with the laws themselves, x = x0 + h f(x), from where they have no slopes: a root at rest.
+/// One such step with the laws themselves, x = x0 + h f(x), from where they have no slopes: a root at rest. Delayed
+/// signals stay what they are at its beginning: later they are not known yet.
 class EulerFromRest {
  public:
   EulerFromRest(const Program& program, Evaluator& evaluator);
@@ -52,8 +53,10 @@ class EulerFromRest {
 
  private:
   bool rates_at_end(double t);
+  void hold_clocks(const double* x);
   void spread(double t, double h, const double* x);
 
+  const Program& program_;
   Evaluator& evaluator_;
   EulerSystems systems_;
   Branch here_, branch_;

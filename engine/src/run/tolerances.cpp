@@ -186,6 +186,8 @@ void Tolerances::estimate(Evaluator& evaluator, double t, const double* x, const
         continue;
       }
       for (std::size_t i = 0; i < states_; ++i) moved[i] = x[i] + change[i];
+      // What comes out of a delay later is not known yet; the cubic of its last record goes anywhere.
+      for (const ProgramDelay& delay : program_.delays) moved[delay.clock] = x[delay.clock];
       // A slope carried far beyond where it holds predicts anything: the flank of a narrow law. What neither the rates
       // here nor those at the far end move by is no prediction.
       least.assign(change, change + size_);
