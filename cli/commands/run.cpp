@@ -126,12 +126,15 @@ RunOptions parse_run(const Arguments& arguments) {
 }
 
 /// What contradicts in units, a line each: a run uses the numbers as they stand, whatever their units.
-void warn_of_units(const Model& model, const UnitReport& units, const std::string& file) {
+void warn_of_units(const Model& model, const UnitReport& units, const RunOptions& options) {
   for (Diagnostic problem : units.problems) {
     problem.severity = Severity::warning;
     std::cerr << headline(problem, *model.sources);
   }
-  if (!units.problems.empty()) std::cerr << "  bgsim check " << short_path(shell_word(file)) << " explains them\n";
+  if (units.problems.empty()) return;
+  std::string command = "bgsim check " + short_path(shell_word(options.file));
+  for (const std::string& set : options.overrides.set) command += " --set " + shell_word(set);
+  std::cerr << "  " << command << " explains them\n";
 }
 
 /// Columns without a unit in the model get the one that was inferred.
@@ -301,8 +304,12 @@ Exit run_scene(const Study& study, const RunOptions& options, const std::string&
   Results results(files);
 
   StageSeconds seconds = study.seconds();
-  const UnitReport units = timed(seconds, "units", [&] { return infer_units(model, study.graph(), inputs.scene); });
-  warn_of_units(model, units, options.file);
+  const std::optional<Model> as_set = options.overrides.set.empty()
+                                          ? std::nullopt
+                                          : std::optional(with_overrides(model, inputs.scene, options.overrides));
+  const UnitReport units =
+      timed(seconds, "units", [&] { return infer_units(as_set ? *as_set : model, study.graph(), inputs.scene); });
+  warn_of_units(model, units, options);
   // The table of events is a result of the run as much as its outputs are.
   const bool keep_all = options.keep_all || !options.events.empty();
   const Simulation compiled = study.scene(inputs, {.energy_audit = !options.no_audit, .keep_all = keep_all});

@@ -92,6 +92,21 @@ TEST_CASE("check tells units that contradict and ends with code 1, a run warns a
   CHECK(quiet.err.empty());
 }
 
+TEST_CASE("a parameter that the command line sets to another unit contradicts as one that a scene sets") {
+  const Workplace here;
+  std::string model = here.read("decay.json");
+  model.replace(model.find("\"R\": 2, \"C\": 0.5"), 16,
+                R"("R": { "value": 2, "unit": "Ohm" }, "C": { "value": 0.5, "unit": "F" })");
+  here.write("units.json", model);
+  CHECK(here.bgsim("check units.json --set R=3").code == 0);
+  const Outcome check = here.bgsim("check units.json --set R=C");
+  CHECK(check.code == 1);
+  CHECK_THAT(check.err, Contains("error BG161: parameter \"R\" is in Ohm, but its value C is in F"));
+  const Outcome run = here.bgsim("units.json --set R=C");
+  CHECK(run.code == 0);
+  CHECK_THAT(run.err, Contains("warning BG161: ") && Contains("bgsim check units.json --set R=C explains them"));
+}
+
 TEST_CASE("check tells the strokes of a model whose equations are refused") {
   const Workplace here;
   here.write("impulse.json", R"json({

@@ -46,6 +46,7 @@ class SameVariables {
   };
 
   void attach(std::size_t bond, const BondEndText& end, std::uint32_t by_arrow) {
+    if (!end.element.valid()) return;  // what is wrong with the graph is found later
     const Element& element = model_.elements[end.element.index()];
     ends_[end.element.index()].push_back({bond, end.port.value_or(is_two_port(element.kind) ? by_arrow : 0)});
   }

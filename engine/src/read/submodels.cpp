@@ -220,6 +220,7 @@ void Reader::declare_exports(std::size_t scope) {
   const std::string& prefix = scopes_[scope].prefix;
   for (NodeId node = file[object].first_child; node.valid(); node = file[node].next_sibling) {
     const std::string name(file[node].key);
+    const bool fault_is_known = is_broken(scope, name);
     broken_.insert(prefix + name);  // until it turns out to be sound
     if (!valid_name(name, file.key_place(node), "a port")) continue;
     if (!expect(file, node, JsonKind::string, "a port's junction")) continue;
@@ -231,7 +232,7 @@ void Reader::declare_exports(std::size_t scope) {
              own != names_.end() && own->second.kind == Entity::Kind::element &&
              junction.find('.') == std::string::npos && is_junction(model_.elements[own->second.index].kind))
       target = ElementId(own->second.index);
-    if (!target.valid() && is_broken(scope, junction)) continue;
+    if (!target.valid() && (junction == name ? fault_is_known : is_broken(scope, junction))) continue;
     if (!target.valid()) {
       std::vector<std::string> candidates;
       for (std::size_t i = 0; !enough_problems() && i < model_.elements.size(); ++i) {
