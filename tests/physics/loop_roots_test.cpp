@@ -80,6 +80,41 @@ TEST_CASE("a law with a root in series with a resistor is one law, however it is
   }
 }
 
+TEST_CASE("a pipe's law is one law, whether its powers are added or in a product, by parts or with signs") {
+  // K f + |f|^0.75 f and its like, alone on a store and in series with a resistor, from rest and through it.
+  struct Case {
+    std::vector<std::string> laws;  ///< the same; the first is a sum
+  };
+  const Case cases[] = {
+      {{"0.3*f + f*abs(f)^0.75", "f*(0.3 + abs(f)^0.75)", "sign(f)*(0.3*abs(f) + abs(f)^1.75)",
+        "if(f > 0, 0.3*f + f^1.75, 0.3*f - (-f)^1.75)", "if(f >= 0, 1, -1)*(0.3*abs(f) + abs(f)^1.75)",
+        "f*(1.3 + abs(f)^0.75) - f"}},
+      {{"0.3*f + f*abs(f)", "sign(f)*(0.3*abs(f) + f^2)", "if(f > 0, 0.3*f + f^2, 0.3*f - f^2)",
+        "f*(0.3 + sqrt(f^2))"}},
+      {{"0.3*f + f*abs(f)^(2/3)", "f*(0.3 + cbrt(f^2))", "0.3*f + f*(f^2)^(1/3)"}},
+      {{"0.3*f + f*abs(f)^g", "f*(0.3 + abs(f)^g)"}},
+      {{"0.3*f + 0.3*f*abs(f)^0.25 + f*abs(f)^0.5 + f*abs(f)^0.75", "f*(0.3 + abs(f)^0.5)*(1 + abs(f)^0.25)"}}};
+  for (const Case& each : cases)
+    for (const bool alone : {true, false}) {
+      const auto laws = [&](const std::string& law) {
+        return alone ? std::vector<std::string>{"e = " + law} : std::vector<std::string>{"e = " + law, "e = 0.4*f"};
+      };
+      const RunResult exact = run_text(filled_through(laws(each.laws.front())), with_method(Method::radau, 1e-10));
+      REQUIRE(exact.stop == StopReason::completed);
+      for (const std::string& law : each.laws)
+        for (const Method method : {Method::automatic, Method::bdf, Method::ida, Method::rodas5p}) {
+          INFO(law << (alone ? " alone, " : " in series, ") << facts_of(method).name);
+          const RunResult run = run_text(filled_through(laws(law)), with_method(method, 1e-8));
+          REQUIRE(run.stop == StopReason::completed);
+          for (const std::string& note : run.report.notes) CHECK_THAT(note, !Contains("other solutions exist"));
+          // A flow is the square of what it is known by at rest, where laws have a slope of 0.3: a hundred tolerances.
+          for (const char* name : {"v", "f"})
+            for (std::size_t i = 0; i < exact.trace.times.size(); ++i)
+              REQUIRE(run.trace[name][i] == Approx(exact.trace[name][i]).margin(1e-6));
+        }
+    }
+}
+
 TEST_CASE("a valve in series with a root and a resistor opens and shuts as one law does") {
   // As above, for E > 0 alone: 2 w = 0.7 (E - w^2), and with a leak. At the start nothing moves yet; with the law by
   // parts the valve never opened.

@@ -209,3 +209,24 @@ TEST_CASE("jumps are distinguished from kinks") {
   const ExprId line = w.parse("table('data.csv', 'u', x)");
   CHECK(jumps_with(w.pool, w.derivative(line, "x"), [](SymbolId) { return true; }));
 }
+
+TEST_CASE("a root beside a factor that vanishes with it has the slope of their product, at 0, too") {
+  World w;
+  const auto slope = [&w](const std::string& text, double x) {
+    return w.value(w.derivative(w.parse(text), "x"), std::vector<double>{0.0, x, 0.75});
+  };
+  struct Case {
+    const char* law;
+    double at_zero;
+  };
+  for (const Case& each :
+       {Case{"x*abs(x)^0.75", 0.0}, Case{"x*(3 + abs(x)^0.75)", 3.0}, Case{"x*abs(x)^y", 0.0},
+        Case{"2*x*sqrt(abs(x)/7)", 0.0}, Case{"x*(3 + cbrt(x^2))", 3.0}, Case{"x*(3 + sqrt(x*x))", 3.0},
+        Case{"x*(3 + sqrt(sqrt(x^2)))", 3.0}, Case{"-x/5*(3 + (x^2)^0.3)", -0.6},
+        Case{"x*(3 + abs(x)^0.5)*(1 + abs(x)^0.25)", 3.0}, Case{"x*abs(2*x)^0.5 + x", 1.0}}) {
+    INFO(each.law);
+    CHECK(slope(each.law, 0.0) == each.at_zero);
+    for (const double x : {-1.7, -0.3, 0.2, 2.6})
+      CHECK(slope(each.law, x) == Approx(numeric(w, w.parse(each.law), {0.0, x, 0.75}, 1)).epsilon(1e-7));
+  }
+}

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bgsim/bgsim.hpp"
+#include "expression/power_sum.hpp"
 #include "expression/signed_power.hpp"
 #include "support/expression_world.hpp"
 
@@ -146,4 +147,40 @@ TEST_CASE("a law by the root of a loop's unknown is the law") {
     }
   }
   CHECK(named > 100);
+}
+
+TEST_CASE("a law that is a sum of powers on both sides is the same law written with odd ones") {
+  const auto written = [](World& w, const std::string& text) {
+    const ExprId law = w.parse(text);
+    return odd_power_sum(w.pool, law, sides_of(w.pool, law, w.symbol("x"), w.id("x")));
+  };
+  World w;
+  for (const char* text :
+       {"x*(3 + abs(x)^0.75)", "sign(x)*(3*abs(x) + abs(x)^1.75)", "if(x > 0, 3*x + x^1.75, 3*x - (-x)^1.75)",
+        "if(x >= 0, 1, -1)*abs(x)*(3 + abs(x)^0.75)", "x*(4 + abs(x)^0.75) - x",
+        "max(x, 0)*(3 + abs(x)^0.75) + "
+        "min(x, 0)*(3 + (-x)^0.75)"})
+    CHECK(w.text(written(w, text)) == w.text(written(w, "x*(3 + abs(x)^0.75)")));
+  // By parts: both go on beyond 0. A jump, a root, and what is one already: none.
+  CHECK(w.pool[written(w, "if(x > 0, 2*x + x^2, x - y*x^2)")].op == Op::select);
+  for (const char* text : {"if(x > 0, 1 + 2*x, 2*x - 1)", "x*(1 + abs(x)^-0.5)", "3*x + x*abs(x)^0.75", "sign(x)*x^2",
+                           "x*(1 + exp(x))", "x*(1 + abs(x)^y)"})
+    CHECK_FALSE(written(w, text).valid());
+
+  std::mt19937 random(11);
+  int sums = 0;
+  for (int i = 0; i < 20000; ++i) {
+    World own;
+    const std::string text = i % 2 == 0 ? random_law(random, 2 + i % 3)
+                                        : "x*(" + random_law(random, 2) + ") + sign(x)*(" + random_law(random, 2) + ")";
+    const ExprId law = own.parse(text), sum = written(own, text);
+    if (!sum.valid()) continue;
+    ++sums;
+    CAPTURE(text, own.text(sum));
+    for (const double x : {-2.3, -0.7, -1e-3, 0.0, 1e-3, 0.4, 1.9}) {
+      const std::vector<double> at{0.0, x, 0.6, 1.3};
+      REQUIRE(same(own.value(sum, at), own.value(law, at)));
+    }
+  }
+  CHECK(sums > 100);  // most random laws are no sums
 }

@@ -13,6 +13,7 @@
 #include "equations/loops.hpp"
 #include "equations/unknowns.hpp"
 #include "expression/graph.hpp"
+#include "expression/power_sum.hpp"
 #include "expression/sides.hpp"
 #include "expression/signed_power.hpp"
 
@@ -21,13 +22,10 @@ namespace {
 
 using Images = std::unordered_map<ExprId, ExprId>;
 
-/// A power that is no number may be a root.
-bool is_root(const ExprPool& pool, const ExprNode& node) {
+/// A root or another power. One that is no number may be a root.
+bool is_power(const ExprPool& pool, const ExprNode& node) {
   if (node.op == Op::sqrt || node.op == Op::cbrt) return true;
-  if (node.op != Op::pow) return false;
-  if (!pool.is_constant(ExprId(node.b))) return true;
-  const double power = pool[ExprId(node.b)].constant;
-  return power > 0.0 && power < 1.0;
+  return node.op == Op::pow && (!pool.is_constant(ExprId(node.b)) || pool[ExprId(node.b)].constant > 0.0);
 }
 
 /// What an expression is of the loops' unknowns.
@@ -83,8 +81,8 @@ ExprId without_sign_and_factor(const ExprPool& pool, ExprId argument, const std:
   }
 }
 
-/// What roots are taken of, as far as it is a sum of the loop's unknowns.
-std::set<ExprId> arguments_of_roots(const ExprPool& pool, ExprId expression, const std::vector<bool>& in_loop) {
+/// What roots and other powers are taken of, as far as it is a sum of the loop's unknowns.
+std::set<ExprId> arguments_of_powers(const ExprPool& pool, ExprId expression, const std::vector<bool>& in_loop) {
   std::unordered_map<ExprId, Of> kinds;
   std::set<ExprId> arguments;
   for (const ExprId e : reachable(pool, {&expression, 1})) {
@@ -92,7 +90,7 @@ std::set<ExprId> arguments_of_roots(const ExprPool& pool, ExprId expression, con
     kinds[e] = node.op != Op::symbol                ? combined(node, kinds)
                : in_loop[pool.symbol_of(e).index()] ? Of::affine
                                                     : Of::none;
-    if (!is_root(pool, node) || kinds.at(ExprId(node.a)) == Of::none) continue;
+    if (!is_power(pool, node) || kinds.at(ExprId(node.a)) == Of::none) continue;
     const ExprId of = without_sign_and_factor(pool, ExprId(node.a), kinds);
     if (kinds.at(of) == Of::affine) arguments.insert(of);
   }
@@ -143,8 +141,8 @@ ExprId by_root(ExprPool& pool, const Sides& sides, ExprId law, SymbolId w) {
   return by_w;
 }
 
-/// Whether a root is taken of what depends on an unknown.
-bool has_root(const EquationSystem& system) {
+/// Whether a power is taken of what depends on an unknown.
+bool has_power(const EquationSystem& system) {
   std::vector<bool> depends(system.pool.size(), false);
   for (std::size_t i = 0; i < depends.size(); ++i) {  // arguments come before what they are in
     const ExprNode& node = system.pool[ExprId(i)];
@@ -152,7 +150,7 @@ bool has_root(const EquationSystem& system) {
       depends[i] = system.symbols[node.a].kind == SystemSymbol::Kind::unknown;
     else
       for_each_argument(node, [&](ExprId a) { depends[i] = depends[i] || depends[a.index()]; });
-    if (depends[i] && is_root(system.pool, node)) return true;
+    if (depends[i] && is_power(system.pool, node)) return true;
   }
   return false;
 }
@@ -197,8 +195,23 @@ class LoopRoots {
   }
 
   void name_in(std::uint32_t index) {
-    for (const ExprId x : arguments_of_roots(system_.pool, solved_form(system_.equations[index]), looked_at_))
+    for (const ExprId x : arguments_of_powers(system_.pool, solved_form(system_.equations[index]), looked_at_)) {
+      write_as_sum(x, index);
       name_root_of(x, index);
+    }
+  }
+
+  /// A law that is a sum of powers of @p x on both sides of 0, as one that goes on beyond 0.
+  void write_as_sum(ExprId x, std::uint32_t index) {
+    const SymbolId symbol(system_.symbols.size());  // a new one, for x meanwhile
+    const ExprId form = solved_form(system_.equations[index]);
+    const ExprId sum = odd_power_sum(system_.pool, form, sides_of(system_.pool, form, x, symbol));
+    if (!sum.valid()) return;
+    Equation& equation = system_.equations[index];
+    const Origin origin = origin_of(system_, equation);
+    (equation.loop_form.valid() ? equation.loop_form : equation.expression) =
+        substitute(system_.pool, sum, {{symbol, x}});
+    system_.origins.resize(system_.pool.size(), origin);
   }
 
   /// The root that the equation at @p index takes of @p x.
@@ -270,7 +283,7 @@ class LoopRoots {
 }  // namespace
 
 void name_roots_in_loops(EquationSystem& system) {
-  if (has_root(system)) LoopRoots(system).name();
+  if (has_power(system)) LoopRoots(system).name();
 }
 
 }  // namespace bgsim

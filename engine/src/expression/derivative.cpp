@@ -5,6 +5,7 @@
 #include "bgsim/expression.hpp"
 #include "expression/cancel.hpp"
 #include "expression/graph.hpp"
+#include "expression/root_slope.hpp"
 
 namespace bgsim {
 
@@ -163,14 +164,14 @@ class Reverse {
     Partials partials(pool_);
     switch (arity(node.op)) {
       case 1:
-        if (active(node.a)) give(node.a, g, partials.of_one(node, self));
+        if (active(node.a)) give(node.a, g, partials.of_one(node, self), self);
         return;
       case 2:
         if (node.op == Op::min || node.op == Op::max) {
           const ExprId takes_a = pool_.make(node.op == Op::min ? Op::le : Op::ge, ExprId(node.a), ExprId(node.b));
           return choose(takes_a, node.a, node.b, g);
         }
-        if (active(node.a)) give(node.a, g, partials.of_two(node, self, 0));
+        if (active(node.a)) give(node.a, g, partials.of_two(node, self, 0), self);
         if (active(node.b)) give(node.b, g, partials.of_two(node, self, 1));
         return;
       default:
@@ -183,7 +184,9 @@ class Reverse {
     if (active(then)) accumulate(then, pool_.select(condition, g, zero));
     if (active(otherwise)) accumulate(otherwise, pool_.select(condition, zero, g));
   }
-  void give(std::uint32_t argument, ExprId g, const std::optional<Partial>& partial) {
+  /// @param self  of the first argument's partial: a root has no slope at 0, and what it is multiplied by may be 0
+  /// there
+  void give(std::uint32_t argument, ExprId g, const std::optional<Partial>& partial, ExprId self = {}) {
     if (!partial) return;
     // An adjoint that is 0 in one branch stays 0 there whatever the partial is: the square root of a branch not taken
     // may have no slope, and 0 times that is not 0. Hence the product goes into the branch.
@@ -192,8 +195,15 @@ class Reverse {
       branches.push_back(pool_[g]);
       g = pool_.is_constant(ExprId(branches.back().c), 0.0) ? ExprId(branches.back().b) : ExprId(branches.back().c);
     }
-    ExprId term = partial->over.valid() ? pool_.mul(g, partial->over) : g;
-    if (partial->under.valid()) term = pool_.div(term, partial->under);
+    ExprId term;
+    const auto varies = [this](ExprId e) { return active(e.value); };
+    if (const auto slope = self.valid() ? root_slope(pool_, self, g, varies) : std::nullopt) {
+      argument = slope->by.value;
+      term = slope->value;
+    } else {
+      term = partial->over.valid() ? pool_.mul(g, partial->over) : g;
+      if (partial->under.valid()) term = pool_.div(term, partial->under);
+    }
     if (cancel_ != nullptr) term = (*cancel_)(term);
     for (auto branch = branches.rbegin(); branch != branches.rend(); ++branch) {
       const bool then = pool_.is_constant(ExprId(branch->c), 0.0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <tuple>
 #include <vector>
@@ -141,13 +142,14 @@ PowerTerm raised(ExprPool& pool, const ExprNode& node, const PowerTerm& a, const
   return {{}, factor, is_root || !odd ? 1.0 : a.sign, power};
 }
 
+}  // namespace
+
 PowerTerm negated(ExprPool& pool, PowerTerm a) {
   if (a.offset.valid()) a.offset = pool.neg(a.offset);
   a.sign = -a.sign;
   return a;
 }
 
-/// What is free of x with what is, powers of one degree with each other.
 PowerTerm added(ExprPool& pool, const PowerTerm& a, const PowerTerm& b) {
   if (a.is_power() && b.is_power() && a.power == b.power) {
     const ExprId factor = a.sign == b.sign ? pool.add(a.factor, b.factor) : pool.sub(a.factor, b.factor);
@@ -180,6 +182,8 @@ PowerTerm multiplied(ExprPool& pool, Op op, const PowerTerm& a, const PowerTerm&
   product.sign *= by.sign;
   return product;
 }
+
+namespace {
 
 PowerTerm combined(ExprPool& pool, const ExprNode& node, const PowerTerm& a, const PowerTerm& b) {
   switch (node.op) {
@@ -235,19 +239,50 @@ Terms terms_of(ExprPool& pool, ExprId expression, SymbolId x, bool positive) {
   return terms;
 }
 
-/// Powers that are below 1, or no numbers, of terms that are no factors of others: that of x |x|^0.3 has a slope at 0.
+/// Powers that are below 1, or no numbers, of terms that are no factors of others: that of x |x|^0.3 has a slope at 0,
+/// and so has that of x (K + |x|^0.3), which is no power.
 void add_roots(const ExprPool& pool, ExprId expression, const Terms& terms, double& least,
                std::vector<Degree>& others) {
-  const auto look_at = [&](ExprId e) {
-    const PowerTerm& term = terms.at(e);
-    if (!term.factor.valid()) return;
-    if (term.power.is_number() && term.power.number > 0.0) least = std::min(least, term.power.number);
-    if (!term.power.is_number() && std::find(others.begin(), others.end(), term.power) == others.end())
-      others.push_back(term.power);
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const std::vector<ExprId> nodes = reachable(pool, {&expression, 1});
+  const IdMap<std::uint32_t> position = positions(nodes);
+  std::vector<double> beside(nodes.size(), kNone);  // by node: the least power of x that it is multiplied by
+  std::vector<char> is_factor(nodes.size(), 1);     // by node: of a product that is no power, and nothing else
+  beside.back() = 0.0;
+  is_factor.back() = 0;
+  const auto pass = [&](ExprId e, double power, bool in_product) {
+    const std::uint32_t i = *position.find(e);
+    beside[i] = std::min(beside[i], power);
+    if (!in_product) is_factor[i] = 0;
   };
-  look_at(expression);
-  for (const auto& [e, term] : terms)
-    if (!term.known()) for_each_argument(pool[e], look_at);
+  const auto number = [&](ExprId e) {
+    const PowerTerm& term = terms.at(e);
+    return term.is_power() ? std::max(0.0, term.power.number) : 0.0;
+  };
+  for (std::size_t i = nodes.size(); i-- > 0;) {
+    if (beside[i] == kNone) continue;
+    const PowerTerm& term = terms.at(nodes[i]);
+    if (term.known()) {
+      Degree power = term.power;
+      power.number += beside[i];
+      if (term.power.is_number() && term.power.number > 0.0) least = std::min(least, power.number);
+      // x^(1 + n) beside another factor: of n below 0 that has no value at 0 anyway.
+      const bool has_slope = is_factor[i] != 0 && power.number >= 1.0;
+      if (!power.is_number() && !has_slope && std::find(others.begin(), others.end(), power) == others.end())
+        others.push_back(power);
+      continue;
+    }
+    const ExprNode& node = pool[nodes[i]];
+    const ExprId a(node.a), b(node.b);
+    if (node.op == Op::mul) {
+      pass(a, beside[i] + number(b), true);
+      pass(b, beside[i] + number(a), true);
+    } else if (node.op == Op::neg || node.op == Op::add || node.op == Op::sub) {
+      for_each_argument(node, [&](ExprId argument) { pass(argument, beside[i], is_factor[i] != 0); });
+    } else {
+      for_each_argument(node, [&](ExprId argument) { pass(argument, 0.0, false); });
+    }
+  }
 }
 
 }  // namespace

@@ -33,6 +33,12 @@ struct PowerTerm {
   [[nodiscard]] bool is_power() const { return factor.valid() && !offset.valid(); }
 };
 
+/// What is free of x with what is, powers of one degree with each other; none of others.
+PowerTerm added(ExprPool& pool, const PowerTerm& a, const PowerTerm& b);
+/// Product or quotient: of powers, and of a sum with what is free of x; none of others.
+PowerTerm multiplied(ExprPool& pool, Op op, const PowerTerm& a, const PowerTerm& b);
+PowerTerm negated(ExprPool& pool, PowerTerm a);
+
 struct Sides {
   SymbolId x;                         ///< what stands for x
   std::array<ExprId, 2> expressions;  ///< above and below 0
