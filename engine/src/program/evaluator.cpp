@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
@@ -411,55 +410,6 @@ bool Evaluator::stored(double t, const double* x, Branch& branch, double* energy
 }
 
 std::size_t Evaluator::energy_parts() const { return impl_->program.energy_names.size(); }
-
-double Evaluator::energy_by_laws(std::size_t part, std::span<const double> from, std::span<const double> to) const {
-  const Program& program = impl_->program;
-  const LawsOfStore& laws = program.store_laws[part];
-  if (laws.conjugates.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const std::vector<ExprId> nodes = reachable(program.pool, laws.conjugates);
-  const IdMap<std::uint32_t> position = positions(nodes);
-  std::vector<double> values(nodes.size());
-  const auto value = [&](std::uint32_t e) { return values[*position.find(ExprId(e))]; };
-  double most = 0.0;  // of the terms that the power is a sum of
-  const auto power_along = [&](double s) {
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const ExprNode& node = program.pool[nodes[i]];
-      if (node.op == Op::constant) {
-        values[i] = node.constant;
-      } else if (node.op == Op::symbol) {
-        values[i] = impl_->symbol_values[node.a];
-        for (std::size_t k = 0; k < laws.displacements.size(); ++k)
-          if (laws.displacements[k] == SymbolId(node.a)) values[i] = from[k] + s * (to[k] - from[k]);
-      } else if (is_table(node.op)) {
-        values[i] = apply_table(node.op, program.pool.table(TableId(node.b)), value(node.a));
-      } else {
-        values[i] = apply(node.op, value(node.a), arity(node.op) > 1 ? value(node.b) : 0.0,
-                          arity(node.op) > 2 ? value(node.c) : 0.0);
-      }
-    }
-    double sum = 0.0, sizes = 0.0;
-    for (std::size_t k = 0; k < laws.conjugates.size(); ++k) {
-      const double power = value(laws.conjugates[k].value) * (to[k] - from[k]);
-      sum += power;
-      sizes += std::abs(power);
-    }
-    most = std::max(most, sizes);
-    return sum;
-  };
-  constexpr unsigned kDeepest = 12, kDeepEnough = 4;
-  constexpr double kTolerance = 1e-13, kNoLess = 0.25;
-  double first = 0.0, error = 0.0;
-  const auto integral = [&](unsigned deepest, double& off) {
-    return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(power_along, 0.0, 1.0, deepest, kTolerance,
-                                                                         &off);
-  };
-  // Of coupled windings nothing but rounding may be left, which shorter parts do not make less: a jump would be that of
-  // a sixteenth.
-  const double whole = integral(0, first);
-  if (first <= kTolerance * most) return whole;
-  const double in_parts = integral(kDeepEnough, error);
-  return error > kNoLess * first ? in_parts : integral(kDeepest, error);
-}
 
 std::span<const double> Evaluator::constants() const { return impl_->slots; }
 
