@@ -196,28 +196,28 @@ class LoopRoots {
 
   void name_in(std::uint32_t index) {
     for (const ExprId x : arguments_of_powers(system_.pool, solved_form(system_.equations[index]), looked_at_)) {
-      write_as_sum(x, index);
-      name_root_of(x, index);
+      const SymbolId w(system_.symbols.size());  // a new one
+      Sides sides = sides_of(system_.pool, solved_form(system_.equations[index]), x, w);
+      if (write_as_sum(x, index, sides)) sides = sides_of(system_.pool, solved_form(system_.equations[index]), x, w);
+      name_root_of(x, index, sides);
     }
   }
 
-  /// A law that is a sum of powers of @p x on both sides of 0, as one that goes on beyond 0.
-  void write_as_sum(ExprId x, std::uint32_t index) {
-    const SymbolId symbol(system_.symbols.size());  // a new one, for x meanwhile
-    const ExprId form = solved_form(system_.equations[index]);
-    const ExprId sum = odd_power_sum(system_.pool, form, sides_of(system_.pool, form, x, symbol));
-    if (!sum.valid()) return;
+  /// A law that is a sum of powers of @p x on both sides of 0, as one that goes on beyond 0. False if it stays.
+  bool write_as_sum(ExprId x, std::uint32_t index, const Sides& sides) {
+    const ExprId sum = odd_power_sum(system_.pool, solved_form(system_.equations[index]), sides);
+    if (!sum.valid()) return false;
     Equation& equation = system_.equations[index];
     const Origin origin = origin_of(system_, equation);
     (equation.loop_form.valid() ? equation.loop_form : equation.expression) =
-        substitute(system_.pool, sum, {{symbol, x}});
+        substitute(system_.pool, sum, {{sides.x, x}});
     system_.origins.resize(system_.pool.size(), origin);
+    return true;
   }
 
   /// The root that the equation at @p index takes of @p x.
-  void name_root_of(ExprId x, std::uint32_t index) {
-    SymbolId w(system_.symbols.size());  // a new one, unless the loop has it
-    const Sides sides = sides_of(system_.pool, solved_form(system_.equations[index]), x, w);
+  void name_root_of(ExprId x, std::uint32_t index, const Sides& sides) {
+    SymbolId w = sides.x;  // unless the loop has it
     if (!sides.power.valid()) return;
     const auto known = names_.find({x, sides.power});
     if (known != names_.end()) w = known->second;

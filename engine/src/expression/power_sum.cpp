@@ -46,14 +46,9 @@ Sum sum_of(const PowerTerm& term) {
   return sum;
 }
 
-/// One side of a law; and whether a product of sums had to be written out for that.
-struct Side {
-  std::optional<Sum> sum;
-  bool written_out = false;
-};
-Side expanded(ExprPool& pool, const Sides& sides, std::size_t side) {
+/// One side of a law as a sum of powers, with products and powers of sums written out; none if it is no such sum.
+std::optional<Sum> expanded(ExprPool& pool, const Sides& sides, std::size_t side) {
   std::unordered_map<ExprId, std::optional<Sum>> sums;
-  bool written_out = false;
   for (const ExprId e : reachable(pool, {&sides.expressions[side], 1})) {
     const ExprNode node = pool[e];  // a copy: the pool grows
     std::optional<Sum>& sum = sums[e];
@@ -70,16 +65,24 @@ Side expanded(ExprPool& pool, const Sides& sides, std::size_t side) {
       for (const PowerTerm& term : *b) add(pool, *sum, node.op == Op::add ? term : negated(pool, term));
     } else if (node.op == Op::mul || node.op == Op::div) {
       sum = product(pool, node.op, *a, *b);
-      written_out = true;
     } else if (node.op == Op::pow && pool.is_constant(ExprId(node.b))) {
       const double n = pool[ExprId(node.b)].constant;
       if (!(n >= 2.0 && n <= kHighestPower && n == std::floor(n))) continue;
       sum = a;
       for (int k = 1; sum && k < static_cast<int>(n); ++k) sum = product(pool, Op::mul, *sum, *a);
-      written_out = true;
     }
   }
-  return {sums.at(sides.expressions[side]), written_out};
+  return sums.at(sides.expressions[side]);
+}
+
+/// Whether there is a product or power that is no power of x: of sums.
+bool has_product_of_sums(const ExprPool& pool, const Sides& sides) {
+  for (const auto& terms : sides.terms)
+    for (const auto& [e, term] : terms) {
+      const Op op = pool[e].op;
+      if (!term.known() && (op == Op::mul || op == Op::div || op == Op::pow)) return true;
+    }
+  return false;
 }
 
 /// @p sum as odd powers of x; none where one has no slope at 0. @p free  what is free of x, invalid: 0
@@ -108,13 +111,12 @@ bool has_condition(const ExprPool& pool, ExprId law) {
 }  // namespace
 
 ExprId odd_power_sum(ExprPool& pool, ExprId law, const Sides& sides) {
-  if (!sides.above_zero.empty()) return {};
-  const Side above = expanded(pool, sides, 0), below = expanded(pool, sides, 1);
-  if (!above.sum || !below.sum || (above.sum->size() < 2 && below.sum->size() < 2)) return {};
-  if (!above.written_out && !below.written_out && !has_condition(pool, law)) return {};
+  if (!sides.above_zero.empty() || (!has_product_of_sums(pool, sides) && !has_condition(pool, law))) return {};
+  const std::optional<Sum> above = expanded(pool, sides, 0), below = above ? expanded(pool, sides, 1) : std::nullopt;
+  if (!above || !below || (above->size() < 2 && below->size() < 2)) return {};
   ExprId free_above, free_below;
-  const ExprId right = as_odd_powers(pool, sides, *above.sum, true, free_above);
-  const ExprId left = as_odd_powers(pool, sides, *below.sum, false, free_below);
+  const ExprId right = as_odd_powers(pool, sides, *above, true, free_above);
+  const ExprId left = as_odd_powers(pool, sides, *below, false, free_below);
   if (!right.valid() || !left.valid() || free_above != free_below) return {};
   if (sides.at_zero != (free_above.valid() ? free_above : pool.constant(0.0))) return {};
   if (right == left) return right;

@@ -31,7 +31,7 @@ ExprId without_factor(ExprPool& pool, ExprId product, ExprId u) {
 /// Of u^k with k > 0, |u|^k, a root of u, c u or u/c, where c does not vary: u, and k.
 struct Inner {
   ExprId of;
-  double power;
+  double power = 1.0;
 };
 Inner inner(const ExprPool& pool, ExprId e, const std::function<bool(ExprId)>& varies) {
   const ExprNode& node = pool[e];
