@@ -210,6 +210,17 @@ TEST_CASE("jumps are distinguished from kinks") {
   CHECK(jumps_with(w.pool, w.derivative(line, "x"), [](SymbolId) { return true; }));
 }
 
+TEST_CASE("a root beside a product of more factors than can be counted is differentiated all the same") {
+  World w;
+  ExprId power = w.parse("x + y"), chain = w.parse("sqrt(abs(x))");
+  for (int k = 0; k < 40; ++k) power = w.pool.mul(power, power);
+  for (int k = 0; k < 100000; ++k) chain = w.pool.mul(chain, w.pool.add(w.symbol("y"), w.pool.constant(k)));
+  const std::vector<double> at{0.0, 0.5, 0.5};
+  CHECK(w.value(w.derivative(w.pool.mul(power, w.parse("sqrt(abs(x))")), "x"), at) ==
+        Approx(0x1p40 * std::sqrt(0.5) + 0.5 / std::sqrt(0.5)).epsilon(1e-12));
+  CHECK(w.derivative(w.pool.mul(w.symbol("x"), chain), "x").valid());
+}
+
 TEST_CASE("a root beside a factor that vanishes with it has the slope of their product, at 0, too") {
   World w;
   const auto slope = [&w](const std::string& text, double x) {

@@ -16,15 +16,17 @@ ExprId power_of(ExprPool& pool, const ExprNode& root) {
 }
 
 /// @p product without its factor @p u; none if that is not among its factors.
-ExprId without_factor(ExprPool& pool, ExprId product, ExprId u) {
+/// @param looks  so many parts are looked at: squares of squares have more than can be counted
+ExprId without_factor(ExprPool& pool, ExprId product, ExprId u, int& looks) {
   if (product == u) return pool.constant(1.0);
+  if (looks-- <= 0) return {};
   const ExprNode node = pool[product];  // a copy: the pool grows
   const ExprId a(node.a), b(node.b);
   if (node.op != Op::neg && node.op != Op::mul && node.op != Op::div) return {};
-  if (const ExprId rest = without_factor(pool, a, u); rest.valid())
+  if (const ExprId rest = without_factor(pool, a, u, looks); rest.valid())
     return node.op == Op::neg ? pool.neg(rest) : pool.make(node.op, rest, b);
   if (node.op != Op::mul) return {};
-  const ExprId rest = without_factor(pool, b, u);
+  const ExprId rest = without_factor(pool, b, u, looks);
   return rest.valid() ? pool.mul(a, rest) : rest;
 }
 
@@ -60,15 +62,17 @@ Inner inner(const ExprPool& pool, ExprId e, const std::function<bool(ExprId)>& v
 
 std::optional<RootSlope> root_slope(ExprPool& pool, ExprId root, ExprId factor,
                                     const std::function<bool(ExprId)>& varies) {
+  constexpr int kMostLooks = 100;
   const ExprNode node = pool[root];  // a copy: the pool grows
+  int looks = kMostLooks;
   if (node.op == Op::abs) {
-    const ExprId rest = without_factor(pool, factor, pool.make(Op::sign, ExprId(node.a)));
+    const ExprId rest = without_factor(pool, factor, pool.make(Op::sign, ExprId(node.a)), looks);
     return rest.valid() ? std::optional(RootSlope{ExprId(node.a), rest}) : std::nullopt;
   }
   if (!is_root(pool, node)) return std::nullopt;
   double more = 1.0;
-  for (ExprId u(node.a); u.valid() && varies(u);) {
-    if (const ExprId rest = without_factor(pool, factor, u); rest.valid()) {
+  for (ExprId u(node.a); u.valid() && varies(u) && looks > 0;) {
+    if (const ExprId rest = without_factor(pool, factor, u, looks); rest.valid()) {
       const ExprId n = pool.mul(pool.constant(more), power_of(pool, node));
       return RootSlope{u, pool.mul(pool.mul(n, rest), root)};
     }

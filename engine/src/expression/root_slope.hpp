@@ -18,7 +18,7 @@ struct RootSlope {
 /// Where the factor has u, and the root is of c |u|, c u^2 and the like, u d(root)/du = n root is written for it, which
 /// is 0 at u = 0; product and quotient of the two would be 0 times infinity there. None of other operators and factors.
 /// @param varies  whether an expression does, by what is differentiated by; c does not
-/// @note Cost: linear in the factor's own factors.
+/// @note Cost: bounded. Of a product of more than a hundred factors not all are looked at.
 std::optional<RootSlope> root_slope(ExprPool& pool, ExprId root, ExprId factor,
                                     const std::function<bool(ExprId)>& varies);
 
