@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <optional>
 
 #include "bgsim/describe.hpp"
 #include "bgsim/infer_units.hpp"
@@ -84,11 +85,12 @@ Exit check_command(const Arguments& arguments) {
   std::cout << describe_loops(model, study.equations(), study.order());
   // A scene that cannot be prepared is as much a fault of the model as a stroke that cannot be placed.
   for (const Scene& scene : model.scenes) print_warnings(prepare(model, scene.name, overrides).warnings, model);
-  Model as_set = model;
+  std::optional<Model> as_set;
   for (const Scene& scene : model.scenes)
-    if (!overrides.set.empty()) as_set = with_overrides(as_set, scene.name, overrides);
-  std::cout << describe_units(as_set, infer_units(as_set, study.graph()));
-  const std::vector<Diagnostic> problems = unit_problems(as_set, study.graph());
+    if (!overrides.set.empty()) as_set = with_overrides(as_set ? *as_set : model, scene.name, overrides);
+  const Model& with_values = as_set ? *as_set : model;
+  std::cout << describe_units(with_values, infer_units(with_values, study.graph()));
+  const std::vector<Diagnostic> problems = unit_problems(with_values, study.graph());
   print_warnings(problems, model);
   const bool contradicts = std::any_of(problems.begin(), problems.end(),
                                        [](const Diagnostic& problem) { return problem.severity == Severity::error; });

@@ -6,6 +6,19 @@
 using Catch::Contains;
 using Catch::StartsWith;
 
+namespace {
+
+/// decay.json with R in ohms and C in @p unit, as @p name.
+void write_with_unit_of_c(const Workplace& here, const std::string& name, const std::string& unit) {
+  std::string model = here.read("decay.json");
+  const std::string values = "\"R\": 2, \"C\": 0.5";
+  model.replace(model.find(values), values.size(),
+                R"("R": { "value": 2, "unit": "Ohm" }, "C": { "value": 0.5, "unit": ")" + unit + "\" }");
+  here.write(name, model);
+}
+
+}  // namespace
+
 TEST_CASE("verify passes what agrees, shows where and by how much the rest does not, and ends with exit code 1") {
   const Workplace here;
   const Outcome run = here.bgsim("verify decay.json");
@@ -75,10 +88,7 @@ TEST_CASE("check, equations and show answer on standard output") {
 
 TEST_CASE("check tells units that contradict and ends with code 1, a run warns and goes on") {
   const Workplace here;
-  std::string model = here.read("decay.json");
-  model.replace(model.find("\"R\": 2, \"C\": 0.5"), 16,
-                R"("R": { "value": 2, "unit": "Ohm" }, "C": { "value": 0.5, "unit": "H" })");
-  here.write("henry.json", model);
+  write_with_unit_of_c(here, "henry.json", "H");
   const Outcome check = here.bgsim("check henry.json");
   CHECK(check.code == 1);
   CHECK_THAT(check.err, Contains("error BG161: the resistance of \"drain\""));
@@ -94,10 +104,7 @@ TEST_CASE("check tells units that contradict and ends with code 1, a run warns a
 
 TEST_CASE("a parameter that the command line sets to another unit contradicts as one that a scene sets") {
   const Workplace here;
-  std::string model = here.read("decay.json");
-  model.replace(model.find("\"R\": 2, \"C\": 0.5"), 16,
-                R"("R": { "value": 2, "unit": "Ohm" }, "C": { "value": 0.5, "unit": "F" })");
-  here.write("units.json", model);
+  write_with_unit_of_c(here, "units.json", "F");
   CHECK(here.bgsim("check units.json --set R=3").code == 0);
   const Outcome check = here.bgsim("check units.json --set R=C");
   CHECK(check.code == 1);
