@@ -7,6 +7,7 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "expression/apply.hpp"
 #include "expression/graph.hpp"
 #include "program/evaluator_impl.hpp"
 #include "program/own_borders.hpp"
