@@ -61,6 +61,8 @@ class AlongTheWay {
   /// 0, where the laws may jump on the way, and 1.
   [[nodiscard]] std::vector<double> jumps() const {
     constexpr std::size_t kMost = 1000;
+    const auto may_jump = [this](ExprId e) { return is_step(pool_[e].op); };
+    if (std::none_of(nodes_.begin(), nodes_.end(), may_jump)) return {0.0, 1.0};
     ExprPool pool = pool_;
     std::vector<double> values(symbol_values_.begin(), symbol_values_.end());
     const SymbolId s(values.size());
@@ -72,11 +74,9 @@ class AlongTheWay {
     std::vector<double> all{0.0, 1.0};
     for (const ExprId e : nodes_) {
       const ExprNode node = pool[e];  // a copy: the pool grows
-      ExprId step;
-      if (node.op == Op::mod) step = pool.make(Op::floor, pool.div(ExprId(node.a), ExprId(node.b)));
-      if (is_comparison(node.op) || node.op == Op::sign || node.op == Op::step || is_rounding(node.op)) step = e;
-      if (!step.valid()) continue;
-      step = substitute(pool, step, way);
+      if (!is_step(node.op)) continue;
+      const ExprId turns = node.op == Op::mod ? pool.make(Op::floor, pool.div(ExprId(node.a), ExprId(node.b))) : e;
+      const ExprId step = substitute(pool, turns, way);
       if (pool.is_constant(step)) continue;
       RelationOfTime relation(pool, step, s, values);
       for (auto at = relation.next_change(0.0, 1.0); at && all.size() < kMost; at = relation.next_change(*at, 1.0))
@@ -88,6 +88,9 @@ class AlongTheWay {
   }
 
  private:
+  static bool is_step(Op op) {
+    return is_comparison(op) || op == Op::sign || op == Op::step || is_rounding(op) || op == Op::mod;
+  }
   [[nodiscard]] double value(std::uint32_t e) const { return values_[*position_.find(ExprId(e))]; }
 
   const ExprPool& pool_;
@@ -118,8 +121,9 @@ double Evaluator::energy_by_laws(std::size_t part, std::span<const double> from,
   const std::vector<double> jumps = way.jumps();
   double sum = 0.0;
   for (std::size_t i = 0; i + 1 < jumps.size(); ++i) {
-    double alone = 0.0, error = 0.0;
-    double piece = integral(jumps[i], jumps[i + 1], 0, alone);
+    const bool is_whole = jumps.size() == 2;
+    double alone = first, error = 0.0;
+    double piece = is_whole ? whole : integral(jumps[i], jumps[i + 1], 0, alone);
     if (alone > kTolerance * way.most()) {
       // Of coupled windings nothing but rounding may be left, which shorter parts do not make less.
       piece = integral(jumps[i], jumps[i + 1], kDeepEnough, error);
