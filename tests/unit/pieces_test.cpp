@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "expression/signed_power.hpp"
 #include "support/approx.hpp"
@@ -95,4 +97,50 @@ TEST_CASE("laws that jump, turn back, or are level somewhere are not one to one"
     CHECK_FALSE(inverse.monotone);
     CHECK_FALSE(inverse.solution.valid());
   }
+}
+
+TEST_CASE("tables that rise or fall are inverted where they are linear, within their data") {
+  World w;
+  Table table;
+  table.file = "measured.csv";
+  table.column = "u";
+  table.x = {-4.0, -1.0, 0.5, 2.0, 5.0};
+  table.y = {-7.0, -6.5, -1.0, 0.25, 9.0};
+  const auto look = [&](const Table& data, const std::function<ExprId(ExprId)>& law) {
+    const TableId id = w.pool.add_table(data);
+    const ExprId x = w.symbol("x"), read = w.pool.table(Op::table, w.pool.mul(x, w.symbol("y")), id);
+    return std::pair(law(read), invert_in_pieces(w.pool, law(read), w.id("x"), w.symbol("R_b"), numbers(w)));
+  };
+  const auto alone = [](ExprId read) { return read; };
+  Table falling = table, inverse = table, level = table, turning = table, spline = table, over = table;
+  for (double& y : falling.y) y = -y;
+  std::swap(inverse.x, inverse.y);
+  inverse.inverse = true;
+  level.y[2] = level.y[1];
+  turning.y[2] = -8.0;
+  spline.interpolation = over.interpolation = Interpolation::spline;
+  spline.y = {-8.0, -1.1, 0.5, 2.8, 17.5};  // a little more than x, and x^3/10
+  over.y = {-7.0, -6.9, -6.8, 9.0, 9.1};    // rises from point to point, and swings between them
+
+  for (const Table* data : {&table, &falling, &inverse}) {
+    const auto [law, found] = look(*data, alone);
+    CHECK(found.monotone);
+    REQUIRE(found.solution.valid());
+    const double least = data->x.front() / 1.25, most = data->x.back() / 1.25;  // y = 1.25
+    for (const double x : {least, 0.7 * least, 0.0, 0.3 * most, most}) {
+      std::vector<double> v{0.0, x, 1.25, 3.5, 0.0, 0.0, 0.0};
+      v[6] = w.value(law, v);
+      CAPTURE(x, v[6], w.text(found.solution));
+      CHECK(w.value(found.solution, v) == Approx(x).epsilon(1e-12).margin(1e-15));  // a few roundings
+    }
+    std::vector<double> beyond{0.0, 0.0, 1.25, 3.5, 0.0, 0.0, 50.0};
+    CHECK(std::isnan(w.value(found.solution, beyond)));
+  }
+  // In a sum with what rises, too, or as a spline: one to one, without a closed form.
+  const auto beside = [&](ExprId read) { return w.pool.add(read, w.pool.mul(w.symbol("x"), w.symbol("z"))); };
+  for (const auto& found : {look(table, beside).second, look(spline, alone).second}) {
+    CHECK(found.monotone);
+    CHECK_FALSE(found.solution.valid());
+  }
+  for (const Table* data : {&level, &turning, &over}) CHECK_FALSE(look(*data, alone).second.monotone);
 }

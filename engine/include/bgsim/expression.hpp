@@ -100,6 +100,7 @@ struct Table {
   Interpolation interpolation = Interpolation::linear;
   std::vector<double> x, y;
   std::vector<double> slope2;  ///< second derivatives at the knots (spline only)
+  bool inverse = false;        ///< with x and y exchanged: x is the column, and y what the file has first
   /// Not data: what a delayed signal was, as a run has it so far. Its knots come in pairs, each the ends of a cubic;
   /// and it is looked up between `first` and `last` of them alone, and beyond these by the cubics there.
   bool delayed = false;

@@ -11,6 +11,7 @@
 #include "equations/junctions.hpp"
 #include "equations/law_forms.hpp"
 #include "equations/loop_roots.hpp"
+#include "equations/one_way_laws.hpp"
 #include "equations/total_derivatives.hpp"
 #include "equations/unknowns.hpp"
 #include "expression/graph.hpp"
@@ -50,7 +51,8 @@ class Derivation {
     claim({});
     derivatives_.write_equations();
     claim({});
-    if (!problems_.empty()) throw ModelError(std::move(problems_), model_.sources);
+    if (!problems_.empty())
+      throw ModelError(with_one_way_laws(model_, graph_, causal_, std::move(problems_)), model_.sources);
     if (!system_.switches.empty() || !system_.diodes.empty())
       system_.jump.terms = impulse_terms(model_, graph_, system_);
     claim({});

@@ -117,8 +117,8 @@ ExprId TotalDerivatives::chain_rule(ExprId expression, const Pending& pending) {
 }
 
 void TotalDerivatives::report_index(const Equation& equation, const std::string& name) {
-  if (!index_reported_) problems_.push_back(index_fault(name, kMostDerivatives, equation.place));
-  index_reported_ = true;
+  if (!reported_) problems_.push_back(index_fault(name, kMostDerivatives, equation.place));
+  reported_ = true;
 }
 
 /// Conditions do not make a jump: it is one if both sides differ where they meet. What differs wherever it was looked
@@ -127,7 +127,15 @@ void TotalDerivatives::look_at_borders(ExprId expression, Place place, const Pen
   if (in_pieces_) return;
   const auto name = [this](SymbolId s) { return system_.symbols[s.index()].name; };
   Diagnostic fault = jump_fault(readable_text(system_.pool, expression, name), place, pending.wish);
-  if (certainly_jumps(model_, system_, expression)) return problems_.push_back(std::move(fault));
+  if (certainly_jumps(model_, system_, expression)) {
+    const bool known = std::any_of(problems_.begin(), problems_.end(), [&](const Diagnostic& problem) {
+      return problem.code == fault.code && problem.place && fault.place &&
+             problem.place->document == fault.place->document && problem.place->begin == fault.place->begin;
+    });
+    if (!known) problems_.push_back(std::move(fault));
+    reported_ = true;
+    return;
+  }
   system_.equations[system_.symbols[pending.unknown.index()].index].whole = expression;
   system_.continuous.push_back({pending.unknown, expression, std::move(fault)});
 }

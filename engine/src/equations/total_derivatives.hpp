@@ -52,7 +52,8 @@ class TotalDerivatives {
   std::unordered_map<ExprId, SymbolId> derivatives_;
   std::vector<Pending> pending_;
   std::unordered_map<SymbolId, std::uint32_t> depth_;  ///< differentiations between an unknown and the model's own
-  bool index_reported_ = false;
+  /// Whether something was: a derivative of a jump is asked for again and again, up to the most.
+  bool reported_ = false;
 };
 
 }  // namespace bgsim

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "expression/inverse_table.hpp"
 #include "expression/rounded.hpp"
 
 namespace bgsim {
@@ -30,7 +31,7 @@ bool has_domain(Op op) {
          op == Op::acos || op == Op::acosh || op == Op::atanh;
 }
 
-Way way_of_result(const ExprNode& node, const std::array<Course, 3>& a) {
+Way way_of_result(const ExprNode& node, const Table* table, const std::array<Course, 3>& a) {
   const auto way_of_size = [](const Course& c) {  // of |c|
     if (c.range.lower() >= 0.0) return c.way;
     return c.range.upper() <= 0.0 ? reversed(c.way) : Way::unknown;
@@ -75,6 +76,10 @@ Way way_of_result(const ExprNode& node, const std::array<Course, 3>& a) {
       return together(way_of_size(a[0]), way_of_size(a[1]));
     case Op::ssqrt:
       return a[1].way == Way::constant ? a[0].way : Way::unknown;
+    case Op::table: {
+      const Way way = way_of(*table);
+      return way == Way::falling ? reversed(a[0].way) : way == Way::rising ? a[0].way : Way::unknown;
+    }
     case Op::sqrt:
     case Op::cbrt:
     case Op::exp:
@@ -139,8 +144,9 @@ std::vector<Part> Cutter::cut(ExprId expression) {
     open.pop_back();
     const auto decision = first_decision(part.expression);
     if (!decision) {
-      if (hidden_kink(part.expression)) return {};
-      done.push_back(part);
+      Part inside_data = part;
+      if (hidden_kink(part.expression) || !limit_to_data(inside_data)) return {};
+      if (inside_data.low < inside_data.high) done.push_back(inside_data);
       continue;
     }
     if (!divide(part, *decision, open)) return {};
@@ -171,6 +177,7 @@ Way Cutter::way_of(const Part& part) {
     std::array<Course, 3> a{};
     std::size_t n = 0;
     for_each_argument(node, [&](ExprId argument) { a[n++] = courses[*position.find(argument)]; });
+    const Table* const table = is_table(node.op) ? pool_.tables()[node.b].get() : nullptr;
     Course& course = courses[i];
     if (node.op == Op::constant || (node.op == Op::symbol && SymbolId(node.a) != x_)) {
       course.low = course.high = node.op == Op::constant ? node.constant : number_(SymbolId(node.a));
@@ -178,18 +185,20 @@ Way Cutter::way_of(const Part& part) {
     } else if (node.op == Op::symbol) {
       course = {low, high, Way::rising, {}};
     } else {
-      course.low = apply(node.op, a[0].low, a[1].low, a[2].low);
-      course.high = apply(node.op, a[0].high, a[1].high, a[2].high);
+      course.low =
+          table != nullptr ? value_within(node.op, *table, a[0].low) : apply(node.op, a[0].low, a[1].low, a[2].low);
+      course.high =
+          table != nullptr ? value_within(node.op, *table, a[0].high) : apply(node.op, a[0].high, a[1].high, a[2].high);
       const bool fixed = std::all_of(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(n),
                                      [](const Course& c) { return c.way == Way::constant; });
-      course.way = fixed ? Way::constant : way_of_result(node, a);
+      course.way = fixed ? Way::constant : way_of_result(node, table, a);
       // Beyond its domain a root has no values, and nothing that its inverse could give back.
       if (has_domain(node.op) && (std::isnan(course.low) || std::isnan(course.high))) course.way = Way::unknown;
     }
     if (course.way != Way::unknown && !std::isnan(course.low) && !std::isnan(course.high))
       course.range = {std::min(course.low, course.high), std::max(course.low, course.high)};
     else if (course.way == Way::unknown)
-      course.range = range_of(node.op, nullptr, a[0].range, a[1].range, a[2].range);
+      course.range = range_of(node.op, table, a[0].range, a[1].range, a[2].range);
     if (course.way == Way::constant && std::isnan(course.low)) course.way = Way::unknown;
   }
   if (courses.back().way != Way::unknown) return courses.back().way;
@@ -228,13 +237,42 @@ std::optional<ExprId> Cutter::first_decision(ExprId root) const {
   return std::nullopt;
 }
 
+/// Takes from a part what its tables have no data for. False if that is not known. Inner tables come first, so that
+/// those around them have an argument throughout.
+bool Cutter::limit_to_data(Part& part) {
+  const std::vector<ExprId> nodes = reachable(pool_, {&part.expression, 1});
+  const std::vector<char> depends = with_x(nodes);
+  for (std::size_t i = 0; i < nodes.size() && part.low < part.high; ++i) {
+    const ExprNode node = pool_[nodes[i]];
+    if (depends[i] == 0 || node.op != Op::table) continue;
+    const ExprId argument(node.a);
+    const Way way = way_of({argument, part.low, part.high, {}, {}});
+    if (way != Way::rising && way != Way::falling) return false;
+    const std::vector<double>& x = pool_.table(TableId(node.b)).x;
+    const auto limit = [&](double end, bool low) {
+      ExprId border;
+      double root = kNothing;
+      if (!zero_of(pool_.sub(argument, pool_.constant(end)), border, root)) return false;
+      if (low ? root > part.low : root < part.high) {
+        (low ? part.low : part.high) = root;
+        (low ? part.low_border : part.high_border) = border;
+      }
+      return true;
+    };
+    const double first = x.front(), last = x.back();  // the pool grows
+    if (!limit(first, way == Way::rising) || !limit(last, way == Way::falling)) return false;
+  }
+  return true;
+}
+
 /// What cannot be cut.
 bool Cutter::hidden_kink(ExprId root) const {
   const std::vector<ExprId> nodes = reachable(pool_, {&root, 1});
   const std::vector<char> depends = with_x(nodes);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Op op = pool_[nodes[i]].op;
-    if (depends[i] != 0 && (is_rounding(op) || op == Op::mod || is_table(op) || op == Op::der || is_logical(op)))
+    if (depends[i] == 0) continue;
+    if (is_rounding(op) || op == Op::mod || op == Op::der || is_logical(op) || (is_table(op) && op != Op::table))
       return true;
   }
   return false;
@@ -330,6 +368,8 @@ bool Cutter::meet(const Part& lower, const Part& upper) const {
         values[i] = rounded_constant(node.constant);
       else if (node.op == Op::symbol)
         values[i] = {SymbolId(node.a) == x_ ? upper.low : number_(SymbolId(node.a)), 0.0};
+      else if (is_table(node.op))
+        values[i] = apply_rounded(node.op, *pool_.tables()[node.b], a[0]);
       else
         values[i] = apply_rounded(node.op, a, n);
       if (node.op == Op::symbol) values[i].error = std::numeric_limits<double>::epsilon() * std::abs(values[i].value);
@@ -364,9 +404,10 @@ Way Cutter::way_by_slope(ExprId expression, double low, double high) {
       const double fixed = node.op == Op::constant ? node.constant
                            : node.op == Op::symbol ? number_(SymbolId(node.a))
                                                    : 0.0;
-      values[i] = node.op == Op::symbol && SymbolId(node.a) == x_    ? x
-                  : node.op == Op::constant || node.op == Op::symbol ? Range(fixed, fixed)
-                                                                     : range_of(node.op, nullptr, a[0], a[1], a[2]);
+      values[i] = node.op == Op::symbol && SymbolId(node.a) == x_ ? x
+                  : node.op == Op::constant || node.op == Op::symbol
+                      ? Range(fixed, fixed)
+                      : range_of(node.op, is_table(node.op) ? pool_.tables()[node.b].get() : nullptr, a[0], a[1], a[2]);
     }
     const Range& s = values.back();
     const Way here = s.lower() > 0.0 ? Way::rising : s.upper() < 0.0 ? Way::falling : Way::unknown;

@@ -53,6 +53,7 @@ class Cutter {
  private:
   [[nodiscard]] std::optional<ExprId> first_decision(ExprId root) const;
   [[nodiscard]] bool hidden_kink(ExprId root) const;
+  bool limit_to_data(Part& part);
   bool divide(const Part& part, ExprId decision, std::vector<Part>& open);
   bool zero_of(ExprId guard, ExprId& border, double& root);
   ExprId branch_of(const ExprNode& node, double guard);

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "expression/inverse_table.hpp"
 #include "expression/inverter.hpp"
 #include "expression/monotone.hpp"
 
@@ -135,6 +136,11 @@ class PartInverter {
     for (int round = 0; round < 8; ++round) {
       ExprId next;
       const auto rest = [&](ExprId where, ExprId value) -> std::optional<ExprId> {
+        if (pool_[where].op == Op::table) {
+          next = ExprId(pool_[where].a);
+          const auto inverse = inverse_table(pool_, TableId(pool_[where].b));
+          return inverse ? std::optional(pool_.table(Op::table, value, *inverse)) : std::nullopt;
+        }
         const std::vector<ExprId> below = reachable(pool_, {&where, 1});
         const std::vector<char> depends = cutter_.with_x(below);
         for (std::size_t i = below.size() - 1; i-- > 0;) {

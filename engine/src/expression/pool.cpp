@@ -103,8 +103,8 @@ bool same(const ExprNode& l, const ExprNode& r) {
 }
 
 bool same(const Table& l, const Table& r) {
-  return l.delayed == r.delayed && l.column == r.column && l.interpolation == r.interpolation && l.file == r.file &&
-         l.x == r.x && l.y == r.y;
+  return l.delayed == r.delayed && l.inverse == r.inverse && l.column == r.column &&
+         l.interpolation == r.interpolation && l.file == r.file && l.x == r.x && l.y == r.y;
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "expression/graph.hpp"
+#include "expression/inverse_table.hpp"
+#include "expression/table_cell.hpp"
 
 namespace bgsim {
 
@@ -37,6 +39,21 @@ Rounded apply_rounded(Op op, const std::array<Rounded, 3>& x, std::size_t count)
   return result;
 }
 
+Rounded apply_rounded(Op op, const Table& table, const Rounded& x) {
+  const double value = value_within(op, table, x.value);
+  double moved = 0.0;
+  for (const double shift : {-x.error, x.error}) {
+    const double there = std::abs(value_within(op, table, x.value + shift) - value);
+    if (std::isfinite(there)) moved = std::max(moved, there);
+  }
+  double size = std::abs(value);
+  if (op == Op::table && !table.delayed && table.x.size() > 1) {
+    const std::size_t k = cell_of(table, x.value);
+    size = std::max({size, std::abs(table.y[k]), std::abs(table.y[k + 1])});
+  }
+  return {value, moved + 4.0 * kHalfUlp * size};
+}
+
 double rounding_of(const ExprPool& pool, ExprId root, std::span<const double> symbol_values,
                    std::span<const double> symbol_errors) {
   const std::vector<ExprId> nodes = reachable(pool, {&root, 1});
@@ -53,7 +70,7 @@ double rounding_of(const ExprPool& pool, ExprId root, std::span<const double> sy
       std::size_t n = 0;
       for_each_argument(node, [&](ExprId a) { x[n++] = values[*position.find(a)]; });
       if (is_table(node.op))
-        values[i] = {apply_table(node.op, *pool.tables()[node.b], x[0].value), 0.0};
+        values[i] = apply_rounded(node.op, *pool.tables()[node.b], x[0]);
       else if (node.op != Op::der)
         values[i] = apply_rounded(node.op, x, n);
     }

@@ -19,6 +19,9 @@ Rounded rounded_constant(double value);
 /// An operator on rounded values; not for der and tables.
 Rounded apply_rounded(Op op, const std::array<Rounded, 3>& x, std::size_t count);
 
+/// A table, or a derivative of it, at a rounded argument: its knots are exact, the sum between them is rounded.
+Rounded apply_rounded(Op op, const Table& table, const Rounded& x);
+
 /// How far the value of @p root can be off if its numbers are rounded and the symbols are off by @p symbol_errors.
 double rounding_of(const ExprPool& pool, ExprId root, std::span<const double> symbol_values,
                    std::span<const double> symbol_errors);

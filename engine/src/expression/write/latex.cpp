@@ -89,8 +89,9 @@ TypesetForm function_latex(Op op) {
   }
 }
 
-TypesetForm table_latex(const std::string& column, std::size_t derivatives) {
-  return {word_latex(column) + std::string(derivatives, '\'') + "\\left(", ", ", "\\right)"};
+TypesetForm table_latex(const Table& table, std::size_t derivatives) {
+  const std::string name = table.inverse ? "{" + word_latex(table.column) + "^{-1}}" : word_latex(table.column);
+  return {name + std::string(derivatives, '\'') + "\\left(", ", ", "\\right)"};
 }
 
 std::string_view sign_latex(Op op) {

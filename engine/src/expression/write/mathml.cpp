@@ -123,8 +123,9 @@ std::string_view sign_element(Op op) {
   }
 }
 
-TypesetForm table_element(const std::string& column, std::size_t derivatives) {
-  std::string name = xml_text(column);
+TypesetForm table_element(const Table& table, std::size_t derivatives) {
+  std::string name = xml_text(table.column);
+  if (table.inverse) name += "\u207b\u00b9";
   for (std::size_t i = 0; i < derivatives; ++i) name += "\u2032";
   return named_function(xml_element("mi", name));
 }

@@ -170,6 +170,7 @@ class TextWriter : public ExpressionWriter {
       text_ += name_(SymbolId(node.a));
     } else {
       const bool delayed = is_table(node.op) && pool_.table(TableId(node.b)).delayed;
+      if (is_table(node.op) && pool_.table(TableId(node.b)).inverse) text_ += "inverse_";
       const std::string name(name_of(node.op));
       text_ += delayed ? "delayed" + name.substr(std::string("table").size()) : name;  // delayed_slope
       text_ += "(";

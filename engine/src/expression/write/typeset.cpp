@@ -88,7 +88,7 @@ class TypesetWriter : public ExpressionWriter {
 
   void function(const ExprNode& node) {
     const TypesetForm form =
-        is_table(node.op) ? language_.table(pool_.table(TableId(node.b)).column,
+        is_table(node.op) ? language_.table(pool_.table(TableId(node.b)),
                                             static_cast<std::size_t>(node.op) - static_cast<std::size_t>(Op::table))
                           : language_.function(node.op);
     text_ += form.before;

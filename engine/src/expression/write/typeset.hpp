@@ -25,7 +25,7 @@ struct Typesetting {
   std::string (*name)(const std::string& name);
   std::string_view (*sign)(Op op);  ///< of comparisons, and, or, + and -
   TypesetForm (*function)(Op op);
-  TypesetForm (*table)(const std::string& column, std::size_t derivatives);
+  TypesetForm (*table)(const Table& table, std::size_t derivatives);
 };
 
 /// @param least  what binds weaker than this is put into parentheses.
