@@ -96,3 +96,20 @@ TEST_CASE("a program with a state that the run before left out does not take ove
   const RunResult before = first_steps(cut, 5);
   CHECK_THROWS_AS(continued(all.inputs(), before.stored, before.rows, all.program()), std::invalid_argument);
 }
+
+TEST_CASE("rows that were recorded of other times are no part of a run that is continued") {
+  const Study study = side_by_side(1.0);
+  const Simulation all = study.scene();
+  RunInputs part = all.inputs();
+  part.stop = all.inputs().stop / 2;
+  part.output_times = {part.start, part.stop};
+  const RunResult before = study.scene(part).simulate(one_run());
+  REQUIRE_FALSE(before.failure);
+  REQUIRE(before.rows == 2);
+  // Of the whole run's times many more are behind.
+  CHECK_THROWS_AS(continued(all.inputs(), before.stored, before.rows, all.program()), std::invalid_argument);
+  // Nor are times of before in a scene that begins later.
+  RunInputs later = all.inputs();
+  later.start = part.stop;
+  CHECK_THROWS_AS(study.scene(later).simulate(one_run()), std::invalid_argument);
+}

@@ -172,4 +172,12 @@ TEST_CASE("of a switch with hysteresis both sides may rest, or neither", "[long]
   CHECK_THAT(message, Contains("BG412") && Contains("in 2 modes of its switches") &&
                           Contains("in the mode s open there is a rest at which \"s\" leaves its side") &&
                           Contains("in the mode s closed there is a rest at which \"s\" leaves its side"));
+  // Several starts lead to the same rest.
+  const auto times_of = [&message](const std::string& words) {
+    std::size_t count = 0;
+    for (std::size_t at = message.find(words); at != std::string::npos; at = message.find(words, at + 1)) ++count;
+    return count;
+  };
+  CHECK(times_of("in the mode s open there is") == 1);
+  CHECK(times_of("in the mode s closed there is") == 1);
 }

@@ -234,13 +234,15 @@ struct SimulateOptions {
 /// Never throws for numerical failure: the trace up to there is in the result, with a BG6xx failure that names element,
 /// expression and time.
 /// @throws ModelError BG405 (see initial_states); BG171 resume is no snapshot, or one of another model, scene or
-/// method. std::invalid_argument for a program with diodes or contacts, whose sides Simulation::simulate finds.
+/// method. std::invalid_argument for a program with diodes or contacts, whose sides Simulation::simulate finds, and for
+/// an output time before the start.
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options = {});
 
 /// The inputs with which @p to, another program of the same model (other strokes, other outputs), goes on from where a
 /// run ended: its states are what the stores hold there, and the first @p recorded output times are left out.
 /// Conditions and loops follow from the states, as at any start; the integrator begins with short steps.
-/// @throws std::invalid_argument if a state of @p to is none of those stored, as where the first program left it out.
+/// @throws std::invalid_argument if a state of @p to is none of those stored, as where the first program left it out;
+/// if the first output time that is left is before the time of @p stored, as where @p recorded counts other times.
 RunInputs continued(const RunInputs& inputs, const Stored& stored, std::size_t recorded, const Program& to);
 
 /// Activity of an element: integral of |power| over the scene, a measure of what it contributes to the motion.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "bgsim/expression.hpp"
+#include "expression/table_formula.hpp"
 
 namespace bgsim {
 
@@ -26,9 +27,7 @@ inline bool covers(const Table& table, double x) {
 inline double value_in_cell(const Table& table, double x, double cell) {
   if (cell < 0.0) return table_value(table, x);
   if (!covers(table, x)) return std::numeric_limits<double>::quiet_NaN();
-  const auto k = static_cast<std::size_t>(cell);
-  const double slope = (table.y[k + 1] - table.y[k]) / (table.x[k + 1] - table.x[k]);
-  return table.y[k] + slope * (x - table.x[k]);
+  return value_on_line(table, static_cast<std::size_t>(cell), x);
 }
 inline double slope_in_cell(const Table& table, double x, double cell) {
   if (cell < 0.0) return table_slope(table, x);

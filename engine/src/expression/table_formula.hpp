@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "bgsim/expression.hpp"
+#include "expression/interval.hpp"
 
 namespace bgsim {
 
@@ -16,14 +17,23 @@ inline std::size_t delayed_cell(const Table& table, double x) {
   return found - (found - table.first) % 2;
 }
 
+/// On the line through both knots of a cell, from the nearer one: exact at both, and beside a knot of 0 as fine as x.
+inline double value_on_line(const Table& table, std::size_t i, double x) {
+  const double slope = (table.y[i + 1] - table.y[i]) / (table.x[i + 1] - table.x[i]);
+  const double left = x - table.x[i], right = table.x[i + 1] - x;
+  return left <= right ? table.y[i] + slope * left : table.y[i + 1] - slope * right;
+}
+inline Range value_on_line(const Table& table, std::size_t i, const Range& x) {
+  return table.y[i] + (table.y[i + 1] - table.y[i]) / (table.x[i + 1] - table.x[i]) * (x - table.x[i]);
+}
+
 /// Value in the cell [x[i], x[i+1]].
 template <class Number>
 Number cell_value(const Table& table, std::size_t i, const Number& x) {
-  const double h = table.x[i + 1] - table.x[i];
-  const Number left = x - table.x[i];
-  const Number linear = table.y[i] + (table.y[i + 1] - table.y[i]) / h * left;  // exact at the knots
+  const Number linear = value_on_line(table, i, x);
   if (table.interpolation == Interpolation::linear) return linear;
-  const Number right = table.x[i + 1] - x;
+  const double h = table.x[i + 1] - table.x[i];
+  const Number left = x - table.x[i], right = table.x[i + 1] - x;
   const double m0 = table.slope2[i], m1 = table.slope2[i + 1];
   return linear - left * right / (6.0 * h) * (m0 * (h + right) + m1 * (h + left));
 }

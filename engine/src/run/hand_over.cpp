@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "bgsim/text.hpp"
 #include "run/run.hpp"
 #include "run/stored.hpp"
 
@@ -40,6 +41,11 @@ RunInputs continued(const RunInputs& inputs, const Stored& stored, std::size_t r
   RunInputs rest = inputs;
   rest.start = stored.t;
   rest.output_times = inputs.output_times.without_first(recorded);
+  if (!rest.output_times.empty() && rest.output_times.front() < stored.t)
+    throw std::invalid_argument(
+        "the next output time, " + number_text(rest.output_times.front()) + ", is before the time " +
+        number_text(stored.t) +
+        " from which the run is continued: the rows that are recorded are those of other times");
   rest.initial.clear();
   for (std::size_t i = 0; i < to.states.size(); ++i) {
     const auto key = stored_key(to.states[i]);

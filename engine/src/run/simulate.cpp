@@ -41,6 +41,8 @@ RunResult simulate(const Program& program, const RunInputs& inputs, const Simula
 RunResult simulate(const Program& program, const RunInputs& inputs, const SimulateOptions& options, Clock clock) {
   if (inputs.parameters.size() < program.model->parameters.size())  // those of the sides of diodes
     throw std::invalid_argument("a scene with diodes or contacts is run by Simulation::simulate");
+  if (!inputs.output_times.empty() && inputs.output_times.front() < inputs.start)
+    throw std::invalid_argument("an output time is before the start of the scene");
   if (options.measures && (!options.resume.empty() || options.snapshot))
     throw std::invalid_argument("a snapshot does not hold what the outputs are measured to be");
   if (options.trajectory != nullptr && !options.resume.empty())

@@ -161,7 +161,9 @@ class ModeSearch {
     if (left_.empty() && first_error_) throw *first_error_;
     constexpr std::size_t kMost = 4;
     std::vector<Note> notes;
-    for (std::size_t i = 0; i < left_.size() && i < kMost; ++i) {
+    std::set<Mode> named;
+    for (std::size_t i = 0; i < left_.size() && notes.size() < kMost; ++i) {
+      if (!named.insert(left_[i].mode).second) continue;
       std::string names;
       for (const ElementId id : left_[i].leaves)
         names += (names.empty() ? "" : ", ") + in_quotes(short_name(study_.model().elements[id.index()].name));

@@ -137,12 +137,15 @@ bool EventWatch::find_modes(double t, const double* x, Branch& branch) {
 }
 
 /// A guard that has changed here and is back, by no more than what a loop's solution differs from solve to solve, has
-/// crossed: it is held there until it has moved away.
+/// crossed: it is held there until it has moved away. Of a cell, what has changed is the other border: that of the cell
+/// before, at the same place.
 void EventWatch::keep_what_only_wavers(const Branch& branch) {
   constexpr double kOfLoops = 1e-9;
-  for (std::size_t i = 0; i < side_.size(); ++i)
-    if (changed_[i] && !border_[i] && std::abs(values_[i]) <= kOfLoops * largest_[i] && crossed(i, values_[i], branch))
+  for (std::size_t i = 0; i < side_.size(); ++i) {
+    const std::size_t before = !border_[i] ? i : is_upper(i) ? i - 1 : i + 1;
+    if (changed_[before] && std::abs(values_[i]) <= kOfLoops * largest_[i] && crossed(i, values_[i], branch))
       hold_[i] = 4.0 * std::abs(values_[i]);
+  }
 }
 
 /// The same of guards that go back and forth although they are next to nothing: less than the tolerances make of them,
